@@ -1,0 +1,120 @@
+#include "door.hpp"
+
+#include <sstream>
+#include <stdexcept>
+
+namespace energymargin::door {
+namespace {
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+[[noreturn]] void reject(const std::string& name, const std::string& value, const std::string& expected) {
+  throw std::invalid_argument(name + " is " + value + ", expected " + expected);
+}
+
+std::string repr(const py::object& value) {
+  const std::string text = py::repr(value).cast<std::string>();
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+std::string shape_text(const Numbers& numbers) {
+  std::ostringstream out;
+  out << "(";
+  for (py::ssize_t i = 0; i < numbers.ndim(); ++i) out << (i == 0 ? "" : ", ") << numbers.shape(i);
+  out << (numbers.ndim() == 1 ? ",)" : ")");
+  return out.str();
+}
+
+std::string size_text(Eigen::Index size) { return size < 0 ? "N" : std::to_string(size); }
+
+Numbers numbers(const std::string& name, const ArrayLike& array) {
+  Numbers converted = Numbers::ensure(array.value);
+  if (!converted) {
+    PyErr_Clear();
+    reject(name, repr(array.value), "an array of numbers");
+  }
+  return converted;
+}
+
+template <typename Value>
+Value named(const std::string& what, const std::string& name, const std::vector<std::pair<const char*, Value>>& names) {
+  std::string known;
+  for (const auto& [key, value] : names) {
+    if (name == key) return value;
+    known += (known.empty() ? "'" : " or '") + std::string(key) + "'";
+  }
+  reject(what, "'" + name + "'", known);
+}
+
+}  // namespace
+
+States matrix(const std::string& name, const ArrayLike& array, Eigen::Index rows, Eigen::Index columns) {
+  const Numbers in = numbers(name, array);
+  if (in.ndim() != 2 || (rows >= 0 && in.shape(0) != rows) || (columns >= 0 && in.shape(1) != columns)) {
+    reject(name, "an array of shape " + shape_text(in),
+           "an array of shape (" + size_text(rows) + ", " + size_text(columns) + ")");
+  }
+  return Eigen::Map<const States>(in.data(), in.shape(0), in.shape(1));
+}
+
+Eigen::VectorXd vector(const std::string& name, const ArrayLike& array, Eigen::Index size) {
+  const Numbers in = numbers(name, array);
+  if (in.ndim() != 1 || (size >= 0 && in.shape(0) != size)) {
+    reject(name, "an array of shape " + shape_text(in), "an array of shape (" + size_text(size) + ",)");
+  }
+  return Eigen::Map<const Eigen::VectorXd>(in.data(), in.shape(0));
+}
+
+Vector2 vector2(const std::string& name, const ArrayLike& array) { return vector(name, array, 2); }
+Vector3 vector3(const std::string& name, const ArrayLike& array) { return vector(name, array, 3); }
+
+Quaternion quaternion(const std::string& name, const ArrayLike& array) {
+  const Eigen::Vector4d xyzw = vector(name, array, 4);
+  return Quaternion(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+}
+
+std::vector<Vector3> points(const std::string& name, const ArrayLike& array) {
+  const States rows = matrix(name, array, -1, 3);
+  std::vector<Vector3> points;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) points.emplace_back(rows.row(i).transpose());
+  return points;
+}
+
+Wrench wrench(const std::string& name, const ArrayLike& array) {
+  const Eigen::VectorXd values = vector(name, array, 6);
+  return {values.head<3>(), values.tail<3>()};
+}
+
+bool is_single(const std::string& name, const ArrayLike& array) {
+  const Numbers in = numbers(name, array);
+  if (in.ndim() != 1 && in.ndim() != 2) {
+    reject(name, "an array of shape " + shape_text(in), "one state (n,) or several (N, n)");
+  }
+  return in.ndim() == 1;
+}
+
+Role role(const std::string& name) {
+  return named<Role>("role", name, {{"none", Role::none}, {"object", Role::object}, {"effector", Role::effector}});
+}
+
+std::string role_name(Role role) {
+  if (role == Role::object) return "object";
+  return role == Role::effector ? "effector" : "none";
+}
+
+Effector effector(const std::string& name) {
+  return named<Effector>("effector", name, {{"coast", Effector::coast}, {"drive", Effector::drive}});
+}
+
+std::string effector_name(Effector effector) { return effector == Effector::drive ? "drive" : "coast"; }
+
+Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>& quaternion_xyzw,
+                       std::optional<double> yaw, const Quaternion& otherwise) {
+  if (quaternion_xyzw && yaw) reject(prefix + "orientation", "given together with yaw", "one of the two");
+  if (quaternion_xyzw) return quaternion(prefix + "orientation", *quaternion_xyzw);
+  if (!yaw) return otherwise;
+  if (!std::isfinite(*yaw)) reject(prefix + "yaw", std::to_string(*yaw), "a finite angle in rad");
+  return Quaternion(Eigen::AngleAxisd(*yaw, Vector3::UnitZ()));
+}
+
+}  // namespace energymargin::door

@@ -1,0 +1,10 @@
+#include "door.hpp"
+
+PYBIND11_MODULE(_core, module) {
+  module.doc() = "The compiled core of energymargin.";
+  energymargin::door::bind_scene(module);
+  energymargin::door::bind_world(module);
+  energymargin::door::bind_regions(module);
+  energymargin::door::bind_problem(module);
+  energymargin::door::bind_scores(module);
+}

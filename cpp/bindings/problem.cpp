@@ -1,0 +1,57 @@
+// Problems for Python.
+
+#include "energymargin/problem.hpp"
+
+#include "door.hpp"
+#include "energymargin/problem_io.hpp"
+
+namespace energymargin::door {
+namespace {
+
+constexpr const char* problem_doc = R"(One question: how robust is this state against these disturbances?
+
+scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
+object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
+succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast' or 'drive'.
+rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
+a state in deep penetration.)";
+
+}  // namespace
+
+void bind_problem(py::module_& module) {
+  py::class_<Problem>(module, "Problem", problem_doc)
+      .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
+                       double duration, const Region& captured, const std::optional<Region>& succeeded,
+                       const std::optional<Region>& within, const std::string& mode, double rate,
+                       const std::optional<std::vector<Contact>>& contacts) {
+             Problem problem{scene,    vector("state", state, -1), vector3("force", force), vector3("torque", torque),
+                             duration, captured,                   succeeded,               within,
+                             effector(mode), rate,                 contacts};
+             validate(problem);
+             return problem;
+           }),
+           py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"), py::arg("torque"), py::arg("duration"),
+           py::arg("captured"), py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
+           py::arg("effector") = "coast", py::arg("rate") = 5.0, py::arg("contacts") = py::none())
+      .def_readonly("scene", &Problem::scene)
+      .def_readonly("state", &Problem::state, "z_init, shape (n,).")
+      .def_readonly("force", &Problem::force, "Largest |force| along each axis, shape (3,) [N].")
+      .def_readonly("torque", &Problem::torque, "Largest |torque| about each axis, shape (3,) [N m].")
+      .def_readonly("duration", &Problem::duration, "Longest edge [s].")
+      .def_readonly("captured", &Problem::captured, "Capture set.")
+      .def_readonly("succeeded", &Problem::succeeded, "Success set, or None.")
+      .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
+      .def_property_readonly("effector", [](const Problem& problem) { return effector_name(problem.effector); })
+      .def_readonly("rate", &Problem::rate, "lambda [1/J].")
+      .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
+      .def("save", [](const Problem& problem, const py::object& path) { save(problem, py::str(path)); },
+           py::arg("path"), "Write a JSON file, atomically. Raises ValueError if a region is a Predicate.")
+      .def_static("load", [](const py::object& path) { return load(py::str(path)); }, py::arg("path"),
+                  "Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.")
+      .def("to_json", &to_json, "The problem as JSON text.")
+      .def_static("from_json", &from_json, py::arg("text"), "A problem from JSON text.")
+      .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },
+                      [](const py::str& text) { return from_json(text); }));
+}
+
+}  // namespace energymargin::door

@@ -1,0 +1,117 @@
+// Sets of states for Python.
+
+#include "energymargin/region.hpp"
+
+#include "door.hpp"
+
+namespace energymargin::door {
+namespace {
+
+using Frame = std::optional<std::string>;
+
+// A Python function that other threads may call and drop.
+regions::Predicate python_predicate(py::function function) {
+  const std::shared_ptr<py::function> shared(new py::function(std::move(function)), [](py::function* held) {
+    const py::gil_scoped_acquire acquire;
+    delete held;
+  });
+  return {[shared](const States& states) {
+    const py::gil_scoped_acquire acquire;
+    py::array_t<bool, py::array::c_style | py::array::forcecast> answer;
+    try {
+      answer = (*shared)(py::cast(states));
+    } catch (py::error_already_set& error) {
+      throw std::runtime_error(std::string("the predicate failed: ") + error.what());
+    }
+    if (answer.ndim() != 1 || answer.shape(0) != states.rows()) {
+      throw std::invalid_argument("the predicate's answer has another shape than (" + std::to_string(states.rows()) +
+                                  ",), one bool a state");
+    }
+    return Mask(Eigen::Map<const Mask>(answer.data(), states.rows()));
+  }};
+}
+
+py::object contains(const Region& region, const Scene& scene, const ArrayLike& states) {
+  const Membership member(region, scene);
+  const int dimension = StateLayout(scene).dimension();
+  if (is_single("states", states)) return py::bool_(member(vector("states", states, dimension)));
+  return py::cast(member(matrix("states", states, -1, dimension)));
+}
+
+void bind_primitives(py::module_& module) {
+  module.def(
+      "Ball",
+      [](std::string body, const ArrayLike& center, double radius, const Frame& frame) -> Region {
+        return regions::Ball{std::move(body), vector3("center", center), radius, frame.value_or("")};
+      },
+      py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("frame") = py::none(),
+      "|position - center| <= radius [m].");
+  module.def(
+      "Box",
+      [](std::string body, const ArrayLike& center, const ArrayLike& size, const Frame& frame) -> Region {
+        return regions::Box{std::move(body), vector3("center", center), vector3("size", size), frame.value_or("")};
+      },
+      py::arg("body"), py::arg("center"), py::arg("size"), py::arg("frame") = py::none(),
+      "Position inside a box along the frame's axes; full edge lengths [m], inf for no limit.");
+  module.def(
+      "Disc",
+      [](std::string body, const ArrayLike& center, double radius, const Frame& frame) -> Region {
+        return regions::Disc{std::move(body), vector2("center", center), radius, frame.value_or("")};
+      },
+      py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("frame") = py::none(),
+      "Distance from the center (2,) in x and y <= radius [m].");
+  module.def(
+      "AnnularSector",
+      [](std::string body, const ArrayLike& center, double radius, double half_width, double start_angle, double sweep,
+         const Frame& frame) -> Region {
+        return regions::AnnularSector{std::move(body), vector2("center", center), radius,
+                                      half_width,      start_angle,               sweep,
+                                      frame.value_or("")};
+      },
+      py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("half_width"), py::arg("start_angle"),
+      py::arg("sweep"), py::arg("frame") = py::none(),
+      "What an arc about a center (2,) of mean radius and half width [m] sweeps in x and y, from start_angle by sweep "
+      "[rad], positive counter-clockwise.");
+  module.def(
+      "HalfSpace",
+      [](std::string body, const ArrayLike& normal, double offset, const Frame& frame) -> Region {
+        return regions::HalfSpace{std::move(body), vector3("normal", normal), offset, frame.value_or("")};
+      },
+      py::arg("body"), py::arg("normal"), py::arg("offset"), py::arg("frame") = py::none(),
+      "normal . position <= offset [m]; the normal is a unit vector.");
+  module.def(
+      "Speed",
+      [](std::string body, double limit, const ArrayLike& point, const Frame& frame) -> Region {
+        return regions::Speed{std::move(body), limit, vector3("point", point), frame.value_or("")};
+      },
+      py::arg("body"), py::arg("limit"), py::arg("point") = py::make_tuple(0.0, 0.0, 0.0),
+      py::arg("frame") = py::none(), "|velocity of a point of the body| <= limit [m/s]; the point is in its frame.");
+  module.def(
+      "Tilt",
+      [](std::string body, const ArrayLike& axis, const ArrayLike& reference, double limit,
+         const Frame& frame) -> Region {
+        return regions::Tilt{std::move(body), vector3("axis", axis), vector3("reference", reference), limit,
+                             frame.value_or("")};
+      },
+      py::arg("body"), py::arg("axis"), py::arg("reference"), py::arg("limit"), py::arg("frame") = py::none(),
+      "The angle between the body's axis and the reference is at most limit [rad].");
+  module.def(
+      "Predicate", [](py::function function) -> Region { return python_predicate(std::move(function)); },
+      py::arg("function"), "A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.");
+}
+
+}  // namespace
+
+void bind_regions(py::module_& module) {
+  py::class_<Region>(module, "Region", "A set of states; combine with & | ~. Built by the functions of em.regions.")
+      .def("contains", &contains, py::arg("scene"), py::arg("states"),
+           "Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the "
+           "region names a body that the scene does not have.")
+      .def("__and__", [](const Region& a, const Region& b) { return a & b; }, py::is_operator())
+      .def("__or__", [](const Region& a, const Region& b) { return a | b; }, py::is_operator())
+      .def("__invert__", [](const Region& a) { return ~a; });
+  py::module_ primitives = module.def_submodule("regions", "Sets of states, in the world's frame or another body's.");
+  bind_primitives(primitives);
+}
+
+}  // namespace energymargin::door

@@ -1,0 +1,148 @@
+// The metrics and the batch for Python. The GIL is released around every search, and Ctrl-C ends it.
+
+#include <chrono>
+#include <future>
+
+#include "door.hpp"
+#include "energymargin/batch.hpp"
+#include "energymargin/metrics/capture.hpp"
+#include "energymargin/metrics/effort.hpp"
+#include "energymargin/metrics/force.hpp"
+
+namespace energymargin::door {
+namespace {
+
+constexpr auto signal_interval = std::chrono::milliseconds(20);
+
+// Runs `search` on a thread of its own while this one looks for Ctrl-C.
+template <typename Search>
+auto interruptible(Search search) {
+  std::atomic<bool> stop{false};
+  auto result = std::async(std::launch::async, [&] { return search(&stop); });
+  const auto ready = [&] {
+    const py::gil_scoped_release release;
+    return result.wait_for(signal_interval) == std::future_status::ready;
+  };
+  while (!ready()) {
+    if (PyErr_CheckSignals() == 0) continue;
+    stop = true;
+    {
+      const py::gil_scoped_release release;
+      result.wait();
+    }
+    throw py::error_already_set();
+  }
+  return result.get();
+}
+
+CaptureScore capture(const Problem& problem, int nodes, std::uint64_t seed, std::optional<double> rate, int trees,
+                     int threads) {
+  return interruptible([&](const std::atomic<bool>* stop) {
+    return capture_score(problem, {nodes, seed, rate, trees, threads, stop});
+  });
+}
+
+Escape effort(const Problem& problem, const std::string& planner, int nodes, std::uint64_t seed) {
+  return interruptible([&](const std::atomic<bool>* stop) {
+    return escape_effort(problem, {planner, nodes, seed, stop});
+  });
+}
+
+void bind_tree(py::module_& module) {
+  py::class_<Tree>(module, "Tree", "All rollouts of a search as flat arrays; row 0 is the root.")
+      .def_readonly("states", &Tree::states, "Shape (M + 1, n).")
+      .def_readonly("costs", &Tree::costs, "Effort from the root, eq. 8, shape (M + 1,) [J].")
+      .def_readonly("parents", &Tree::parents, "Row of the parent, -1 for the root, shape (M + 1,).")
+      .def_readonly("controls", &Tree::controls, "Wrench that led to the node, shape (M + 1, 6) [N, N m].")
+      .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
+      .def("path_to", &Tree::path_to, py::arg("node"), "Rows from the root to a node, both included.")
+      .def("__len__", &Tree::size);
+}
+
+void bind_results(py::module_& module) {
+  py::class_<CaptureScore>(module, "CaptureScore", "Capture and success score, Section IV-B and Algorithm 2.")
+      .def_readonly("capture", &CaptureScore::capture, "Omega_cap, eq. 5, 0..1; mean over the trees.")
+      .def_readonly("success", &CaptureScore::success, "Omega_suc, eq. 6, 0..1; None without a success set.")
+      .def_readonly("capture_stderr", &CaptureScore::capture_stderr, "Standard error; None for a single tree.")
+      .def_readonly("success_stderr", &CaptureScore::success_stderr, "Standard error; None for a single tree.")
+      .def_readonly("likelihoods", &CaptureScore::likelihoods, "Of the first tree's nodes, eq. 4, shape (M + 1,).")
+      .def_property_readonly(
+          "tree", [](const CaptureScore& score) -> const Tree& { return score.trees.front(); },
+          py::return_value_policy::reference_internal, "The first tree.")
+      .def_readonly("trees", &CaptureScore::trees, "All trees.")
+      .def("__repr__", [](const CaptureScore& score) {
+        return "CaptureScore(capture=" + py::repr(py::cast(score.capture)).cast<std::string>() +
+               ", success=" + py::repr(py::cast(score.success)).cast<std::string>() + ")";
+      });
+  py::class_<Escape>(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.")
+      .def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf if no escape was found.")
+      .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
+      .def_property_readonly(
+          "path",
+          [](const Escape& escape) {
+            return py::array_t<int>(static_cast<py::ssize_t>(escape.path.size()), escape.path.data());
+          },
+          "Rows of the tree from the root to the escape; empty if none was found.")
+      .def_readonly("tree", &Escape::tree)
+      .def("__repr__", [](const Escape& escape) {
+        return "EscapeEffort(effort=" + py::repr(py::cast(escape.effort)).cast<std::string>() + ")";
+      });
+  py::class_<ForceScore>(module, "ForceScore", "The wrench-based baseline, Section V-B.")
+      .def_readonly("force", &ForceScore::force, "Omega_force, the weighted sum.")
+      .def_readonly("engage", &ForceScore::engage, "Sum of the normal forces [N].")
+      .def_readonly("stick", &ForceScore::stick, "Sum of the distances to the friction cones' edges [N].")
+      .def_readonly("distance", &ForceScore::distance, "Least distance between object and effector [m].")
+      .def("__repr__", [](const ForceScore& score) {
+        return "ForceScore(force=" + py::repr(py::cast(score.force)).cast<std::string>() + ")";
+      });
+}
+
+void bind_batch(py::module_& module) {
+  py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
+      .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
+      .def_readonly("scores", &ScoreRow::scores, "By metric.")
+      .def_readonly("seconds", &ScoreRow::seconds, "Time on its thread [s].")
+      .def_property_readonly(
+          "error",
+          [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
+          "What went wrong, or None.");
+  py::class_<Batch>(module, "ScoreRun", "A running batch of problems on a pool of threads.")
+      .def(py::init([](const std::vector<Problem>& problems, const std::vector<std::string>& metrics, int nodes,
+                       std::uint64_t seed, int threads, const std::optional<std::vector<std::size_t>>& indices) {
+             return std::make_unique<Batch>(
+                 problems,
+                 BatchOptions{metrics, nodes, seed, threads, indices.value_or(std::vector<std::size_t>{})});
+           }),
+           py::arg("problems"), py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"),
+           py::arg("indices") = py::none(), "Starts at once; indices are the problems' stream indices.")
+      .def("take", &Batch::take, py::arg("timeout"), py::call_guard<py::gil_scoped_release>(),
+           "Rows finished since the last call; waits up to timeout [s] for the first.")
+      .def_property_readonly("finished", &Batch::finished)
+      .def("cancel", &Batch::cancel, py::call_guard<py::gil_scoped_release>(),
+           "Stop within one rollout; unfinished problems give no row.");
+}
+
+}  // namespace
+
+void bind_scores(py::module_& module) {
+  bind_tree(module);
+  bind_results(module);
+  bind_batch(module);
+  module.def("capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
+             py::arg("rate") = py::none(), py::arg("trees") = 1, py::arg("threads") = 1,
+             "Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` "
+             "nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.");
+  module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
+             py::arg("seed") = 0,
+             "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.");
+  module.def(
+      "force_score",
+      [](const Problem& problem, double engage, double stick, double distance) {
+        return force_score(problem, {engage, stick, distance});
+      },
+      py::arg("problem"), py::arg("engage") = ForceWeights{}.engage, py::arg("stick") = ForceWeights{}.stick,
+      py::arg("distance") = ForceWeights{}.distance,
+      "Weighted sum of engaging score [1/N], sticking score [1/N] and, taken off, distance [1/m].");
+}
+
+}  // namespace energymargin::door

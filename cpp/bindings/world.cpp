@@ -1,0 +1,112 @@
+// The simulation for Python.
+
+#include "energymargin/world.hpp"
+
+#include "door.hpp"
+
+namespace energymargin::door {
+namespace {
+
+struct Recording {
+  Eigen::VectorXd times;
+  States states;
+  std::vector<std::vector<Contact>> contacts;
+};
+
+Recording record(World& world, const ArrayLike& state, int steps, const std::map<std::string, ArrayLike>& drives,
+                 int every) {
+  std::vector<Drive> wrenches;
+  for (const auto& [body, rows] : drives) {
+    wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
+  }
+  const State start = vector("state", state, -1);
+  std::vector<Frame> frames;
+  {
+    const py::gil_scoped_release release;
+    frames = world.simulate(start, wrenches, steps, every);
+  }
+  Recording recording;
+  recording.times.resize(static_cast<Eigen::Index>(frames.size()));
+  recording.states.resize(static_cast<Eigen::Index>(frames.size()), world.layout().dimension());
+  for (Eigen::Index i = 0; i < recording.times.size(); ++i) {
+    Frame& frame = frames[static_cast<std::size_t>(i)];
+    recording.times[i] = frame.time;
+    recording.states.row(i) = frame.state.transpose();
+    recording.contacts.push_back(std::move(frame.contacts));
+  }
+  return recording;
+}
+
+void bind_contact(py::module_& module) {
+  py::class_<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.")
+      .def(py::init([](std::string body_a, std::string body_b, const ArrayLike& position, const ArrayLike& normal,
+                       double distance, double normal_force, const ArrayLike& tangential_force, double friction) {
+             return Contact{std::move(body_a),
+                            std::move(body_b),
+                            vector3("position", position),
+                            vector3("normal", normal),
+                            distance,
+                            normal_force,
+                            vector3("tangential_force", tangential_force),
+                            friction};
+           }),
+           py::kw_only(), py::arg("body_a"), py::arg("body_b"), py::arg("position"), py::arg("normal"),
+           py::arg("distance"), py::arg("normal_force"), py::arg("tangential_force"), py::arg("friction"))
+      .def_readonly("body_a", &Contact::body_a)
+      .def_readonly("body_b", &Contact::body_b)
+      .def_readonly("position", &Contact::position, "On body_b, shape (3,) [m].")
+      .def_readonly("normal", &Contact::normal, "Unit vector from body_b to body_a, shape (3,).")
+      .def_readonly("distance", &Contact::distance, "Negative in penetration [m].")
+      .def_readonly("normal_force", &Contact::normal_force, "Along the normal, on body_a [N].")
+      .def_readonly("tangential_force", &Contact::tangential_force, "Friction on body_a, shape (3,) [N].")
+      .def_readonly("friction", &Contact::friction, "Coefficient, the product of the two bodies'.");
+}
+
+}  // namespace
+
+void bind_world(py::module_& module) {
+  bind_contact(module);
+  py::class_<Rollout>(module, "Rollout", "What one rollout leads to.")
+      .def_readonly("state", &Rollout::state, "At the end, shape (n,).")
+      .def_readonly("effort", &Rollout::effort, "Integral of |f . v + tau . omega| dt, eq. 2 and 3 [J].")
+      .def_readonly("work", &Rollout::work, "The same with its sign [J].")
+      .def_readonly("energy", &Rollout::energy, "Mechanical energy at the end [J].")
+      .def_readonly("steps", &Rollout::steps);
+  py::class_<Recording>(module, "Simulation", "A recorded simulation of K frames.")
+      .def_readonly("times", &Recording::times, "Shape (K,) [s].")
+      .def_readonly("states", &Recording::states, "Shape (K, n).")
+      .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
+  py::class_<World>(module, "World",
+                    "One simulation of a Scene. Every answer is a pure function of its arguments.\n\n"
+                    "effector 'coast' leaves the effector free, 'drive' keeps the velocity that it has at the start of "
+                    "a rollout.")
+      .def(py::init([](const Scene& scene, const std::string& mode) { return World(scene, effector(mode)); }),
+           py::arg("scene"), py::arg("effector") = "coast")
+      .def(
+          "rollout",
+          [](World& world, const ArrayLike& state, const ArrayLike& wrench_given, double duration) {
+            const State start = vector("state", state, -1);
+            const Wrench push = wrench("wrench", wrench_given);
+            const py::gil_scoped_release release;
+            return world.rollout(start, push, duration);
+          },
+          py::arg("state"), py::arg("wrench"), py::arg("duration"),
+          "Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.")
+      .def("simulate", &record, py::arg("state"), py::arg("steps"),
+           py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("every") = 1,
+           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). Recorded after every `every` "
+           "steps.")
+      .def("energy", [](const World& world, const ArrayLike& state) { return world.energy(vector("state", state, -1)); },
+           py::arg("state"), "Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].")
+      .def("contacts", [](World& world, const ArrayLike& state) { return world.contacts(vector("state", state, -1)); },
+           py::arg("state"), "Contacts at a state, with the forces that one step without wrench shows.")
+      .def("distance",
+           [](World& world, const ArrayLike& state, const std::string& a, const std::string& b) {
+             return world.distance(vector("state", state, -1), a, b);
+           },
+           py::arg("state"), py::arg("body_a"), py::arg("body_b"),
+           "Least distance between two bodies, negative in penetration [m].")
+      .def_property_readonly("scene", [](const World& world) { return world.scene(); });
+}
+
+}  // namespace energymargin::door

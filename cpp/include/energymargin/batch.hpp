@@ -1,0 +1,64 @@
+#pragma once
+// Many problems on a pool of threads, one World each. The same bits for any number of threads.
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "energymargin/problem.hpp"
+
+namespace energymargin {
+
+//! The scores of one problem.
+struct ScoreRow {
+  std::size_t index = 0;                 //!< the problem's stream index
+  std::map<std::string, double> scores;  //!< by metric
+  double seconds = 0.0;                  //!< time on its thread [s]
+  std::string error;                     //!< what went wrong; empty if all is well
+};
+
+//! What to compute, and how.
+struct BatchOptions {
+  //! Of "capture", "success", "effort/est", "effort/rrt", "force".
+  std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
+  int nodes = 1000;
+  std::uint64_t seed = 0;
+  int threads = 1;
+  //! Stream index of each problem, so that a run that goes on gives the same bits; empty: 0, 1, 2, ...
+  std::vector<std::size_t> indices{};
+};
+
+//! A running batch: threads take the next problem from one queue.
+class Batch {
+ public:
+  //! Starts at once. Throws std::invalid_argument on an unknown metric, nodes or threads below 1; a bad problem
+  //! gives a row with an error.
+  Batch(std::vector<Problem> problems, const BatchOptions& options);
+
+  //! Cancels and joins.
+  ~Batch();
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+
+  //! Rows finished since the last call; waits up to `timeout` [s] for the first of them.
+  std::vector<ScoreRow> take(double timeout);
+
+  //! All rows are computed, or the batch was cancelled, and all are taken.
+  bool finished() const;
+
+  //! Stops within one rollout and joins the threads; unfinished problems give no row.
+  void cancel();
+
+ private:
+  class Pool;
+  std::unique_ptr<Pool> pool_;
+};
+
+//! Scores one problem on the calling thread; `stop`, set from another thread, makes it throw search::Stopped.
+ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options,
+                              const std::atomic<bool>* stop = nullptr);
+
+}  // namespace energymargin

@@ -1,0 +1,23 @@
+#pragma once
+// Effort of escape, Section IV-A and Algorithm 1.
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "energymargin/problem.hpp"
+#include "energymargin/search/escape.hpp"
+
+namespace energymargin {
+
+struct EffortOptions {
+  std::string planner = "est";  //!< "est" or "rrt": the x of AO-x
+  int nodes = 1000;             //!< nodes of the tree besides its root, over all iterations of AO-x
+  std::uint64_t seed = 0;
+  const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
+};
+
+//! Least effort found that leads out of the capture set; inf if none was. Throws std::invalid_argument on bad input.
+Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
+
+}  // namespace energymargin

@@ -1,0 +1,13 @@
+#pragma once
+// Independent jobs on a few threads, taken from one queue.
+
+#include <cstddef>
+#include <functional>
+
+namespace energymargin {
+
+//! Calls `job(0)` ... `job(count - 1)`, each once, on at most `threads` threads; each takes the next job when it is
+//! free. The first exception ends the rest and is thrown again here.
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job);
+
+}  // namespace energymargin

@@ -1,0 +1,25 @@
+#pragma once
+// A Problem as a JSON file, and back. Numbers keep all their bits.
+
+#include <string>
+
+#include "energymargin/problem.hpp"
+
+namespace energymargin {
+
+//! Format version that `save` writes; `load` refuses newer ones.
+inline constexpr int problem_format_version = 1;
+
+//! The problem as JSON text. Throws std::invalid_argument for a region made of a user's own predicate.
+std::string to_json(const Problem& problem);
+
+//! Reads JSON text and validates the problem. Throws std::invalid_argument that names the place and what was expected.
+Problem from_json(const std::string& text);
+
+//! Writes atomically. Throws std::runtime_error if the file cannot be written.
+void save(const Problem& problem, const std::string& path);
+
+//! Throws std::invalid_argument, naming the file, if it cannot be read or is no problem file.
+Problem load(const std::string& path);
+
+}  // namespace energymargin

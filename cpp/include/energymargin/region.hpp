@@ -1,0 +1,151 @@
+#pragma once
+// Sets of states: capture set, success set, bounds. Small predicates that combine with & | ~.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "energymargin/scene.hpp"
+#include "energymargin/state.hpp"
+
+namespace energymargin {
+
+class Region;
+
+//! N truth values.
+using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
+
+namespace regions {
+
+// In each of them `body` is the body whose position counts. `frame` names the body in whose frame centre, axes and
+// velocities are given; empty: the world.
+
+//! |position - centre| <= radius.
+struct Ball {
+  std::string body;
+  Vector3 center = Vector3::Zero();  //!< [m]
+  double radius = 1.0;               //!< [m]
+  std::string frame{};
+};
+
+//! Position inside a box along the frame's axes.
+struct Box {
+  std::string body;
+  Vector3 center = Vector3::Zero();  //!< [m]
+  Vector3 size = Vector3::Ones();    //!< full edge lengths, inf allowed [m]
+  std::string frame{};
+};
+
+//! A ball of the plane: the distance counts in x and y alone.
+struct Disc {
+  std::string body;
+  Vector2 center = Vector2::Zero();  //!< [m]
+  double radius = 1.0;               //!< [m]
+  std::string frame{};
+};
+
+//! What an arc of some width sweeps in x and y.
+struct AnnularSector {
+  std::string body;
+  Vector2 center = Vector2::Zero();  //!< of the arc [m]
+  double radius = 1.0;               //!< mean radius of the arc [m]
+  double half_width = 0.5;           //!< on each side of the mean radius [m]
+  double start_angle = 0.0;          //!< from the x axis [rad]
+  double sweep = 1.0;                //!< counter-clockwise from the start, negative: clockwise; at most a full turn [rad]
+  std::string frame{};
+};
+
+//! normal . position <= offset.
+struct HalfSpace {
+  std::string body;
+  Vector3 normal = Vector3::UnitZ();  //!< unit vector
+  double offset = 0.0;                //!< [m]
+  std::string frame{};
+};
+
+//! |velocity of a body's point| <= limit; with a frame, the velocity as seen from that body.
+struct Speed {
+  std::string body;
+  double limit = 1.0;               //!< [m/s]
+  Vector3 point = Vector3::Zero();  //!< in the body's frame [m]
+  std::string frame{};
+};
+
+//! The angle between an axis of the body and a reference direction of the frame is at most the limit.
+struct Tilt {
+  std::string body;
+  Vector3 axis = Vector3::UnitZ();       //!< in the body's frame, unit vector
+  Vector3 reference = Vector3::UnitZ();  //!< in the frame, unit vector
+  double limit = 0.1;                    //!< 0..pi [rad]
+  std::string frame{};
+};
+
+//! A user's own function of N states, one a row. It has no file format.
+struct Predicate {
+  std::function<Mask(const States&)> contains;
+};
+
+//! a & b.
+struct Intersection {
+  std::vector<Region> of;
+};
+
+//! a | b.
+struct Union {
+  std::vector<Region> of;
+};
+
+//! ~a.
+struct Complement {
+  std::vector<Region> of;  //!< exactly one
+};
+
+}  // namespace regions
+
+//! A set of states, as a value.
+class Region {
+ public:
+  using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector,
+                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate, regions::Intersection,
+                                  regions::Union, regions::Complement>;
+
+  //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, or NaN.
+  template <typename Primitive>
+  Region(Primitive primitive);  // NOLINT: a primitive is a region
+
+  const Expression& expression() const { return *expression_; }
+
+  friend Region operator&(const Region& a, const Region& b);
+  friend Region operator|(const Region& a, const Region& b);
+  friend Region operator~(const Region& a);
+
+ private:
+  void validate() const;
+  std::shared_ptr<const Expression> expression_;
+};
+
+template <typename Primitive>
+Region::Region(Primitive primitive)
+    : expression_(std::make_shared<const Expression>(std::move(primitive))) {
+  validate();
+}
+
+//! A region whose names have been looked up in a scene: what the search calls.
+class Membership {
+ public:
+  //! Throws std::invalid_argument if the region names a body that the scene does not have.
+  Membership(const Region& region, const Scene& scene);
+
+  bool operator()(const State& state) const { return test_(state.data()); }
+
+  //! One value a row.
+  Mask operator()(const States& states) const;
+
+ private:
+  std::function<bool(const double*)> test_;
+  std::function<Mask(const States&)> test_all_;  //!< set where the region is one predicate
+};
+
+}  // namespace energymargin

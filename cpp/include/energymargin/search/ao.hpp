@@ -1,0 +1,15 @@
+#pragma once
+// AO-x (Hauser and Zhou), Algorithm 1: a feasible planner x, asked again and again for a cheaper escape.
+
+#include <ompl/base/Planner.h>
+
+#include "energymargin/search/bounded_problem.hpp"
+#include "energymargin/search/escape.hpp"
+
+namespace energymargin::search {
+
+//! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between
+//! iterations, and prunes it if it is Prunable. Throws Stopped if the search was ended from outside.
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner);
+
+}  // namespace energymargin::search

@@ -1,0 +1,61 @@
+#pragma once
+// The feasible problem P_c of Section V-A: leave the capture set with a cost below c. The bound c can be lowered.
+
+#include <ompl/base/Planner.h>
+#include <ompl/base/ProblemDefinition.h>
+#include <ompl/control/SpaceInformation.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+
+#include "energymargin/problem.hpp"
+#include "energymargin/search/cost_space.hpp"
+#include "energymargin/search/propagator.hpp"
+
+namespace energymargin::search {
+
+//! What counts as a solution.
+enum class Goal {
+  escape,  ///< the complement of the capture set, within the problem's bounds (Algorithm 1)
+  none,    ///< a goal out of reach, without bounds: the tree only grows (Algorithm 2)
+};
+
+//! A search was stopped from another thread.
+class Stopped : public std::runtime_error {
+ public:
+  Stopped() : std::runtime_error("the search was stopped") {}
+};
+
+class BoundedProblem {
+ public:
+  //! At most `nodes` rollouts; `stop`, if given, ends the search early.
+  BoundedProblem(const Problem& problem, Goal goal, int nodes, std::uint64_t seed, const std::atomic<bool>* stop);
+
+  const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
+  const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }
+  const CostSpace& space() const { return *space_; }
+
+  //! True once the nodes are spent or the search was stopped.
+  ompl::base::PlannerTerminationCondition termination() const;
+  bool spent() const;
+
+  double bound() const { return space_->bound(); }
+  void lower_bound(double cost) { space_->lower_bound(cost); }
+
+  int nodes() const { return propagator_->nodes(); }
+
+  //! Throws Stopped if the search was ended from outside.
+  Tree take_tree();
+
+ private:
+  int most_nodes_;
+  const std::atomic<bool>* stop_;
+  std::shared_ptr<CostSpace> space_;
+  ompl::control::SpaceInformationPtr si_;
+  std::shared_ptr<Propagator> propagator_;
+  ompl::base::ProblemDefinitionPtr definition_;
+};
+
+}  // namespace energymargin::search

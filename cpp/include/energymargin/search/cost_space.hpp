@@ -1,0 +1,70 @@
+#pragma once
+// State x cost, eq. 9, as OMPL sees it.
+
+#include <ompl/base/StateSpace.h>
+
+#include <cstdint>
+
+#include "energymargin/problem.hpp"
+
+namespace energymargin::search {
+
+//! How far the object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities
+//! are free of units. Made from the wrench bounds, the longest edge and the speeds at the start.
+struct Scales {
+  double position = 1.0;          //!< [m]
+  double orientation = 1.0;       //!< [rad]
+  double velocity = 1.0;          //!< [m/s]
+  double angular_velocity = 1.0;  //!< [rad/s]
+
+  explicit Scales(const Problem& problem);
+};
+
+//! The space Z x R+ of the feasible problem P_c. A planner needs of z only the object's part; the whole state is kept
+//! once, in the tree's row `node`.
+class CostSpace : public ompl::base::StateSpace {
+ public:
+  struct Values {
+    BodyState object;   //!< the object's part of z
+    double cost = 0.0;  //!< effort from the root [J]
+    int node = -1;      //!< row of the tree; -1 for a sample
+  };
+  class StateType : public ompl::base::State, public Values {};
+
+  //! Samples lie around the object's start; `seed` is that of the sampler.
+  CostSpace(const Problem& problem, std::uint64_t seed);
+
+  const BodyState& start() const { return start_; }
+  const Scales& scales() const { return scales_; }
+
+  //! The bound c on the cost; inf at first.
+  double bound() const { return bound_; }
+  void lower_bound(double cost) { bound_ = cost; }
+
+  //! Squared sum of scaled differences of the object's coordinates; once the bound is finite, of the cost too.
+  double distance(const ompl::base::State* a, const ompl::base::State* b) const override;
+
+  unsigned int getDimension() const override { return 14; }
+  double getMaximumExtent() const override;
+  double getMeasure() const override { return 1.0; }
+  void enforceBounds(ompl::base::State*) const override {}
+  bool satisfiesBounds(const ompl::base::State*) const override { return true; }
+  void copyState(ompl::base::State* destination, const ompl::base::State* source) const override;
+  bool equalStates(const ompl::base::State* a, const ompl::base::State* b) const override;
+  void interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
+                   ompl::base::State* state) const override;
+  ompl::base::StateSamplerPtr allocDefaultStateSampler() const override;
+  ompl::base::State* allocState() const override { return new StateType; }
+  void freeState(ompl::base::State* state) const override { delete state->as<StateType>(); }
+
+ private:
+  BodyState start_;
+  Scales scales_;
+  double bound_;
+  std::uint64_t seed_;
+};
+
+//! Rotation vector that turns one orientation into another [rad].
+Vector3 turned(const BodyState& from, const BodyState& to);
+
+}  // namespace energymargin::search

@@ -1,0 +1,18 @@
+#pragma once
+// What a search for an escape found.
+
+#include <utility>
+#include <vector>
+
+#include "energymargin/search/tree.hpp"
+
+namespace energymargin {
+
+struct Escape {
+  double effort = 0.0;                          //!< Omega_esc, eq. 2 [J]; inf if no escape was found
+  std::vector<std::pair<int, double>> history;  //!< (nodes so far, best effort) at each improvement
+  std::vector<int> path;                        //!< nodes of the tree from the root to the escape; empty if none
+  Tree tree;                                    //!< all rollouts, also those above the bound
+};
+
+}  // namespace energymargin

@@ -1,0 +1,58 @@
+#pragma once
+// World as an OMPL state propagator: every rollout becomes a node of the tree.
+
+#include <ompl/control/ControlSampler.h>
+#include <ompl/control/StatePropagator.h>
+#include <ompl/control/spaces/RealVectorControlSpace.h>
+
+#include <cstdint>
+
+#include "energymargin/problem.hpp"
+#include "energymargin/search/tree.hpp"
+#include "energymargin/world.hpp"
+
+namespace energymargin::search {
+
+//! A control is a wrench (6 numbers) and the number of steps it lasts.
+class WrenchSpace : public ompl::control::RealVectorControlSpace {
+ public:
+  WrenchSpace(const ompl::base::StateSpacePtr& states, const Problem& problem, std::uint64_t seed);
+
+  static Wrench wrench(const ompl::control::Control* control);
+  static int steps(const ompl::control::Control* control);
+
+  ompl::control::ControlSamplerPtr allocDefaultControlSampler() const override;
+
+ private:
+  std::uint64_t seed_;
+};
+
+//! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout.
+class Propagator : public ompl::control::StatePropagator {
+ public:
+  //! Room for `nodes` rollouts; the world is built here.
+  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes);
+
+  //! `duration` is not looked at: the control carries its own.
+  void propagate(const ompl::base::State* from, const ompl::control::Control* control, double duration,
+                 ompl::base::State* to) const override;
+  bool canPropagateBackward() const override { return false; }
+
+  //! Rollouts made so far.
+  int nodes() const { return nodes_; }
+
+  //! State of a node.
+  auto state(int node) const { return tree_.states.row(node); }
+
+  //! The tree of all rollouts; leaves the propagator empty.
+  Tree take_tree();
+
+ private:
+  mutable World world_;
+  mutable Tree tree_;
+  mutable int nodes_ = 0;
+  int object_;  //!< offset of the object's numbers in a state
+  double step_;
+};
+
+}  // namespace energymargin::search

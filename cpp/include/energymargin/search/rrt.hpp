@@ -1,0 +1,20 @@
+#pragma once
+// RRT with pruning: the node nearest to a random state and cost is extended.
+
+#include <ompl/control/planners/rrt/RRT.h>
+
+#include <cstdint>
+
+#include "energymargin/search/bounded_problem.hpp"
+#include "energymargin/search/prunable.hpp"
+
+namespace energymargin::search {
+
+class Rrt : public ompl::control::RRT, public Prunable {
+ public:
+  Rrt(const BoundedProblem& problem, std::uint64_t seed);
+
+  void prune(double bound) override;
+};
+
+}  // namespace energymargin::search

@@ -1,0 +1,36 @@
+#pragma once
+// The vectors that every interface speaks: SI units, true scale, quaternions as x, y, z, w.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace energymargin {
+
+using Vector2 = Eigen::Vector2d;
+using Vector3 = Eigen::Vector3d;
+using Quaternion = Eigen::Quaterniond;
+
+//! One state z of object and robot, eq. 7; StateLayout says which number is what.
+using State = Eigen::VectorXd;
+
+//! N states, one a row.
+using States = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+//! N wrenches, one a row: force [N], torque [N m].
+using Wrenches = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+
+//! A disturbance u = (f, tau) on a body: at its centre of mass, in the world's axes.
+struct Wrench {
+  Vector3 force = Vector3::Zero();   //!< [N]
+  Vector3 torque = Vector3::Zero();  //!< [N m]
+};
+
+//! Where a body is and how it moves, in the world's axes.
+struct BodyState {
+  Vector3 position = Vector3::Zero();                //!< of the centre of mass [m]
+  Quaternion orientation = Quaternion::Identity();   //!< unit quaternion
+  Vector3 velocity = Vector3::Zero();                //!< of the centre of mass [m/s]
+  Vector3 angular_velocity = Vector3::Zero();        //!< [rad/s]
+};
+
+}  // namespace energymargin

@@ -1,0 +1,91 @@
+#pragma once
+// What happens: one simulation of a Scene.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "energymargin/scene.hpp"
+#include "energymargin/state.hpp"
+
+namespace energymargin {
+
+//! What the effector does while the object is disturbed.
+enum class Effector {
+  coast,  ///< it is not actuated: free, as every other body (paper, Section V-A)
+  drive,  ///< it keeps the velocity that it has at the start of the rollout, whatever touches it
+};
+
+//! What one rollout leads to.
+struct Rollout {
+  State state;          //!< at the end
+  double effort = 0.0;  //!< integral of |f . v + tau . omega| dt, eq. 2 and 3 [J]
+  double work = 0.0;    //!< the same with its sign [J]
+  double energy = 0.0;  //!< mechanical energy at the end, as World::energy [J]
+  int steps = 0;
+};
+
+//! One point where two bodies touch, and the forces there over the last step.
+struct Contact {
+  std::string body_a, body_b;
+  Vector3 position = Vector3::Zero();          //!< on body_b [m]
+  Vector3 normal = Vector3::UnitZ();           //!< unit vector, from body_b to body_a
+  double distance = 0.0;                       //!< negative in penetration [m]
+  double normal_force = 0.0;                   //!< along the normal, on body_a [N]
+  Vector3 tangential_force = Vector3::Zero();  //!< friction on body_a [N]
+  double friction = 0.0;                       //!< coefficient of the contact, the product of the two bodies'
+};
+
+//! Wrenches on one body, a row a step.
+struct Drive {
+  std::string body;
+  Wrenches wrenches;
+};
+
+//! One recorded moment of a simulation.
+struct Frame {
+  double time = 0.0;  //!< [s]
+  State state;
+  std::vector<Contact> contacts;
+};
+
+//! One simulation of a scene, with Bullet in double precision. Every question is answered as a pure function of its
+//! arguments: the same bits in any order, in any world of the same scene, on any thread (one thread a world at a time).
+class World {
+ public:
+  explicit World(const Scene& scene, Effector effector = Effector::coast);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  const Scene& scene() const;
+  const StateLayout& layout() const;
+
+  //! Applies `wrench` to the object for `duration` [s], rounded to whole steps.
+  //! Throws std::invalid_argument on a bad state, wrench or duration; std::runtime_error if the simulation diverges.
+  Rollout rollout(const State& state, const Wrench& wrench, double duration);
+
+  //! The same without the checks and without the energy, for callers that made the arguments themselves.
+  Rollout rollout_unchecked(const State& state, const Wrench& wrench, int steps);
+
+  //! One unbroken simulation of `steps` steps under the drives' wrenches, recorded after every `every` steps.
+  std::vector<Frame> simulate(const State& state, const std::vector<Drive>& drives, int steps, int every);
+
+  //! Kinetic and gravitational energy of the moving bodies; zero height at the world's origin [J].
+  double energy(const State& state) const;
+
+  //! Contacts at a state, with the forces that one step without wrench shows.
+  std::vector<Contact> contacts(const State& state);
+
+  //! Least distance between two bodies [m], negative in penetration; inf between two planes.
+  double distance(const State& state, const std::string& body_a, const std::string& body_b);
+
+  //! Deepest penetration of any pair in which at least one body moves [m], and which pair; 0 if nothing touches.
+  Contact deepest_contact(const State& state);
+
+ private:
+  class Bullet;
+  std::unique_ptr<Bullet> bullet_;
+};
+
+}  // namespace energymargin

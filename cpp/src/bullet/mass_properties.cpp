@@ -1,0 +1,104 @@
+// Mass properties of solids; a hull's faces come from Bullet's exact hull computer.
+
+#include <LinearMath/btConvexHullComputer.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "energymargin/shape.hpp"
+
+namespace energymargin {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+MassProperties about_axis(double volume, double across, double along) {
+  return {volume, Vector3::Zero(), {across, across, along}, Quaternion::Identity()};
+}
+
+// Sums over tetrahedra between the origin and each triangle of the surface.
+struct Moments {
+  double volume = 0.0;
+  Vector3 first = Vector3::Zero();                           // integral of x
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();          // integral of x x^T
+
+  void add(const Vector3& a, const Vector3& b, const Vector3& c) {
+    const double six_volumes = a.dot(b.cross(c));
+    const Vector3 sum = a + b + c;
+    volume += six_volumes / 6.0;
+    first += six_volumes / 24.0 * sum;
+    second += six_volumes / 120.0 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
+  }
+};
+
+Moments moments(const std::vector<Vector3>& points) {
+  btConvexHullComputer hull;
+  hull.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
+  const auto vertex = [&](int i) { return Vector3(hull.vertices[i].x(), hull.vertices[i].y(), hull.vertices[i].z()); };
+  Moments total;
+  for (int face = 0; face < hull.faces.size(); ++face) {
+    const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];
+    const Vector3 corner = vertex(first->getSourceVertex());
+    for (const auto* edge = first->getNextEdgeOfFace(); edge->getTargetVertex() != first->getSourceVertex();
+         edge = edge->getNextEdgeOfFace()) {
+      total.add(corner, vertex(edge->getSourceVertex()), vertex(edge->getTargetVertex()));
+    }
+  }
+  if (total.volume < 0.0) {
+    total.volume = -total.volume;
+    total.first = -total.first;
+    total.second = -total.second;
+  }
+  return total;
+}
+
+struct Solid {
+  double mass;
+
+  MassProperties operator()(const Plane&) const { return {}; }
+  MassProperties operator()(const Box& box) const {
+    const Vector3 squares = box.size.cwiseAbs2();
+    return {box.size.prod(), Vector3::Zero(), mass / 12.0 * (Vector3::Constant(squares.sum()) - squares),
+            Quaternion::Identity()};
+  }
+  MassProperties operator()(const Sphere& sphere) const {
+    const double r = sphere.radius;
+    return about_axis(4.0 / 3.0 * pi * r * r * r, 0.4 * mass * r * r, 0.4 * mass * r * r);
+  }
+  MassProperties operator()(const Cylinder& cylinder) const {
+    const double r = cylinder.radius;
+    const double h = cylinder.length;
+    return about_axis(pi * r * r * h, mass * (3.0 * r * r + h * h) / 12.0, 0.5 * mass * r * r);
+  }
+  MassProperties operator()(const Capsule& capsule) const {
+    const double r = capsule.radius;
+    const double h = capsule.length;
+    const double tube = pi * r * r * h;
+    const double ball = 4.0 / 3.0 * pi * r * r * r;
+    const double tube_mass = mass * tube / (tube + ball);
+    const double ball_mass = mass - tube_mass;
+    // Each half ball: its own inertia about its centre of mass, 3/8 r from the flat side, moved to the middle.
+    const double across = tube_mass * (3.0 * r * r + h * h) / 12.0 +
+                          ball_mass * (0.4 * r * r + 0.25 * h * h + 0.375 * h * r);
+    return about_axis(tube + ball, across, 0.5 * tube_mass * r * r + 0.4 * ball_mass * r * r);
+  }
+  MassProperties operator()(const ConvexHull& hull) const {
+    const Moments total = moments(hull.points);
+    const double size = total.second.norm();
+    if (!(total.volume > 1e-12 * std::pow(size, 0.6))) return {};
+    const double density = mass / total.volume;
+    const Vector3 centre = total.first / total.volume;
+    const Eigen::Matrix3d spread = density * total.second - mass * centre * centre.transpose();
+    const Eigen::Matrix3d inertia = spread.trace() * Eigen::Matrix3d::Identity() - spread;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+    Eigen::Matrix3d axes = solver.eigenvectors();
+    if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+    return {total.volume, centre, solver.eigenvalues(), Quaternion(axes).normalized()};
+  }
+};
+
+}  // namespace
+
+MassProperties mass_properties(const Shape& shape, double mass) { return std::visit(Solid{mass}, shape); }
+
+}  // namespace energymargin

@@ -1,0 +1,82 @@
+#include "energymargin/problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "check.hpp"
+
+namespace energymargin {
+namespace {
+
+// A share of the smaller body's smallest half extent. Solvers leave penetrations far below it.
+constexpr double deep = 0.1;
+
+void require_bounds(const std::string& name, const Vector3& bounds) {
+  if (!(bounds.allFinite() && (bounds.array() >= 0.0).all())) {
+    reject(name, text(bounds), "three finite numbers of at least 0");
+  }
+}
+
+void require_roles(const Scene& scene, Effector effector) {
+  const auto count = [&](Role role) {
+    return std::count_if(scene.bodies().begin(), scene.bodies().end(),
+                         [role](const Body& body) { return body.role == role; });
+  };
+  if (count(Role::object) != 1) {
+    reject("scene", "with " + std::to_string(count(Role::object)) + " bodies of role \"object\"", "exactly one");
+  }
+  if (count(Role::effector) > 1) {
+    reject("scene", "with " + std::to_string(count(Role::effector)) + " bodies of role \"effector\"", "at most one");
+  }
+  if (effector == Effector::drive) World(scene, effector);  // says what it lacks
+}
+
+void require_no_deep_penetration(const Scene& scene, const State& state) {
+  const Contact contact = World(scene).deepest_contact(state);
+  if (contact.distance == 0.0) return;
+  const double size = std::min(smallest_half_extent(scene.body(contact.body_a).shape),
+                               smallest_half_extent(scene.body(contact.body_b).shape));
+  if (-contact.distance > deep * size) {
+    reject("state", "one in which '" + contact.body_a + "' and '" + contact.body_b + "' penetrate each other by " +
+                        text(-contact.distance) + " m",
+           "at most " + text(deep * size) + " m");
+  }
+}
+
+void require_region(const std::string& name, const Region& region, const Scene& scene) {
+  try {
+    Membership(region, scene);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+void validate(const Problem& problem) {
+  require_roles(problem.scene, problem.effector);
+  validate(problem.scene, problem.state);
+  require_bounds("force", problem.force);
+  require_bounds("torque", problem.torque);
+  if (problem.force.isZero(0.0) && problem.torque.isZero(0.0)) {
+    reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
+  }
+  const double step = problem.scene.stepping().step;
+  if (!(std::isfinite(problem.duration) && problem.duration >= step)) {
+    reject("duration", text(problem.duration), "a finite time of at least one step, " + text(step) + " s");
+  }
+  require_not_negative("rate", problem.rate);
+  require_region("captured", problem.captured, problem.scene);
+  if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem.scene);
+  if (problem.within) require_region("within", *problem.within, problem.scene);
+  for (const Contact& contact : problem.contacts.value_or(std::vector<Contact>{})) {
+    problem.scene.index(contact.body_a);
+    problem.scene.index(contact.body_b);
+    require_not_negative("contact friction", contact.friction);
+    require_finite("contact normal_force", contact.normal_force);
+    require_finite("contact tangential_force", contact.tangential_force);
+  }
+  require_no_deep_penetration(problem.scene, problem.state);
+}
+
+}  // namespace energymargin

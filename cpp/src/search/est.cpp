@@ -1,0 +1,75 @@
+#include "energymargin/search/est.hpp"
+
+#include <ompl/base/ProjectionEvaluator.h>
+
+#include <cmath>
+
+namespace energymargin::search {
+namespace {
+
+// Cells a longest edge leads through, and cells between 0 and the bound on the cost.
+constexpr double cells_per_edge = 2.0;
+constexpr double cells_of_cost = 4.0;
+
+class Projection : public ompl::base::ProjectionEvaluator {
+ public:
+  explicit Projection(const std::shared_ptr<ompl::base::StateSpace>& space)
+      : ProjectionEvaluator(space), cost_space_(*space->as<CostSpace>()) {
+    setCellSizes(getDimension(), 1.0);
+  }
+
+  unsigned int getDimension() const override { return 7; }
+
+  void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
+    const auto* node = state->as<CostSpace::StateType>();
+    const BodyState& start = cost_space_.start();
+    const Scales& scales = cost_space_.scales();
+    const double bound = cost_space_.bound();
+    projection.head<3>() = cells_per_edge / scales.position * (node->object.position - start.position);
+    projection.segment<3>(3) = cells_per_edge / scales.orientation * turned(start, node->object);
+    projection[6] = std::isfinite(bound) && bound > 0.0 ? cells_of_cost * node->cost / bound : 0.0;
+  }
+
+ private:
+  const CostSpace& cost_space_;
+};
+
+}  // namespace
+
+Est::Est(const BoundedProblem& problem, std::uint64_t seed) : EST(problem.space_information()) {
+  rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
+  setProblemDefinition(problem.definition());
+  setProjectionEvaluator(std::make_shared<Projection>(problem.space_information()->getStateSpace()));
+  setRange(problem.space().getMaximumExtent());
+  setup();
+}
+
+void Est::prune(double bound) {
+  std::vector<Motion*> motions;
+  for (const auto& cell : tree_.grid) {
+    motions.insert(motions.end(), cell.second->data.motions_.begin(), cell.second->data.motions_.end());
+  }
+  tree_.grid.clear();
+  tree_.size = 0;
+  pdf_.clear();
+  lastGoalMotion_ = nullptr;
+  // In the order in which they were made: the grid's own order is that of a hash.
+  std::sort(motions.begin(), motions.end(), [](const Motion* a, const Motion* b) {
+    return a->state->as<CostSpace::StateType>()->node < b->state->as<CostSpace::StateType>()->node;
+  });
+  for (Motion* motion : motions) {
+    if (motion->state->as<CostSpace::StateType>()->cost < bound) {
+      addMotion(motion);
+    } else {
+      forget(motion);
+    }
+  }
+}
+
+void Est::forget(Motion* motion) {
+  si_->freeState(motion->state);
+  siC_->freeControl(motion->control);
+  delete motion;
+}
+
+}  // namespace energymargin::search

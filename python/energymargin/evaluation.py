@@ -1,0 +1,336 @@
+"""How well the scores tell robust states from fragile ones, and successes from failures (Section
+VI-E, Table I).
+
+State level: capture, effort and force against the label "captured over a horizon of h frames", by
+AUC and AP for each h. Trajectory level: the success score of the last frames against the
+trajectory's success. Every cell has a bootstrap interval in which whole trajectories are drawn, for
+the states of one trajectory are alike.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+__all__ = [
+    "Cell",
+    "Evaluation",
+    "LabelledScores",
+    "captured_labels",
+    "evaluate",
+    "trajectory_score",
+]
+
+HORIZONS = range(6)  # frames; the paper leaves its horizon open, so all of them are shown
+LAST_FRAMES = 5  # frames, k-bar of Section VI-D
+DRAWS = 1000  # bootstrap draws
+CONFIDENCE = 0.95
+SUCCESS = "success"
+DASH = "—"
+CSV_COLUMNS = (
+    *("score", "horizon", "count", "positives"),
+    *("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "paper_auc", "paper_ap"),
+)
+
+# AUC and AP of the paper's Table I.
+PAPER: dict[str, dict[str, tuple[float, float]]] = {
+    "push": {
+        "capture": (0.97, 0.99),
+        "effort/est": (0.92, 0.98),
+        "effort/rrt": (0.92, 0.99),
+        "force": (0.86, 0.95),
+        "success": (0.98, 0.98),
+    },
+}
+
+
+@dataclass(frozen=True)
+class LabelledScores:
+    """N states of several trajectories, those of one in a row and in the order of time."""
+
+    task: str
+    trajectory: NDArray[np.int64]
+    """Which trajectory a state is of, shape (N,)."""
+    captured: NDArray[np.bool_]
+    """Whether a state lies in its own capture set, shape (N,)."""
+    success: NDArray[np.bool_]
+    """Whether the state's trajectory succeeded, shape (N,)."""
+    scores: dict[str, NDArray[np.float64]]
+    """By metric, shape (N,): inf ranks above all else, NaN is a score that is not there."""
+
+    def by_trajectory(self) -> list[NDArray[np.int64]]:
+        """The states' numbers, one array a trajectory."""
+        return [np.flatnonzero(self.trajectory == t) for t in np.unique(self.trajectory)]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One comparison of a score with a label."""
+
+    auc: float
+    ap: float
+    auc_interval: tuple[float, float] | None
+    """95 % bootstrap interval; None if there are not two trajectories to draw from."""
+    ap_interval: tuple[float, float] | None
+    count: int
+    """How many states, or trajectories."""
+    positives: int
+    """How many of them have the label 1."""
+
+    def value(self) -> str:
+        """AUC/AP, such as ".981/.992"."""
+        return f"{_short(self.auc)}/{_short(self.ap)}"
+
+    def intervals(self) -> tuple[str, str]:
+        """Of AUC and of AP, such as ".96-.99"; a dash if there is none."""
+        return _span(self.auc_interval), _span(self.ap_interval)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """AUC and AP of every score. A cell is None if there is but one label to tell apart."""
+
+    task: str
+    horizons: tuple[int, ...]
+    states: dict[str, dict[int, Cell | None]]
+    """By score, then by horizon."""
+    success: Cell | None
+    """The trajectory score; None also if the success score was not computed."""
+    missing: int
+    """States that lack a score, and are left out."""
+
+    def render(self) -> RenderableType:
+        """A table for the terminal, 80 columns wide."""
+        from rich.console import Group
+        from rich.table import Table
+        from rich.text import Text
+
+        table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
+        table.add_column("")
+        for title in self._titles():
+            table.add_column(title, justify="center", no_wrap=True)
+        for score, cells, paper in self._rows():
+            lines = [cell.split("\n") for cell in cells]
+            shown = [
+                Text.assemble((value, "bold"), *((f"\n{line}", "dim") for line in intervals))
+                for value, *intervals in lines
+            ]
+            table.add_row(score, *shown, Text(paper, "cyan"))
+        return Group(Text(self._caption(), "dim"), Text(), table)
+
+    def to_markdown(self) -> str:
+        """The same as a Markdown table."""
+        lines = [["score", *self._titles()], ["---"] * (len(self.horizons) + 2)]
+        for score, cells, paper in self._rows():
+            lines.append([score, *(cell.replace("\n", "<br>") for cell in cells), paper])
+        table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        return f"{self._caption()}\n\n{table}\n"
+
+    def to_csv(self) -> str:
+        """One line a cell, in full precision; what is not there is empty."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(CSV_COLUMNS)
+        cells: list[tuple[str, int | str, Cell | None]] = [
+            (score, horizon, cell)
+            for score, by_horizon in self.states.items()
+            for horizon, cell in by_horizon.items()
+        ]
+        for score, horizon, cell in [*cells, (SUCCESS, "", self.success)]:
+            paper = PAPER.get(self.task, {}).get(score, ("", ""))
+            writer.writerow([score, horizon, *_fields(cell), *paper])
+        return text.getvalue()
+
+    def _titles(self) -> list[str]:
+        return [*(f"h = {horizon}" for horizon in self.horizons), "paper"]
+
+    def _rows(self) -> list[tuple[str, list[str], str]]:
+        """Name of each score, its cells, and the paper's AUC/AP."""
+        rows = {
+            score: [_stacked(c) for c in cells.values()] for score, cells in self.states.items()
+        }
+        rows[SUCCESS] = [_stacked(self.success), *[""] * (len(self.horizons) - 1)]
+        return [(score, cells, _paper(self.task, score)) for score, cells in rows.items()]
+
+    def _caption(self) -> str:
+        caption = (
+            f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
+            "States: captured over the next h frames. "
+            f"Success: the last {LAST_FRAMES} frames of a trajectory, whose success has no horizon."
+        )
+        if self.missing:
+            caption += f" {self.missing} states have no score yet and are left out."
+        return caption
+
+
+def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.bool_]:
+    """Label of each state of one trajectory: captured in all frames k to k + horizon.
+
+    Shape (K,) to (max(K - horizon, 0),): a state whose horizon runs past the last frame has no
+    label (Section VI-D).
+    """
+    if len(captured) <= horizon:
+        return np.zeros(0, dtype=bool)
+    return np.lib.stride_tricks.sliding_window_view(captured, horizon + 1).all(axis=1)
+
+
+def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
+    """Omega_suc(z, k-bar) of one trajectory, shape (K,) (Section VI-D).
+
+    The weighted mean of its last frames, with weights 1, 2, 3, ...
+    """
+    tail = scores[-last:]
+    return float(np.average(tail, weights=np.arange(1, len(tail) + 1)))
+
+
+def evaluate(
+    labelled: LabelledScores,
+    horizons: Sequence[int] = HORIZONS,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> Evaluation:
+    """Compares every score with its label. States without a score are left out, and counted."""
+    members = labelled.by_trajectory()
+    weights = _bootstrap_weights(len(members), draws, seed)
+    states = {
+        score: {h: _state_cell(labelled, members, score, h, weights) for h in horizons}
+        for score in labelled.scores
+        if score != SUCCESS
+    }
+    missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
+    return Evaluation(
+        task=labelled.task,
+        horizons=tuple(horizons),
+        states=states,
+        success=_success_cell(labelled, members, weights) if SUCCESS in labelled.scores else None,
+        missing=int(missing.sum()),
+    )
+
+
+def _state_cell(
+    labelled: LabelledScores,
+    members: list[NDArray[np.int64]],
+    score: str,
+    horizon: int,
+    weights: NDArray[np.int64],
+) -> Cell | None:
+    labels = [captured_labels(labelled.captured[states], horizon) for states in members]
+    scores = [
+        labelled.scores[score][states][: len(own)]
+        for states, own in zip(members, labels, strict=True)
+    ]
+    cluster = np.repeat(np.arange(len(members)), [len(own) for own in labels])
+    return _cell(np.concatenate(scores), np.concatenate(labels), cluster, weights)
+
+
+def _success_cell(
+    labelled: LabelledScores, members: list[NDArray[np.int64]], weights: NDArray[np.int64]
+) -> Cell | None:
+    scores = np.array([trajectory_score(labelled.scores[SUCCESS][states]) for states in members])
+    labels = np.array([labelled.success[states[-1]] for states in members])
+    return _cell(scores, labels, np.arange(len(members)), weights)
+
+
+def _cell(
+    scores: NDArray[np.float64],
+    labels: NDArray[np.bool_],
+    cluster: NDArray[np.int64],
+    weights: NDArray[np.int64],
+) -> Cell | None:
+    """AUC and AP of (N,) scores; each takes column `cluster` of the (draws, T) weights."""
+    from sklearn.metrics import average_precision_score, roc_auc_score
+
+    there = ~np.isnan(scores)
+    scores, labels, cluster = scores[there], labels[there], cluster[there]
+    if labels.all() or not labels.any():
+        return None
+    ranks = np.unique(scores, return_inverse=True)[
+        1
+    ]  # the same order in whole numbers: scikit-learn refuses inf
+    auc, ap = weighted_auc_ap(ranks, labels, weights[:, cluster])
+    clusters = len(np.unique(cluster))
+    return Cell(
+        auc=float(roc_auc_score(labels, ranks)),
+        ap=float(average_precision_score(labels, ranks)),
+        auc_interval=_interval(auc) if clusters > 1 else None,
+        ap_interval=_interval(ap) if clusters > 1 else None,
+        count=len(labels),
+        positives=int(labels.sum()),
+    )
+
+
+def weighted_auc_ap(
+    ranks: NDArray[np.int64], labels: NDArray[np.bool_], weights: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """AUC and AP for each row of `weights`, (draws, N), the number of times each of N samples
+    counts.
+
+    The numbers of scikit-learn with `sample_weight`, for all draws at once: one by one they take a
+    minute for a table. Draws in which only one label is left are dropped.
+    """
+    order = np.argsort(-ranks, kind="stable")  # from the best score down
+    first = np.flatnonzero(np.diff(ranks[order], prepend=np.inf))  # where a new threshold starts
+    positive = np.add.reduceat(weights[:, order] * labels[order], first, axis=1)
+    negative = np.add.reduceat(weights[:, order] * ~labels[order], first, axis=1)
+    true, false = positive.cumsum(axis=1), negative.cumsum(axis=1)
+    both = (true[:, -1] > 0) & (false[:, -1] > 0)
+    positive, negative, true, false = positive[both], negative[both], true[both], false[both]
+
+    pairs = (negative * (true - 0.5 * positive)).sum(axis=1)  # a tie counts half
+    auc = pairs / (true[:, -1] * false[:, -1])
+    precision = true / np.maximum(true + false, 1)
+    ap = (positive * precision).sum(axis=1) / true[:, -1]
+    return auc, ap
+
+
+def _bootstrap_weights(trajectories: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """How often each trajectory is drawn, shape (draws, T)."""
+    return np.random.default_rng(seed).multinomial(
+        trajectories, np.full(trajectories, 1 / trajectories), size=draws
+    )
+
+
+def _interval(values: NDArray[np.float64]) -> tuple[float, float] | None:
+    if len(values) == 0:
+        return None
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(values, [tail, 1 - tail])
+    return float(low), float(high)
+
+
+def _paper(task: str, score: str) -> str:
+    """AUC/AP in the paper's Table I."""
+    found = PAPER.get(task, {}).get(score)
+    return DASH if found is None else f"{found[0]:.2f}/{found[1]:.2f}".replace("0.", ".")
+
+
+def _stacked(cell: Cell | None) -> str:
+    return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
+
+
+def _fields(cell: Cell | None) -> list[float | str]:
+    if cell is None:
+        return [""] * 8
+    return [
+        *(cell.count, cell.positives),
+        *(cell.auc, *(cell.auc_interval or ("", ""))),
+        *(cell.ap, *(cell.ap_interval or ("", ""))),
+    ]
+
+
+def _span(interval: tuple[float, float] | None) -> str:
+    return DASH if interval is None else f"{_short(interval[0])}-{_short(interval[1])}"
+
+
+def _short(value: float) -> str:
+    """Three decimals without the leading zero: .981, 1.00."""
+    return "1.00" if value >= 0.9995 else f"{value:.3f}"[1:]

@@ -1,0 +1,371 @@
+"""Pictures of scores: the search tree over the workspace, and scores along a trajectory
+(matplotlib).
+
+The colours tell the same without colour vision: cividis for costs, Okabe and Ito's palette for the
+rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch, Polygon
+    from matplotlib.ticker import MaxNLocator
+    from scipy.spatial import ConvexHull as Hull  # type: ignore[import-untyped]
+    from scipy.spatial.transform import Rotation  # type: ignore[import-untyped]
+except ImportError as error:
+    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+
+from energymargin._core import (
+    Body,
+    Box,
+    Capsule,
+    CaptureScore,
+    ConvexHull,
+    Cylinder,
+    Plane,
+    Problem,
+    Scene,
+    Sphere,
+    capture_score,
+)
+from energymargin.regions import Region
+from energymargin.tasks.base import Task, Trajectory
+
+__all__ = ["figure_qualitative", "figure_scores", "plot_state", "plot_trajectory_scores"]
+
+COSTS = "cividis"
+CAPTURED_COLOR = "#56B4E9"
+SUCCEEDED_COLOR = "#8C8C8C"
+BODY_COLORS = {"object": "#E69F00", "effector": "#009E73", "none": "#3A3A3A"}
+LOST_COLOR = "#D55E00"
+METRIC_COLORS = {
+    "capture": "#0072B2",
+    "success": "#000000",
+    "effort/est": "#0072B2",
+    "effort/rrt": "#CC79A7",
+    "force": "#000000",
+}
+LIKELIHOOD = "likelihood"
+# The metrics that share an axis, with its label.
+PANELS = (
+    (("capture", "success"), LIKELIHOOD),
+    (("effort/est", "effort/rrt"), "effort of escape [J]"),
+    (("force",), "force score [N]"),
+)
+GRID = 400  # cells along the longer side of the view, for regions
+AROUND = 0.35  # m of view around what moves
+ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
+
+Limits = tuple[tuple[float, float], tuple[float, float]]  # of x and y [m]
+Pose = tuple[NDArray[np.float64], NDArray[np.float64]]  # position, quaternion
+
+
+def plot_state(
+    problem: Problem,
+    score: CaptureScore,
+    ax: Axes,
+    *,
+    limits: Limits | None = None,
+    most: float | None = None,
+    color_bar: bool = True,
+    ghosts: int = 3,
+    seed: int = 0,
+) -> None:
+    """Top view of a state and its search tree, as in the paper's qualitative figure.
+
+    The nodes are where the object's centre got, coloured by cost [J] from 0 to `most`; capture set
+    light blue, success set grey: where the object may be while all else stays. The bodies of
+    `ghosts` random nodes are drawn half transparent. `limits` are the view's x and y ranges [m].
+    """
+    scene, tree = problem.scene, score.tree
+    moving = [body for body in scene.bodies if not body.fixed and body.role != "none"]
+    limits = limits or _view(scene, tree.states)
+    _draw_region(ax, problem, problem.succeeded, limits, color=SUCCEEDED_COLOR, order=0)
+    _draw_region(ax, problem, problem.captured, limits, color=CAPTURED_COLOR, order=1)
+    for body in scene.bodies:
+        if body.fixed and not _endless(body):
+            _draw_body(ax, body, (body.position, body.orientation), alpha=1.0, order=2)
+    for body in moving:
+        _draw_body(ax, body, _pose(scene, problem.state, body.name), alpha=0.9, order=3)
+    chosen = np.random.default_rng(seed).permutation(np.arange(1, len(tree.costs)))[:ghosts]
+    for body in moving:
+        for node in chosen:
+            _draw_body(ax, body, _pose(scene, tree.states[node], body.name), alpha=0.3, order=4)
+
+    norm = Normalize(0.0, most if most is not None else max(float(tree.costs.max()), 1e-9))
+    points = tree.states[:, _center(scene)]
+    edges = np.stack([points[tree.parents[1:]], points[1:]], axis=1)
+    ax.add_collection(
+        LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
+    )
+    ax.scatter(
+        *points.T,
+        c=tree.costs,
+        cmap=COSTS,
+        norm=norm,
+        s=9,
+        linewidths=0.2,
+        edgecolors="white",
+        zorder=6,
+    )
+    ax.plot(*points[0], "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
+
+    ax.set(xlim=limits[0], ylim=limits[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    ax.xaxis.set_major_locator(MaxNLocator(5))
+    ax.yaxis.set_major_locator(MaxNLocator(5))
+    success = "" if score.success is None else f"   success {score.success:.2f}"
+    ax.set_title(f"capture {score.capture:.2f}{success}")
+    if color_bar:
+        figure = ax.get_figure()
+        assert figure is not None
+        figure.colorbar(
+            ScalarMappable(norm, COSTS), ax=ax, label="cost of reaching a node [J]", shrink=0.85
+        )
+
+
+def figure_qualitative(
+    task: Task,
+    trajectories: Mapping[str, Trajectory],
+    *,
+    frames: Sequence[int] | None = None,
+    nodes: int = 100,
+    seed: int = 0,
+) -> Figure:
+    """Search trees in some frames of each trajectory, a row a trajectory; the mapping's keys are
+    the rows' names.
+
+    `frames` are numbers of frames, or None for the first, a middle and the last one. Grows the
+    trees with `nodes` nodes.
+    """
+    panels = {
+        name: [
+            (k, task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k]))
+            for k in (frames if frames is not None else _three(len(trajectory)))
+        ]
+        for name, trajectory in trajectories.items()
+    }
+    scores = {
+        name: [capture_score(problem, nodes=nodes, seed=seed) for _, problem in row]
+        for name, row in panels.items()
+    }
+    any_problem = next(iter(panels.values()))[0][1]
+    limits = _view(
+        any_problem.scene,
+        np.concatenate([trajectory.states for trajectory in trajectories.values()]),
+    )
+    most = max(float(score.tree.costs.max()) for row in scores.values() for score in row)
+
+    (x0, x1), (y0, y1) = limits
+    columns = max(len(row) for row in panels.values())
+    height = 0.75 + 3.0 * (y1 - y0) / (x1 - x0)
+    figure = Figure(
+        figsize=(3.0 * columns + 1.2, height * len(panels) + 0.6), dpi=200, layout="constrained"
+    )
+    axes = figure.subplots(len(panels), columns, sharex=True, sharey=True, squeeze=False)
+    for row, (name, trajectory) in enumerate(trajectories.items()):
+        for column, ((k, problem), score) in enumerate(
+            zip(panels[name], scores[name], strict=True)
+        ):
+            ax = axes[row, column]
+            plot_state(problem, score, ax, limits=limits, most=most, color_bar=False)
+            ax.set_title(f"t = {trajectory.times[k]:.2f} s\n{ax.get_title()}", fontsize=9)
+            ax.label_outer()
+        axes[row, 0].set_ylabel(f"{name}\ny [m]")
+    figure.colorbar(
+        ScalarMappable(Normalize(0.0, most), COSTS),
+        ax=axes,
+        label="cost of reaching a node [J]",
+        shrink=0.6,
+        pad=0.015,
+    )
+    figure.legend(
+        handles=_legend(any_problem), loc="outside lower center", ncols=6, frameon=False, fontsize=8
+    )
+    return figure
+
+
+def plot_trajectory_scores(
+    times: NDArray[np.float64],
+    scores: Mapping[str, NDArray[np.float64]],
+    captured: NDArray[np.bool_],
+    axes: Sequence[Axes],
+) -> None:
+    """Scores along one trajectory, each kind on its own axis of `axes` (as many as there are
+    kinds); all arrays (K,).
+
+    Frames that are not captured are shaded. An infinite effort is drawn as a triangle at the top.
+    """
+    for ax, (names, label) in zip(axes, _panels(scores), strict=True):
+        for name in names:
+            _draw_scores(ax, times, scores[name], name)
+        _shade(ax, times, ~captured)
+        ax.set_ylabel(label)
+        ax.margins(y=0.12)
+        ax.grid(alpha=0.25, linewidth=0.5)
+        if label == LIKELIHOOD:
+            ax.set_ylim(-0.05, 1.05)
+    axes[-1].set_xlabel("time [s]")
+
+
+def figure_scores(
+    columns: Mapping[
+        str, tuple[NDArray[np.float64], Mapping[str, NDArray[np.float64]], NDArray[np.bool_]]
+    ],
+) -> Figure:
+    """Scores along several trajectories side by side.
+
+    `columns`: name -> (times, scores, captured), each as in `plot_trajectory_scores`.
+    """
+    kinds = len(_panels(next(iter(columns.values()))[1]))
+    figure = Figure(figsize=(4.2 * len(columns), 1.9 * kinds + 0.5), dpi=200, layout="constrained")
+    axes = figure.subplots(kinds, len(columns), sharex="col", sharey="row", squeeze=False)
+    for column, (name, (times, scores, captured)) in enumerate(columns.items()):
+        plot_trajectory_scores(times, scores, captured, list(axes[:, column]))
+        axes[0, column].set_title(name, fontsize=10)
+    for row in axes:
+        for ax in row:
+            ax.label_outer()
+        row[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
+    return figure
+
+
+def _three(frames: int) -> list[int]:
+    """First, middle and last of the frames, each once."""
+    return sorted({0, frames // 2, frames - 1})
+
+
+def _panels(scores: Mapping[str, Any]) -> list[tuple[list[str], str]]:
+    """The kinds of score that are there, with the label of their axis."""
+    kinds = [([name for name in names if name in scores], label) for names, label in PANELS]
+    return [(names, label) for names, label in kinds if names]
+
+
+def _draw_scores(
+    ax: Axes, times: NDArray[np.float64], values: NDArray[np.float64], name: str
+) -> None:
+    finite = np.where(np.isfinite(values), values, np.nan)
+    color = METRIC_COLORS[name]
+    ax.plot(times, finite, "o-", color=color, markersize=3, linewidth=1.2, label=name)
+    endless = times[np.isposinf(values)]
+    top, of_axis = np.full(len(endless), 0.95), ax.get_xaxis_transform()
+    ax.plot(endless, top, "^", color=color, markersize=4, transform=of_axis)
+
+
+def _shade(ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_]) -> None:
+    """A band about each shaded frame, reaching half-way to its neighbours."""
+    middles = (times[1:] + times[:-1]) / 2
+    borders = np.concatenate([times[:1], middles, times[-1:]])
+    for number, k in enumerate(np.flatnonzero(shaded)):
+        label = "not captured" if number == 0 else None
+        ax.axvspan(
+            borders[k], borders[k + 1], color=LOST_COLOR, alpha=0.15, linewidth=0, label=label
+        )
+
+
+def _draw_region(
+    ax: Axes, problem: Problem, region: Region | None, limits: Limits, *, color: str, order: int
+) -> None:
+    """Fills the places of the object's centre for which the state, else unchanged, is in it."""
+    if region is None:
+        return
+    (x0, x1), (y0, y1) = limits
+    cell = max(x1 - x0, y1 - y0) / GRID
+    x = np.arange(x0 + cell / 2, x1, cell)
+    y = np.arange(y0 + cell / 2, y1, cell)
+    states = np.tile(problem.state, (len(x) * len(y), 1))
+    states[:, _center(problem.scene)] = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    inside = np.asarray(region.contains(problem.scene, states)).reshape(len(y), len(x))
+    ax.imshow(
+        np.ma.masked_where(~inside, inside),
+        cmap=ListedColormap([color]),
+        extent=(x0, x0 + cell * len(x), y0, y0 + cell * len(y)),
+        origin="lower",
+        alpha=0.35,
+        zorder=order,
+        interpolation="nearest",
+    )
+
+
+def _draw_body(ax: Axes, body: Body, pose: Pose, *, alpha: float, order: int) -> None:
+    corners = _from_above(body, pose)
+    outline = corners[Hull(corners).vertices]
+    color = BODY_COLORS[body.role]
+    ax.add_patch(Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order))
+    ax.add_patch(
+        Polygon(outline, fill=False, edgecolor=color, alpha=alpha, linewidth=0.9, zorder=order)
+    )
+
+
+def _from_above(body: Body, pose: Pose) -> NDArray[np.float64]:
+    """Points of the plane whose convex hull is the body's outline, shape (N, 2)."""
+    position, orientation = pose
+    turned = Rotation.from_quat(orientation).apply(_corners(body.shape))
+    return np.asarray(turned[:, :2] + np.asarray(position)[:2])
+
+
+def _corners(shape: Any) -> NDArray[np.float64]:
+    """Points whose convex hull is the shape, or nearly so if it is round; shape (N, 3)."""
+    circle = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
+    if isinstance(shape, Box):
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        return np.asarray(signs * np.asarray(shape.size) / 2)
+    if isinstance(shape, ConvexHull):
+        return np.asarray(shape.points)
+    if isinstance(shape, Cylinder):
+        end = np.array([0.0, 0.0, shape.length / 2])
+        return np.concatenate([shape.radius * circle + end, shape.radius * circle - end])
+    latitudes = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    ball = np.concatenate([circle * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
+    if isinstance(shape, Sphere):
+        return np.asarray(shape.radius * ball)
+    if isinstance(shape, Capsule):
+        end = np.array([0.0, 0.0, shape.length / 2])
+        return np.concatenate([shape.radius * ball + end, shape.radius * ball - end])
+    raise TypeError(f"a {type(shape).__name__} cannot be drawn")
+
+
+def _endless(body: Body) -> bool:
+    return isinstance(body.shape, Plane)
+
+
+def _pose(scene: Scene, state: NDArray[np.float64], name: str) -> Pose:
+    """Of a moving body."""
+    numbers = state[scene.slice(name)]
+    return numbers[:3], numbers[3:7]
+
+
+def _center(scene: Scene) -> slice:
+    """Which numbers of a state are the x and y of the object's centre."""
+    name = next(body.name for body in scene.bodies if body.role == "object")
+    start = scene.slice(name).start
+    return slice(start, start + 2)
+
+
+def _view(scene: Scene, states: NDArray[np.float64]) -> Limits:
+    """A view of all that moves in these states, shape (N, n), and a little around it."""
+    moving = [body for body in scene.bodies if not body.fixed]
+    points = np.concatenate(
+        [_from_above(body, _pose(scene, z, body.name)) for body in moving for z in states]
+    )
+    (x0, y0), (x1, y1) = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
+    return (float(x0), float(x1)), (float(y0), float(y1))
+
+
+def _legend(problem: Problem) -> list[Patch]:
+    bodies = [body for body in problem.scene.bodies if not _endless(body)]
+    patches = [Patch(color=BODY_COLORS[body.role], alpha=0.7, label=body.name) for body in bodies]
+    patches.append(Patch(color=CAPTURED_COLOR, alpha=0.4, label="capture set"))
+    if problem.succeeded is not None:
+        patches.append(Patch(color=SUCCEEDED_COLOR, alpha=0.4, label="success set"))
+    return patches

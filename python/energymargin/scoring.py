@@ -1,0 +1,164 @@
+"""Scores of many problems on all cores; can be stopped without losing what is done."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Problem, ScoreRow, ScoreRun
+from energymargin.tasks.base import whole_number
+
+__all__ = ["METRICS", "ScoreError", "ScoreTable", "check_settings", "score"]
+
+METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
+
+# How long an interrupt may stay unnoticed [s].
+POLL = 0.05
+
+
+@dataclass(frozen=True)
+class ScoreTable:
+    """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
+
+    index: NDArray[np.int64]
+    """Which problem, shape (N,), rising."""
+    seconds: NDArray[np.float64]
+    """Computing time of each on its thread [s], shape (N,)."""
+    scores: dict[str, NDArray[np.float64]]
+    """By metric, (N,): capture, success in 0..1; effort [J], inf if there is no escape; force."""
+
+    def __len__(self) -> int:
+        """How many problems."""
+        return len(self.index)
+
+    def __getitem__(self, metric: str) -> NDArray[np.float64]:
+        """The scores of one metric, shape (N,); KeyError if it was not computed."""
+        if metric not in self.scores:
+            raise KeyError(f"{metric!r} was not computed; there are: {', '.join(self.scores)}")
+        return self.scores[metric]
+
+    def to_rows(self) -> list[dict[str, float]]:
+        """One dictionary a problem: index, seconds, and each metric."""
+        columns = {"index": self.index, "seconds": self.seconds, **self.scores}
+        names = list(columns)
+        return [
+            dict(zip(names, row, strict=True))
+            for row in zip(*(c.tolist() for c in columns.values()), strict=True)
+        ]
+
+
+class ScoreError(ValueError):
+    """Some problems could not be scored; `table` holds those that could."""
+
+    def __init__(self, errors: dict[int, str], table: ScoreTable) -> None:
+        """`errors`: what went wrong, by the problem's index."""
+        first = min(errors)
+        many = f"{len(errors)} of {len(errors) + len(table)} problems could not be scored"
+        super().__init__(f"{many}; problem {first}: {errors[first]}")
+        self.errors = errors
+        self.table = table
+
+
+def score(
+    problems: Sequence[Problem],
+    metrics: Sequence[str] = METRICS,
+    nodes: int = 1000,
+    seed: int = 0,
+    threads: int | None = None,
+    *,
+    progress: Callable[[int, int], None] | None = None,
+    on_rows: Callable[[list[ScoreRow]], None] | None = None,
+    indices: Sequence[int] | None = None,
+) -> ScoreTable:
+    """Scores of every problem: the same bits for any number of threads.
+
+    `metrics` are of METRICS, `nodes` is the size of each search tree, `threads` None takes all
+    cores this process may use. `progress(done, total)` and `on_rows(rows)` are called as scores
+    come in. `indices` are the problems' stream indices, 0 to N-1 if not given: a part of the
+    problems with their own indices gets the scores it has in the whole.
+
+    Ctrl-C stops within 0.1 s: `on_rows` has then got everything that was finished, and
+    KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
+    computed, and ScoreError at the end if the simulation of a problem failed.
+    """
+    check_settings(metrics, nodes, seed)
+    if "success" in metrics and any(problem.succeeded is None for problem in problems):
+        raise ValueError("metrics has 'success', but not every problem has a success set")
+    threads = len(os.sched_getaffinity(0)) if threads is None else threads
+    run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
+    done: list[ScoreRow] = []
+    errors: dict[int, str] = {}
+
+    def deliver(rows: list[ScoreRow]) -> None:
+        errors.update({row.index: row.error for row in rows if row.error})
+        good = [row for row in rows if not row.error]
+        done.extend(good)
+        if on_rows is not None and good:
+            on_rows(good)
+        if progress is not None and rows:
+            progress(len(done) + len(errors), len(problems))
+
+    with _held_interrupts() as interrupted:
+        try:
+            while not run.finished and not interrupted.is_set():
+                deliver(run.take(POLL))
+        finally:
+            run.cancel()
+            deliver(run.take(0))
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+    table = _table(done, metrics)
+    if errors:
+        raise ScoreError(errors, table)
+    return table
+
+
+def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
+    """Raises ValueError on an unknown metric, or on nodes or a seed that cannot be."""
+    unknown = [metric for metric in metrics if metric not in METRICS]
+    if unknown or not metrics:
+        what = repr(unknown[0]) if unknown else "empty"
+        raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
+    whole_number("nodes", nodes, 1)
+    whole_number("seed", seed, 0, 2**64 - 1)
+
+
+@contextmanager
+def _held_interrupts() -> Iterator[threading.Event]:
+    """Ctrl-C sets the event instead of raising, so that no row is lost between the pool and
+    `on_rows`.
+
+    Only where Python's own handler is in place: a program that handles Ctrl-C itself goes on doing
+    so.
+    """
+    interrupted = threading.Event()
+
+    def hold(_signal: int, _frame: FrameType | None) -> None:
+        interrupted.set()
+
+    python_handles = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not python_handles or threading.current_thread() is not threading.main_thread():
+        yield interrupted
+        return
+    signal.signal(signal.SIGINT, hold)
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _table(rows: list[ScoreRow], metrics: Sequence[str]) -> ScoreTable:
+    rows = sorted(rows, key=lambda row: row.index)
+    return ScoreTable(
+        index=np.array([row.index for row in rows], dtype=np.int64),
+        seconds=np.array([row.seconds for row in rows], dtype=float),
+        scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
+    )

@@ -1,0 +1,289 @@
+"""Scores on disk (SQLite): they survive an interrupt, and a run goes on where it was.
+
+A file belongs to one dataset and one choice of settings. It holds the labels of all states as well,
+so that an evaluation needs nothing else:
+
+    settings  name, value (JSON)
+    states    trajectory, frame, captured, success, seconds (NULL: not scored yet)
+    scores    trajectory, frame, metric, value (inf is an effort for which no escape was found)
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import sqlite3
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from energymargin._core import ScoreRow
+from energymargin.datasets import Dataset
+from energymargin.evaluation import LabelledScores
+from energymargin.scoring import METRICS, check_settings, score
+
+__all__ = ["ScoreStore", "score_dataset"]
+
+# Marks the file as ours in SQLite's own header: "EMsc".
+APPLICATION_ID = 0x454D7363
+VERSION = 1
+
+_TABLES = """
+CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE states (
+    trajectory INTEGER NOT NULL, frame INTEGER NOT NULL,
+    captured INTEGER NOT NULL, success INTEGER NOT NULL, seconds REAL,
+    PRIMARY KEY (trajectory, frame)
+) WITHOUT ROWID;
+CREATE TABLE scores (
+    trajectory INTEGER NOT NULL, frame INTEGER NOT NULL, metric TEXT NOT NULL, value REAL NOT NULL,
+    PRIMARY KEY (trajectory, frame, metric),
+    FOREIGN KEY (trajectory, frame) REFERENCES states
+) WITHOUT ROWID;
+"""
+
+
+class ScoreStore:
+    """An open file of scores; close it, or use it in a `with` statement."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """Opens a file that exists.
+
+        Raises FileNotFoundError if it does not, ValueError if it is not a file of scores.
+        """
+        self.path = Path(path)
+        if not self.path.exists():
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
+        try:
+            self._database = sqlite3.connect(self.path)
+            self._check_format()
+        except sqlite3.DatabaseError as error:
+            raise ValueError(f"{self.path} is not a file of scores, or damaged: {error}") from error
+
+    @classmethod
+    def for_dataset(
+        cls,
+        path: str | os.PathLike[str],
+        dataset: Dataset,
+        metrics: Sequence[str],
+        nodes: int,
+        seed: int,
+    ) -> ScoreStore:
+        """Opens the file of these settings, or makes it if there is none.
+
+        Raises ValueError if the file holds scores of another dataset or other settings, and says
+        which differ.
+        """
+        check_settings(metrics, nodes, seed)
+        settings = {
+            "task": dataset.task,
+            "dataset": dataset.digest(),
+            "nodes": nodes,
+            "seed": seed,
+            "metrics": sorted(metrics),
+            "energymargin": version("energymargin"),
+        }
+        if not Path(path).exists():
+            _create(Path(path), settings, dataset)
+        store = cls(path)
+        found = store.settings()
+        different = [name for name in settings if found.get(name) != settings[name]]
+        if different:
+            store.close()
+            raise ValueError(
+                f"{path} holds other scores; choose another file, or remove it. "
+                + "; ".join(
+                    f"{_say(name)}: {_show(found.get(name))} there, {_show(settings[name])} now"
+                    for name in different
+                )
+            )
+        return store
+
+    def settings(self) -> dict[str, Any]:
+        """What the scores belong to: task, dataset (digest), nodes, seed, metrics, energymargin."""
+        return {
+            name: json.loads(value)
+            for name, value in self._database.execute("SELECT name, value FROM settings")
+        }
+
+    def missing(self) -> list[int]:
+        """The numbers of the states that have no scores yet, rising."""
+        rows = self._database.execute(
+            "SELECT seconds IS NULL FROM states ORDER BY trajectory, frame"
+        )
+        return [number for number, (missing,) in enumerate(rows) if missing]
+
+    def counts(self) -> tuple[int, int]:
+        """How many states are scored, and how many there are."""
+        scored, total = self._database.execute(
+            "SELECT count(seconds), count(*) FROM states"
+        ).fetchone()
+        return int(scored), int(total)
+
+    def add(self, rows: Sequence[ScoreRow]) -> None:
+        """Keeps these rows, all or none. A row's index is the number of its state."""
+        metrics = self.settings()["metrics"]
+        with self._database:
+            self._database.executemany(
+                "INSERT INTO scores VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                [
+                    (*self._keys[row.index], metric, row.scores[metric])
+                    for row in rows
+                    for metric in metrics
+                ],
+            )
+            self._database.executemany(
+                "UPDATE states SET seconds = ? WHERE trajectory = ? AND frame = ?",
+                [(row.seconds, *self._keys[row.index]) for row in rows],
+            )
+
+    def labelled_scores(self) -> LabelledScores:
+        """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
+        states = self._database.execute(
+            "SELECT trajectory, frame, captured, success FROM states ORDER BY trajectory, frame"
+        ).fetchall()
+        number = {(t, k): i for i, (t, k, _, _) in enumerate(states)}
+        scores = {metric: np.full(len(states), np.nan) for metric in self.settings()["metrics"]}
+        for t, k, metric, value in self._database.execute(
+            "SELECT trajectory, frame, metric, value FROM scores"
+        ):
+            scores[metric][number[t, k]] = value
+        trajectory, _, captured, success = np.array(states, dtype=np.int64).T
+        return LabelledScores(
+            task=self.settings()["task"],
+            trajectory=trajectory,
+            captured=captured.astype(bool),
+            success=success.astype(bool),
+            scores=scores,
+        )
+
+    def seconds(self) -> float:
+        """Mean computing time of a state, over those that are scored [s]; 0 if none is."""
+        (mean,) = self._database.execute("SELECT avg(seconds) FROM states").fetchone()
+        return float(mean or 0.0)
+
+    def close(self) -> None:
+        """Closes the file; what `add` got is in it."""
+        self._database.close()
+
+    def __enter__(self) -> ScoreStore:
+        """The open file itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Closes the file."""
+        self.close()
+
+    @cached_property
+    def _keys(self) -> list[tuple[int, int]]:
+        """Trajectory and frame of each state, by its number."""
+        return self._database.execute(
+            "SELECT trajectory, frame FROM states ORDER BY trajectory, frame"
+        ).fetchall()
+
+    def _check_format(self) -> None:
+        (application,) = self._database.execute("PRAGMA application_id").fetchone()
+        (format_version,) = self._database.execute("PRAGMA user_version").fetchone()
+        (state,) = self._database.execute("PRAGMA quick_check(1)").fetchone()
+        if state != "ok":
+            raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
+        if application != APPLICATION_ID:
+            raise ValueError(
+                f"{self.path} is not a file of scores: it is an SQLite file of something else"
+            )
+        if format_version > VERSION:
+            raise ValueError(
+                f"{self.path} has version {format_version} of the scores' format, "
+                f"and this energymargin reads up to {VERSION}: update it"
+            )
+
+
+def score_dataset(
+    dataset: Dataset,
+    path: str | os.PathLike[str],
+    metrics: Sequence[str] = METRICS,
+    nodes: int = 1000,
+    seed: int = 0,
+    *,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Scores every state of a dataset that has no score in the file at `path` yet, and keeps each
+    as soon as it is there.
+
+    On KeyboardInterrupt, or any other error, all that was finished is in the file, and the same
+    call goes on from it: the scores are those of an undisturbed run, to the last bit. Arguments and
+    errors: as `scoring.score`, and `ScoreStore.for_dataset`. `progress(done, total)` counts all
+    states of the dataset.
+    """
+    problems = dataset.problems()
+    with ScoreStore.for_dataset(path, dataset, metrics, nodes, seed) as store:
+        missing = store.missing()
+        kept = len(problems) - len(missing)
+
+        def advance(done: int, _total: int) -> None:
+            if progress is not None:
+                progress(kept + done, len(problems))
+
+        advance(0, len(missing))
+        score(
+            [problems[number] for number in missing],
+            metrics,
+            nodes,
+            seed,
+            threads=threads,
+            progress=advance,
+            on_rows=store.add,
+            indices=missing,
+        )
+
+
+def _create(path: Path, settings: dict[str, Any], dataset: Dataset) -> None:
+    """A new file in one step: nobody ever sees a half made one."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
+    database = sqlite3.connect(temporary)
+    try:
+        database.executescript(_TABLES)
+        database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        database.execute(f"PRAGMA user_version = {VERSION}")
+        with database:
+            database.executemany(
+                "INSERT INTO settings VALUES (?, ?)",
+                [(name, json.dumps(value)) for name, value in settings.items()],
+            )
+            database.executemany(
+                "INSERT INTO states VALUES (?, ?, ?, ?, NULL)",
+                [
+                    (t, k, bool(trajectory.captured[k]), trajectory.success)
+                    for t, trajectory in enumerate(dataset.trajectories)
+                    for k in range(len(trajectory))
+                ],
+            )
+        database.execute("PRAGMA journal_mode = WAL")
+    finally:
+        database.close()
+    os.replace(temporary, path)
+
+
+def _say(name: str) -> str:
+    return "version of energymargin" if name == "energymargin" else name
+
+
+def _show(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
+    text = str(value)
+    return text[:12] if len(text) == 64 else text

@@ -1,0 +1,170 @@
+"""The commands as a user runs them: as processes."""
+
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from energymargin import datasets
+from energymargin.store import ScoreStore
+
+COMMAND = str(Path(sys.executable).with_name("energymargin"))
+
+
+def run(*arguments, cwd):
+    return subprocess.run(
+        [COMMAND, *map(str, arguments)],
+        cwd=cwd,
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a dataset."""
+    folder = tmp_path_factory.mktemp("cli")
+    done = run("generate", "push", "--trajectories", 4, "--frames", 6, "-o", "push.h5", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def refused(done, *words):
+    """One line on stderr, exit code 2, nothing else."""
+    assert done.returncode == 2
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("error: "), done.stderr
+    assert all(word in lines[0] for word in words), lines[0]
+    assert "Traceback" not in done.stdout
+
+
+def test_generate_score_and_evaluate_lead_to_the_table(folder):
+    done = run("score", "push.h5", "-o", "steps.db", "--nodes", 10, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "24 states are scored in steps.db" in done.stderr
+    done = run("evaluate", "steps.db", "--markdown", "t.md", "--csv", "t.csv", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "capture" in done.stdout and ".97/.99" in done.stdout
+    assert "| effort/rrt |" in (folder / "t.md").read_text()
+    assert len((folder / "t.csv").read_text().splitlines()) == 1 + 4 * 6 + 1
+
+
+def test_the_parameters_of_a_task_are_set_by_name(folder):
+    done = run(
+        "generate",
+        "push",
+        "-o",
+        "p.h5",
+        "--trajectories",
+        1,
+        "-p",
+        "friction=0.3",
+        "-p",
+        "effector=coast",
+        cwd=folder,
+    )
+    assert done.returncode == 0, done.stderr
+    assert datasets.load(folder / "p.h5").parameters == {"friction": 0.3, "effector": "coast"}
+
+
+def test_tasks_and_help_show_what_there_is(folder):
+    assert "push" in run("tasks", cwd=folder).stdout
+    text = run("--help", cwd=folder).stdout
+    assert all(command in text for command in ("tasks", "generate", "score", "evaluate", "demo"))
+    for command in ("tasks", "generate", "score", "evaluate", "demo"):
+        assert f"Example: energymargin {command}" in run(
+            command, "--help", cwd=folder
+        ).stdout.replace("`", "")
+
+
+def test_wrong_input_is_one_clear_line_and_exit_code_2(folder):
+    (folder / "notes.txt").write_text("nothing that we know")
+    cut = folder / "cut.h5"
+    cut.write_bytes((folder / "push.h5").read_bytes())
+    os.truncate(cut, cut.stat().st_size // 2)
+    refused(run("generate", "shove", cwd=folder), "shove", "push")
+    refused(run("generate", "push", "-o", "x.h5", "-p", "friction=nan", cwd=folder), "friction")
+    refused(run("generate", "push", "-o", "push.h5", cwd=folder), "push.h5 exists")
+    refused(run("score", "notes.txt", cwd=folder), "notes.txt is not a dataset")
+    refused(run("score", "cut.h5", cwd=folder), "cut.h5 is damaged or cut short")
+    refused(run("score", "none.h5", cwd=folder), "none.h5", "No such file")
+    refused(run("score", "push.h5", "-o", "w.db", "--nodes", 0, cwd=folder), "nodes", "0")
+    refused(
+        run("score", "push.h5", "-o", "w.db", "--metrics", "beauty", cwd=folder),
+        "beauty",
+        "capture",
+    )
+    refused(run("evaluate", "notes.txt", cwd=folder), "notes.txt is not a file of scores")
+    assert not (folder / "w.db").exists() and not (folder / "x.h5").exists()
+
+
+def scored(path):
+    """How many states a file of scores holds, looked at from outside."""
+    if not path.exists():
+        return 0
+    with sqlite3.connect(path) as file:
+        return file.execute("SELECT count(seconds) FROM states").fetchone()[0]
+
+
+def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_scores(folder):
+    arguments = ["score", "push.h5", "--nodes", "300"]
+    assert run(*arguments, "-o", "whole.db", cwd=folder).returncode == 0
+
+    process = subprocess.Popen(
+        [COMMAND, *arguments, "-o", "part.db"], cwd=folder, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60
+    while scored(folder / "part.db") < 2:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=30)
+    latency = time.monotonic() - sent
+    print(f"stopped after {latency:.3f} s")
+    assert latency < 2.0  # 0.2 s is what it takes; a busy machine may need longer
+
+    assert process.returncode == 130 and "Traceback" not in stderr
+    kept = int(re.search(r"(\d+) of 24 states are scored and kept in part\.db", stderr)[1])
+    assert kept == scored(folder / "part.db")
+    assert 2 <= kept < 24
+
+    assert run(*arguments, "-o", "part.db", cwd=folder).returncode == 0
+    with ScoreStore(folder / "part.db") as part, ScoreStore(folder / "whole.db") as whole:
+        again, undisturbed = part.labelled_scores().scores, whole.labelled_scores().scores
+    for metric, values in undisturbed.items():
+        assert np.array_equal(again[metric], values)
+
+
+def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder):
+    arguments = ["demo", "-o", "out", "--trajectories", 6, "--nodes", 10]
+    done = run(*arguments, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "capture" in done.stdout
+    names = {path.name for path in (folder / "out").iterdir()}
+    assert names == {
+        "push.h5",
+        "push-scores.db",
+        "table.md",
+        "table.csv",
+        "qualitative.png",
+        "scores.png",
+    }
+    kept = {
+        name: (folder / "out" / name).stat().st_mtime_ns for name in ("push.h5", "push-scores.db")
+    }
+    assert run(*arguments, cwd=folder).stdout == done.stdout
+    assert {name: (folder / "out" / name).stat().st_mtime_ns for name in kept} == kept
+    refused(
+        run("demo", "-o", "out", "--trajectories", 6, "--nodes", 11, cwd=folder),
+        "nodes: 10 there, 11 now",
+    )

@@ -1,0 +1,114 @@
+import os
+
+import h5py
+import numpy as np
+import pytest
+
+from energymargin import datasets
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return datasets.generate("push", trajectories=3, frames=4, seed=1)
+
+
+@pytest.fixture
+def saved(dataset, tmp_path):
+    dataset.save(tmp_path / "push.h5")
+    return tmp_path / "push.h5"
+
+
+def test_what_is_saved_is_loaded_to_the_last_bit(dataset, saved):
+    loaded = datasets.load(saved)
+    assert loaded.digest() == dataset.digest()
+    assert (loaded.task, loaded.parameters, loaded.seed) == (dataset.task, dataset.parameters, 1)
+    for old, new in zip(dataset.trajectories, loaded.trajectories, strict=True):
+        assert np.array_equal(old.states, new.states) and np.array_equal(old.times, new.times)
+        assert np.array_equal(old.captured, new.captured)
+        assert (old.success, old.params, old.seed) == (new.success, new.params, new.seed)
+        assert [len(frame) for frame in old.contacts] == [len(frame) for frame in new.contacts]
+    old, new = (d.trajectories[0].contacts[-1][0] for d in (dataset, loaded))
+    assert (old.body_a, old.body_b, old.normal_force) == (new.body_a, new.body_b, new.normal_force)
+    assert np.array_equal(old.tangential_force, new.tangential_force)
+
+
+def test_the_first_trajectories_are_the_same_however_many_follow(dataset):
+    fewer = datasets.generate("push", trajectories=2, frames=4, seed=1)
+    for one, other in zip(fewer.trajectories, dataset.trajectories, strict=False):
+        assert np.array_equal(one.states, other.states)
+
+
+def test_the_digest_tells_datasets_apart_by_a_single_bit(dataset):
+    digest = dataset.digest()
+    state = dataset.trajectories[1].states[2]
+    before = state[0]
+    state[0] = np.nextafter(before, 10)
+    try:
+        assert dataset.digest() != digest
+    finally:
+        state[0] = before
+    assert dataset.digest() == digest
+
+
+def test_states_are_numbered_through_all_trajectories(dataset):
+    assert dataset.frames()[3:6] == [(0, 3), (1, 0), (1, 1)]
+    problems = dataset.problems()
+    assert len(problems) == 12
+    assert np.array_equal(problems[5].state, dataset.trajectories[1].states[1])
+    assert len(problems[5].contacts) == len(dataset.trajectories[1].contacts[1])
+
+
+def test_progress_counts_every_trajectory():
+    seen = []
+    datasets.generate(
+        "push", trajectories=3, frames=1, progress=lambda done, total: seen.append((done, total))
+    )
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+
+
+@pytest.mark.parametrize("wrong", [{"trajectories": 0}, {"frames": 0}, {"seed": -1}])
+def test_numbers_out_of_range_are_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        datasets.generate("push", **wrong)
+
+
+def test_a_file_that_is_not_hdf5_is_refused(tmp_path):
+    (tmp_path / "notes.txt").write_text("not a dataset")
+    with pytest.raises(ValueError, match=r"notes\.txt is not a dataset"):
+        datasets.load(tmp_path / "notes.txt")
+
+
+def test_an_hdf5_file_of_something_else_is_refused(tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = [1, 2]
+    with pytest.raises(ValueError, match=r"other\.h5 is not a dataset"):
+        datasets.load(tmp_path / "other.h5")
+
+
+def test_a_file_of_a_newer_version_is_refused_with_the_advice_to_update(saved):
+    with h5py.File(saved, "a") as file:
+        file.attrs["version"] = 99
+    with pytest.raises(ValueError, match=r"version 99.*update"):
+        datasets.load(saved)
+
+
+@pytest.mark.parametrize("part", [0.3, 0.7, 0.99])
+def test_a_truncated_file_is_refused(saved, part):
+    os.truncate(saved, int(part * saved.stat().st_size))
+    with pytest.raises(ValueError, match=r"push\.h5 is damaged or cut short"):
+        datasets.load(saved)
+
+
+def test_a_file_that_lacks_a_part_is_refused(saved):
+    with h5py.File(saved, "a") as file:
+        del file["trajectories/0001/states"]
+    with pytest.raises(ValueError, match=r"push\.h5 is damaged.*states"):
+        datasets.load(saved)
+
+
+def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(dataset, saved):
+    broken = datasets.Dataset("push", {"friction": object()}, 0, dataset.trajectories)
+    with pytest.raises(TypeError):
+        broken.save(saved)
+    assert datasets.load(saved).digest() == dataset.digest()
+    assert [path.name for path in saved.parent.iterdir()] == ["push.h5"]

@@ -1,0 +1,146 @@
+"""The answers here are computed by hand, or by scikit-learn one draw at a time."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from rich.console import Console
+from sklearn.metrics import average_precision_score, roc_auc_score
+
+from energymargin.evaluation import (
+    LabelledScores,
+    captured_labels,
+    evaluate,
+    trajectory_score,
+    weighted_auc_ap,
+)
+
+
+def labelled(trajectory, captured, success=None, **scores):
+    n = len(trajectory)
+    return LabelledScores(
+        task="push",
+        trajectory=np.array(trajectory),
+        captured=np.array(captured, dtype=bool),
+        success=np.zeros(n, dtype=bool) if success is None else np.array(success, dtype=bool),
+        scores={name: np.array(values, dtype=float) for name, values in scores.items()},
+    )
+
+
+@pytest.mark.parametrize(
+    ("horizon", "labels"),
+    [(0, [1, 1, 0, 1, 1, 1]), (1, [1, 0, 0, 1, 1]), (2, [0, 0, 0, 1]), (5, [0]), (6, [])],
+)
+def test_a_state_is_captured_if_all_frames_of_its_horizon_are_and_has_no_label_past_the_end(
+    horizon, labels
+):
+    captured = np.array([1, 1, 0, 1, 1, 1], dtype=bool)
+    assert captured_labels(captured, horizon).tolist() == [bool(label) for label in labels]
+
+
+def test_the_trajectory_score_weighs_the_last_five_frames_from_1_to_5():
+    scores = np.array([9.0, 9.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    assert trajectory_score(scores) == pytest.approx(
+        (0.1 + 2 * 0.2 + 3 * 0.3 + 4 * 0.4 + 5 * 0.5) / 15
+    )
+
+
+def test_auc_and_ap_are_those_of_a_table_computed_by_hand():
+    # Pairs 3>1, 3>2, 2>1 and the tie 2=2: AUC 3.5/4. Thresholds 3 (P 1, R 1/2) and 2 (P 2/3, R 1):
+    # AP 1/2 + 1/3.
+    cell = evaluate(
+        labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, 2, 2]), horizons=[0]
+    ).states["capture"][0]
+    assert (cell.auc, cell.ap) == pytest.approx((3.5 / 4, 5 / 6))
+    assert (cell.count, cell.positives) == (4, 2)
+
+
+def test_an_infinite_effort_ranks_above_every_finite_one():
+    # The pairs are inf>5 and 1<5: AUC 1/2. Were inf left out or ranked last, it would be 0.
+    data = labelled([0, 0, 1], [1, 0, 1], **{"effort/est": [np.inf, 5, 1]})
+    cell = evaluate(data, horizons=[0]).states["effort/est"][0]
+    assert (cell.auc, cell.ap) == pytest.approx((1 / 2, 1 / 2 + 1 / 3))
+
+
+def test_success_is_judged_once_a_trajectory():
+    # Trajectory scores by hand: (1*0 + 2*3)/3 = 2, (1*3 + 2*0)/3 = 1, (1*1 + 2*1.5)/3 = 4/3; the
+    # second succeeded.
+    data = labelled(
+        [0, 0, 1, 1, 2, 2], [1] * 6, success=[0, 0, 1, 1, 0, 0], success_=[0, 3, 3, 0, 1, 1.5]
+    )
+    data.scores["success"] = data.scores.pop("success_")
+    cell = evaluate(data).success
+    assert (cell.auc, cell.ap, cell.count) == pytest.approx((0.0, 1 / 3, 3))
+
+
+def test_labels_of_one_class_make_a_dash_and_no_nan_anywhere():
+    result = evaluate(
+        labelled([0, 0, 1, 1], [1, 1, 1, 1], capture=[1, 2, 3, 4], success=[0, 0, 0, 0])
+    )
+    assert result.states["capture"][0] is None and result.success is None
+    console = Console(file=io.StringIO(), width=100)
+    console.print(result.render())
+    for text in (console.file.getvalue(), result.to_markdown(), result.to_csv()):
+        assert "nan" not in text.lower()
+    assert "| capture | — | — | — | — | — | — | .97/.99 |" in result.to_markdown()
+
+
+def test_a_score_that_is_missing_is_left_out_and_counted():
+    data = labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, np.nan, 2])
+    result = evaluate(data, horizons=[0])
+    assert result.missing == 1
+    assert "1 states have no score yet" in result.to_markdown()
+    cell = result.states["capture"][0]
+    assert (cell.auc, cell.count) == (1.0, 3)
+
+
+def test_all_draws_at_once_give_what_scikit_learn_gives_for_each():
+    random = np.random.default_rng(0)
+    ranks, labels = random.integers(0, 12, 60), random.random(60) < 0.6
+    weights = random.integers(0, 4, (20, 60))
+    auc, ap = weighted_auc_ap(ranks, labels, weights)
+    assert auc == pytest.approx([roc_auc_score(labels, ranks, sample_weight=w) for w in weights])
+    assert ap == pytest.approx(
+        [average_precision_score(labels, ranks, sample_weight=w) for w in weights]
+    )
+
+
+def test_draws_with_one_label_left_are_dropped():
+    weights = np.array([[1, 1], [2, 0], [0, 2]])
+    auc, ap = weighted_auc_ap(np.array([1, 0]), np.array([True, False]), weights)
+    assert (auc.tolist(), ap.tolist()) == ([1.0], [1.0])
+
+
+def test_the_interval_does_not_shrink_when_every_state_counts_ten_times():
+    random = np.random.default_rng(1)
+    captured, scores = random.random(12) < 0.5, random.random(12)
+    once = labelled(np.arange(12), captured, capture=scores)
+    tenfold = labelled(
+        np.repeat(np.arange(12), 10), np.repeat(captured, 10), capture=np.repeat(scores, 10)
+    )
+    cells = [evaluate(data, horizons=[0]).states["capture"][0] for data in (once, tenfold)]
+    assert cells[0].auc_interval == pytest.approx(cells[1].auc_interval)
+    assert cells[0].auc_interval[0] < cells[0].auc < cells[0].auc_interval[1]
+
+
+def test_a_single_trajectory_has_no_interval():
+    cell = evaluate(labelled([0, 0], [1, 0], capture=[1, 2]), horizons=[0]).states["capture"][0]
+    assert cell.auc_interval is None and cell.intervals() == ("—", "—")
+
+
+def test_the_csv_file_holds_every_number_in_full():
+    random = np.random.default_rng(2)
+    data = labelled(np.repeat(np.arange(5), 4), random.random(20) < 0.5, capture=random.random(20))
+    result = evaluate(data)
+    rows = list(csv.DictReader(io.StringIO(result.to_csv())))
+    assert [row["horizon"] for row in rows if row["score"] == "capture"] == [
+        "0",
+        "1",
+        "2",
+        "3",
+        "4",
+        "5",
+    ]
+    assert float(rows[0]["auc"]) == result.states["capture"][0].auc
+    assert float(rows[0]["paper_auc"]) == 0.97
