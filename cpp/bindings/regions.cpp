@@ -38,6 +38,14 @@ py::object contains(const Region& region, const Scene& scene, const ArrayLike& s
   return py::cast(member(matrix("states", states, -1, dimension)));
 }
 
+regions::PlanarMotion planar_motion(const py::dict& at) {
+  for (const char* key : {"position", "velocity", "yaw_rate"}) {
+    if (!at.contains(key)) throw std::invalid_argument(std::string("at has no '") + key + "'");
+  }
+  return {vector2("at: position", {at["position"]}), vector2("at: velocity", {at["velocity"]}),
+          vector("at: yaw_rate", {py::make_tuple(at["yaw_rate"])}, 1)[0]};
+}
+
 void bind_primitives(py::module_& module) {
   module.def(
       "Ball",
@@ -72,6 +80,20 @@ void bind_primitives(py::module_& module) {
       py::arg("sweep"), py::arg("frame") = py::none(),
       "What an arc about a center (2,) of mean radius and half width [m] sweeps in x and y, from start_angle by sweep "
       "[rad], positive counter-clockwise.");
+  module.def(
+      "Swept",
+      [](std::string body, std::string by, double half_width, double behind, double ahead, double least_speed,
+         double disc_radius, const std::optional<py::dict>& at) -> Region {
+        return regions::Swept{std::move(body), std::move(by), half_width,
+                              behind,          ahead,         least_speed,
+                              disc_radius,     at ? std::make_optional(planar_motion(*at)) : std::nullopt};
+      },
+      py::arg("body"), py::arg("by"), py::kw_only(), py::arg("half_width"), py::arg("behind"), py::arg("ahead"),
+      py::arg("least_speed"), py::arg("disc_radius"), py::arg("at") = py::none(),
+      "Inside what the body `by` is about to sweep in x and y: an annular sector about its instantaneous centre of "
+      "rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `ahead` [s] of its motion; "
+      "below least_speed [m/s] a disc of disc_radius [m] about it. at: dict of position (2,), velocity (2,), yaw_rate, "
+      "a motion to fix the sweep in the world; by default the state's own.");
   module.def(
       "HalfSpace",
       [](std::string body, const ArrayLike& normal, double offset, const Frame& frame) -> Region {

@@ -76,6 +76,22 @@ struct RegionWriter {
                       {"start_angle", r.start_angle},
                       {"sweep", r.sweep}});
   }
+  Json operator()(const regions::Swept& r) const {
+    Json json = {{"type", "swept"},
+                 {"body", r.body},
+                 {"by", r.by},
+                 {"half_width", r.half_width},
+                 {"behind", r.behind},
+                 {"ahead", r.ahead},
+                 {"least_speed", r.least_speed},
+                 {"disc_radius", r.disc_radius}};
+    if (r.at) {
+      json["at"] = {{"position", write(r.at->position)},
+                    {"velocity", write(r.at->velocity)},
+                    {"yaw_rate", r.at->yaw_rate}};
+    }
+    return json;
+  }
   Json operator()(const regions::HalfSpace& r) const {
     return with_body("half_space", r, {{"normal", write(r.normal)}, {"offset", r.offset}});
   }
@@ -305,6 +321,24 @@ Scene read_scene(const Place& place) {
   return scene;
 }
 
+regions::Swept read_swept(const Place& place) {
+  place.only({"type", "body", "by", "half_width", "behind", "ahead", "least_speed", "disc_radius", "at"});
+  regions::Swept swept;
+  swept.body = place["body"].word();
+  swept.by = place["by"].word();
+  swept.half_width = place["half_width"].number();
+  swept.behind = place["behind"].number();
+  swept.ahead = place["ahead"].number();
+  swept.least_speed = place["least_speed"].number();
+  swept.disc_radius = place["disc_radius"].number();
+  if (place.has("at")) {
+    const Place at = place["at"];
+    at.only({"position", "velocity", "yaw_rate"});
+    swept.at = regions::PlanarMotion{at["position"].vector2(), at["velocity"].vector2(), at["yaw_rate"].number()};
+  }
+  return swept;
+}
+
 Region read_region(const Place& place, int depth = 0) {
   if (depth > 64) place.fail("at most 64 levels of \"and\", \"or\", \"not\"");
   const std::string type = place["type"].word();
@@ -318,6 +352,7 @@ Region read_region(const Place& place, int depth = 0) {
     if (type == "not") return regions::Complement{std::move(of)};
     return type == "and" ? Region(regions::Intersection{std::move(of)}) : Region(regions::Union{std::move(of)});
   }
+  if (type == "swept") return read_swept(place);
   const std::string body = place["body"].word();
   const std::string frame = place.has("frame") ? place["frame"].word() : "";
   const auto only = [&place](std::vector<std::string> keys) {
@@ -361,7 +396,7 @@ Region read_region(const Place& place, int depth = 0) {
     return regions::Tilt{body, place["axis"].vector3(), place["reference"].vector3(), place["limit"].number(), frame};
   }
   place["type"].fail(
-      "\"ball\", \"box\", \"disc\", \"annular_sector\", \"half_space\", \"speed\", \"tilt\", \"and\", \"or\" or \"not\"");
+      "\"ball\", \"box\", \"disc\", \"annular_sector\", \"swept\", \"half_space\", \"speed\", \"tilt\", \"and\", \"or\" or \"not\"");
 }
 
 Region region_at(const Place& place) {

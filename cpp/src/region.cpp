@@ -10,6 +10,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double full_turn = 2.0 * pi;
+constexpr double straight = 1000.0;  // radius from which on a path counts as straight [m]
 
 struct Validator {
   void operator()(const regions::Ball& ball) const {
@@ -32,6 +33,17 @@ struct Validator {
     if (!(std::abs(sector.sweep) > 0.0 && std::abs(sector.sweep) <= full_turn)) {
       reject("sweep", text(sector.sweep), "an angle of at most 2 pi in size, and not 0");
     }
+  }
+  void operator()(const regions::Swept& swept) const {
+    require_positive("half_width", swept.half_width);
+    require_not_negative("behind", swept.behind);
+    require_positive("ahead", swept.ahead);
+    require_not_negative("least_speed", swept.least_speed);
+    require_positive("disc_radius", swept.disc_radius);
+    if (!swept.at) return;
+    require_finite("at: position", Vector3(swept.at->position.x(), swept.at->position.y(), 0.0));
+    require_finite("at: velocity", Vector3(swept.at->velocity.x(), swept.at->velocity.y(), 0.0));
+    require_finite("at: yaw_rate", swept.at->yaw_rate);
   }
   void operator()(const regions::HalfSpace& half_space) const {
     require_unit("normal", half_space.normal);
@@ -113,6 +125,27 @@ bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
   return turned - full_turn * std::floor(turned / full_turn) <= std::abs(sector.sweep);
 }
 
+bool in_sweep(const regions::Swept& swept, const regions::PlanarMotion& motion, const Vector3& position) {
+  const double speed = motion.velocity.norm();
+  if (speed < swept.least_speed || speed == 0.0) {
+    return (position.head<2>() - motion.position).norm() <= swept.disc_radius;
+  }
+  const double turn = motion.yaw_rate < 0.0 ? -1.0 : 1.0;  // 1: the centre is on the left of the motion
+  const double radius = speed / std::max(std::abs(motion.yaw_rate), speed / straight);
+  const Vector2 outwards = turn / speed * Vector2(motion.velocity.y(), -motion.velocity.x());
+  regions::AnnularSector sector;
+  sector.center = motion.position - radius * outwards;
+  sector.radius = radius;
+  sector.half_width = swept.half_width;
+  sector.start_angle = std::atan2(outwards.y(), outwards.x()) - turn * swept.behind / radius;
+  sector.sweep = turn * std::min((swept.behind + swept.ahead * speed) / radius, full_turn);
+  return in_sector(sector, position);
+}
+
+regions::PlanarMotion planar_motion(const BodyState& body) {
+  return {body.position.head<2>(), body.velocity.head<2>(), body.angular_velocity.z()};
+}
+
 class Compiler {
  public:
   explicit Compiler(const Scene& scene) : scene_(scene), layout_(scene) {}
@@ -136,6 +169,12 @@ class Compiler {
   }
   Test operator()(const regions::AnnularSector& sector) const {
     return [sector, seen = reader(sector)](const double* state) { return in_sector(sector, seen.position(state)); };
+  }
+  Test operator()(const regions::Swept& swept) const {
+    return [swept, body = BodyReader(scene_, layout_, swept.body),
+            by = BodyReader(scene_, layout_, swept.by)](const double* state) {
+      return in_sweep(swept, swept.at ? *swept.at : planar_motion(by(state)), body(state).position);
+    };
   }
   Test operator()(const regions::HalfSpace& half_space) const {
     return [half_space, seen = reader(half_space)](const double* state) {

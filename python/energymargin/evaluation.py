@@ -180,7 +180,8 @@ def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.boo
     """
     if len(captured) <= horizon:
         return np.zeros(0, dtype=bool)
-    return np.lib.stride_tricks.sliding_window_view(captured, horizon + 1).all(axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(captured, horizon + 1)
+    return np.asarray(windows.all(axis=1))
 
 
 def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:

@@ -8,7 +8,7 @@ rest.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +110,8 @@ def plot_state(
         LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
     )
     ax.scatter(
-        *points.T,
+        points[:, 0],
+        points[:, 1],
         c=tree.costs,
         cmap=COSTS,
         norm=norm,
@@ -119,7 +120,9 @@ def plot_state(
         edgecolors="white",
         zorder=6,
     )
-    ax.plot(*points[0], "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
+    ax.plot(
+        points[0, 0], points[0, 1], "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7
+    )
 
     ax.set(xlim=limits[0], ylim=limits[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
     ax.xaxis.set_major_locator(MaxNLocator(5))
@@ -142,55 +145,35 @@ def figure_qualitative(
     nodes: int = 100,
     seed: int = 0,
 ) -> Figure:
-    """Search trees in some frames of each trajectory, a row a trajectory; the mapping's keys are
-    the rows' names.
+    """Search trees in some frames of each trajectory: a row a trajectory, named as in the mapping.
 
-    `frames` are numbers of frames, or None for the first, a middle and the last one. Grows the
-    trees with `nodes` nodes.
+    `frames` are numbers of frames; None takes three of them, from the first on, a third of the
+    trajectory apart. The trees are grown here, with `nodes` nodes each.
     """
-    panels = {
+    rows = {
         name: [
-            (k, task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k]))
-            for k in (frames if frames is not None else _three(len(trajectory)))
+            _panel(task, trajectory, k, nodes, seed)
+            for k in (_three(len(trajectory)) if frames is None else frames)
         ]
         for name, trajectory in trajectories.items()
     }
-    scores = {
-        name: [capture_score(problem, nodes=nodes, seed=seed) for _, problem in row]
-        for name, row in panels.items()
-    }
-    any_problem = next(iter(panels.values()))[0][1]
-    limits = _view(
-        any_problem.scene,
-        np.concatenate([trajectory.states for trajectory in trajectories.values()]),
-    )
-    most = max(float(score.tree.costs.max()) for row in scores.values() for score in row)
+    panels = [panel for row in rows.values() for panel in row]
+    scene = panels[0].problem.scene
+    limits = _view(scene, np.concatenate([t.states for t in trajectories.values()]))
+    most = max(float(panel.score.tree.costs.max()) for panel in panels)
 
-    (x0, x1), (y0, y1) = limits
-    columns = max(len(row) for row in panels.values())
-    height = 0.75 + 3.0 * (y1 - y0) / (x1 - x0)
-    figure = Figure(
-        figsize=(3.0 * columns + 1.2, height * len(panels) + 0.6), dpi=200, layout="constrained"
-    )
-    axes = figure.subplots(len(panels), columns, sharex=True, sharey=True, squeeze=False)
-    for row, (name, trajectory) in enumerate(trajectories.items()):
-        for column, ((k, problem), score) in enumerate(
-            zip(panels[name], scores[name], strict=True)
-        ):
-            ax = axes[row, column]
-            plot_state(problem, score, ax, limits=limits, most=most, color_bar=False)
-            ax.set_title(f"t = {trajectory.times[k]:.2f} s\n{ax.get_title()}", fontsize=9)
+    figure, axes = _grid(len(rows), max(len(row) for row in rows.values()), limits)
+    for (name, row), row_axes in zip(rows.items(), axes, strict=True):
+        for panel, ax in zip(row, row_axes, strict=False):
+            plot_state(panel.problem, panel.score, ax, limits=limits, most=most, color_bar=False)
+            ax.set_title(f"t = {panel.time:.2f} s\n{ax.get_title()}", fontsize=9)
             ax.label_outer()
-        axes[row, 0].set_ylabel(f"{name}\ny [m]")
-    figure.colorbar(
-        ScalarMappable(Normalize(0.0, most), COSTS),
-        ax=axes,
-        label="cost of reaching a node [J]",
-        shrink=0.6,
-        pad=0.015,
-    )
+        row_axes[0].set_ylabel(f"{name}\ny [m]")
+    costs = ScalarMappable(Normalize(0.0, most), COSTS)
+    figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
+    handles = _legend(panels[0].problem)
     figure.legend(
-        handles=_legend(any_problem), loc="outside lower center", ncols=6, frameon=False, fontsize=8
+        handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
     )
     return figure
 
@@ -201,15 +184,14 @@ def plot_trajectory_scores(
     captured: NDArray[np.bool_],
     axes: Sequence[Axes],
 ) -> None:
-    """Scores along one trajectory, each kind on its own axis of `axes` (as many as there are
-    kinds); all arrays (K,).
+    """Scores along one trajectory, all arrays (K,); each kind on its own one of `axes`.
 
     Frames that are not captured are shaded. An infinite effort is drawn as a triangle at the top.
     """
-    for ax, (names, label) in zip(axes, _panels(scores), strict=True):
-        for name in names:
-            _draw_scores(ax, times, scores[name], name)
-        _shade(ax, times, ~captured)
+    for ax, (names, label) in zip(axes, _kinds(scores), strict=True):
+        for number, name in enumerate(names):
+            _draw_scores(ax, times, scores[name], name, top=0.95 - 0.08 * number)
+        _shade(ax, times, ~captured, label="not captured" if ax is axes[0] else None)
         ax.set_ylabel(label)
         ax.margins(y=0.12)
         ax.grid(alpha=0.25, linewidth=0.5)
@@ -227,50 +209,100 @@ def figure_scores(
 
     `columns`: name -> (times, scores, captured), each as in `plot_trajectory_scores`.
     """
-    kinds = len(_panels(next(iter(columns.values()))[1]))
+    kinds = len(_kinds(next(iter(columns.values()))[1]))
     figure = Figure(figsize=(4.2 * len(columns), 1.9 * kinds + 0.5), dpi=200, layout="constrained")
     axes = figure.subplots(kinds, len(columns), sharex="col", sharey="row", squeeze=False)
     for column, (name, (times, scores, captured)) in enumerate(columns.items()):
         plot_trajectory_scores(times, scores, captured, list(axes[:, column]))
         axes[0, column].set_title(name, fontsize=10)
     for row in axes:
+        entries: dict[str, Any] = {}  # of all columns: a shade or a triangle may be in one alone
         for ax in row:
             ax.label_outer()
-        row[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
+            entries.update({text: handle for handle, text in zip(*_entries(ax), strict=True)})
+        row[-1].legend(
+            entries.values(),
+            entries.keys(),
+            loc="center left",
+            bbox_to_anchor=(1.0, 0.5),
+            frameon=False,
+            fontsize=8,
+        )
     return figure
 
 
+class _Panel(NamedTuple):
+    time: float
+    problem: Problem
+    score: CaptureScore
+
+
+def _panel(task: Task, trajectory: Trajectory, k: int, nodes: int, seed: int) -> _Panel:
+    problem = task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k])
+    score = capture_score(problem, nodes=nodes, seed=seed)
+    return _Panel(float(trajectory.times[k]), problem, score)
+
+
 def _three(frames: int) -> list[int]:
-    """First, middle and last of the frames, each once."""
-    return sorted({0, frames // 2, frames - 1})
+    """The first frame, and those at one and two thirds, each once."""
+    return sorted({0, frames // 3, 2 * frames // 3})
 
 
-def _panels(scores: Mapping[str, Any]) -> list[tuple[list[str], str]]:
+def _grid(rows: int, columns: int, limits: Limits) -> tuple[Figure, Any]:
+    """A figure whose panels leave no gaps between them, and its axes."""
+    (x0, x1), (y0, y1) = limits
+    panel = 2.9  # width [inch]
+    size = (panel * columns + 1.2, (panel * (y1 - y0) / (x1 - x0) + 0.45) * rows + 0.7)
+    figure = Figure(figsize=size, dpi=200, layout="constrained")
+    return figure, figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+
+
+def _entries(ax: Axes) -> tuple[list[Any], list[str]]:
+    """What a legend would hold."""
+    handles, texts = ax.get_legend_handles_labels()
+    return list(handles), list(texts)
+
+
+def _kinds(scores: Mapping[str, Any]) -> list[tuple[list[str], str]]:
     """The kinds of score that are there, with the label of their axis."""
     kinds = [([name for name in names if name in scores], label) for names, label in PANELS]
     return [(names, label) for names, label in kinds if names]
 
 
 def _draw_scores(
-    ax: Axes, times: NDArray[np.float64], values: NDArray[np.float64], name: str
+    ax: Axes,
+    times: NDArray[np.float64],
+    values: NDArray[np.float64],
+    name: str,
+    *,
+    top: float,
 ) -> None:
+    """A line; triangles at the height `top` of the axis (0..1) stand for infinity."""
     finite = np.where(np.isfinite(values), values, np.nan)
     color = METRIC_COLORS[name]
     ax.plot(times, finite, "o-", color=color, markersize=3, linewidth=1.2, label=name)
     endless = times[np.isposinf(values)]
-    top, of_axis = np.full(len(endless), 0.95), ax.get_xaxis_transform()
-    ax.plot(endless, top, "^", color=color, markersize=4, transform=of_axis)
+    if len(endless):
+        ax.plot(
+            endless,
+            np.full(len(endless), top),
+            "^",
+            color=color,
+            markersize=4,
+            transform=ax.get_xaxis_transform(),
+            label=f"{name}: no escape",
+        )
 
 
-def _shade(ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_]) -> None:
+def _shade(
+    ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_], label: str | None
+) -> None:
     """A band about each shaded frame, reaching half-way to its neighbours."""
     middles = (times[1:] + times[:-1]) / 2
     borders = np.concatenate([times[:1], middles, times[-1:]])
-    for number, k in enumerate(np.flatnonzero(shaded)):
-        label = "not captured" if number == 0 else None
-        ax.axvspan(
-            borders[k], borders[k + 1], color=LOST_COLOR, alpha=0.15, linewidth=0, label=label
-        )
+    for k in np.flatnonzero(shaded):
+        ax.axvspan(borders[k], borders[k + 1], facecolor=LOST_COLOR, alpha=0.15, label=label)
+        label = None  # once in the legend
 
 
 def _draw_region(

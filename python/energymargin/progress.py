@@ -35,7 +35,7 @@ class _Rate(ProgressColumn):
 @contextmanager
 def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[int, int], None]]:
     """Draws a bar while the `with` block runs, which calls `update(done, total)`."""
-    with Progress(
+    progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
@@ -44,10 +44,15 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
         TimeRemainingColumn(),
         TextColumn("left"),
         console=console,
-    ) as progress:
-        bar = progress.add_task(title, total=None)
+    )
+    bar = progress.add_task(title, total=None)
 
-        def update(done: int, total: int) -> None:
-            progress.update(bar, completed=done, total=total)
+    def update(done: int, total: int) -> None:
+        progress.start()  # not before there is something to count: an error may come first
+        progress.update(bar, completed=done, total=total)
 
+    try:
         yield update
+    finally:
+        if progress.live.is_started:
+            progress.stop()

@@ -13,6 +13,7 @@ from energymargin._core.regions import (
     HalfSpace,
     Predicate,
     Speed,
+    Swept,
     Tilt,
 )
 
@@ -25,5 +26,6 @@ __all__ = [
     "Predicate",
     "Region",
     "Speed",
+    "Swept",
     "Tilt",
 ]

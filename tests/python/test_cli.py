@@ -116,7 +116,7 @@ def scored(path):
 
 
 def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_scores(folder):
-    arguments = ["score", "push.h5", "--nodes", "300"]
+    arguments = ["score", "push.h5", "--nodes", "100"]
     assert run(*arguments, "-o", "whole.db", cwd=folder).returncode == 0
 
     process = subprocess.Popen(

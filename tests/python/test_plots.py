@@ -69,7 +69,7 @@ def test_the_qualitative_figure_has_a_row_a_trajectory_and_three_frames_in_each(
     panels = [ax for ax in figure.axes if "capture" in ax.get_title()]
     assert len(panels) == 6
     assert [ax.get_title().split("\n")[0] for ax in panels[:3]] == [
-        f"t = {trajectory.times[k]:.2f} s" for k in (0, 2, 3)
+        f"t = {trajectory.times[k]:.2f} s" for k in (0, 1, 2)
     ]
 
 

@@ -80,7 +80,7 @@ def test_the_labels_say_where_the_box_ends_and_which_frames_are_captured():
         ((1, -0.05), True),
         ((1, -0.06), False),
         ((1.56, 0.3), True),
-        ((0.43, 0.3), False),
+        ((0.42, 0.3), False),
     ],
 )
 def test_straight_ahead_the_capture_set_is_a_strip_of_1_5_s_of_motion(at, inside):

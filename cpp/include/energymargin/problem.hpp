@@ -27,7 +27,7 @@ struct Problem {
 
 //! Throws std::invalid_argument on a bad state, bounds that are negative or not finite, a duration shorter than a step,
 //! regions on unknown bodies, no object or more than one, "drive" without an effector, or a start state in which
-//! a moving body is deeper in another than a tenth of the smaller one's smallest half extent.
+//! a moving body is deeper in another than a quarter of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 
 }  // namespace energymargin

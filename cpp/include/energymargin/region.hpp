@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -19,8 +20,8 @@ using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 namespace regions {
 
-// In each of them `body` is the body whose position counts. `frame` names the body in whose frame centre, axes and
-// velocities are given; empty: the world.
+// In each of them `body` is the body whose position counts. Where there is a `frame`, it names the body in whose frame
+// centre, axes and velocities are given; empty: the world.
 
 //! |position - centre| <= radius.
 struct Ball {
@@ -55,6 +56,26 @@ struct AnnularSector {
   double start_angle = 0.0;          //!< from the x axis [rad]
   double sweep = 1.0;                //!< counter-clockwise from the start, negative: clockwise; at most a full turn [rad]
   std::string frame{};
+};
+
+//! How a body moves in x and y at one moment.
+struct PlanarMotion {
+  Vector2 position = Vector2::Zero();  //!< [m]
+  Vector2 velocity = Vector2::Zero();  //!< [m/s]
+  double yaw_rate = 0.0;               //!< [rad/s]
+};
+
+//! Inside what another body is about to sweep in x and y: the annular sector about its instantaneous centre of rotation
+//! or, while it is too slow to have a direction, a disc about it (paper, Section VI-A, planar pushing).
+struct Swept {
+  std::string body;
+  std::string by;             //!< the body that sweeps
+  double half_width = 0.5;    //!< on each side of its path [m]
+  double behind = 0.0;        //!< length of path behind it that still counts [m]
+  double ahead = 1.0;         //!< time of its motion that counts [s]
+  double least_speed = 0.0;   //!< below it the disc counts [m/s]
+  double disc_radius = 1.0;   //!< [m]
+  std::optional<PlanarMotion> at{};  //!< the sweep from this motion, fixed in the world; unset: from the state's own
 };
 
 //! normal . position <= offset.
@@ -108,7 +129,7 @@ struct Complement {
 class Region {
  public:
   using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector,
-                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate, regions::Intersection,
+                                  regions::Swept, regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate, regions::Intersection,
                                   regions::Union, regions::Complement>;
 
   //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, or NaN.

@@ -15,7 +15,7 @@ class Projection : public ompl::base::ProjectionEvaluator {
  public:
   explicit Projection(const std::shared_ptr<ompl::base::StateSpace>& space)
       : ProjectionEvaluator(space), cost_space_(*space->as<CostSpace>()) {
-    setCellSizes(getDimension(), 1.0);
+    setCellSizes(std::vector<double>(7, 1.0));
   }
 
   unsigned int getDimension() const override { return 7; }

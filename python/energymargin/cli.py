@@ -1,0 +1,342 @@
+"""The commands: energymargin tasks | generate | score | evaluate | demo.
+
+Heavy modules are imported where they are used, so that --help answers at once.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from typer.core import TyperGroup
+
+if TYPE_CHECKING:
+    from energymargin.datasets import Dataset
+    from energymargin.store import ScoreStore
+
+__all__ = ["main"]
+
+# Exit codes, as shells know them.
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+DEMO_TASK = "push"
+DEMO_FRAMES = 10
+
+out = Console()
+err = Console(stderr=True)
+
+
+class _Commands(TyperGroup):
+    """Says what went wrong in one line, without a traceback, and stops on Ctrl-C without one."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            _say("[yellow]stopped[/]")
+            raise typer.Exit(INTERRUPTED) from None
+        except (ValueError, OSError, ImportError, sqlite3.Error) as error:
+            _say(f"[red]error:[/] {escape(_one_line(error))}")
+            raise typer.Exit(BAD_INPUT) from None
+
+
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="""How robust is a manipulation, right now? Scores of robustness from energy margins.
+
+    From nothing to a table: `energymargin demo`. Or step by step:
+
+        energymargin generate push -o push.h5
+        energymargin score push.h5 -o push-scores.db
+        energymargin evaluate push-scores.db
+    """,
+)
+
+Seed = Annotated[int, typer.Option(help="The same seed gives the same numbers, to the last bit.")]
+Nodes = Annotated[
+    int, typer.Option(help="Nodes of each search tree: more take longer and say more.")
+]
+Threads = Annotated[
+    int | None, typer.Option(help="Threads; all cores if not given. Scores do not depend on it.")
+]
+
+
+@app.command()
+def tasks() -> None:
+    """The tasks that there are, with their parameters.
+
+    Example: `energymargin tasks`
+    """
+    from rich.table import Table
+
+    from energymargin import tasks as registry
+
+    table = Table("task", "what it is", "parameters", box=None, padding=(0, 2, 0, 0))
+    for name in registry.names():
+        task = registry.make(name)
+        summary = (type(task).__doc__ or "").strip().split("\n")[0]
+        table.add_row(name, escape(summary), escape(_parameters_text(task.parameters)))
+    out.print(table)
+
+
+@app.command()
+def generate(
+    *,
+    task: Annotated[str, typer.Argument(help="Name of a task, see `energymargin tasks`.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The dataset; TASK.h5 if not given.")
+    ] = None,
+    trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
+    frames: Annotated[int, typer.Option(help="How many frames of each are recorded.")] = 10,
+    seed: Seed = 0,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the file if it exists.")
+    ] = False,
+) -> None:
+    """Generate random trajectories of a task, with their labels.
+
+    Example: `energymargin generate push -o push.h5 --trajectories 50 -p friction=0.3`
+    """
+    from energymargin import tasks as registry
+
+    output = output or Path(f"{task}.h5")
+    made = registry.make(task, **_parsed(parameter or []))
+    if output.exists() and not overwrite:
+        raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
+    dataset = _generate(made, trajectories, frames, seed, output)
+    _say(f"Wrote {_counts(dataset)} to {output}. Next: [bold]energymargin score {output}[/]")
+
+
+@app.command()
+def score(
+    *,
+    data: Annotated[Path, typer.Argument(help="A dataset, from `energymargin generate`.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The scores; DATA-scores.db if not given.")
+    ] = None,
+    metrics: Annotated[
+        str, typer.Option(help="Which scores, with commas between.")
+    ] = "capture,success,effort/est,effort/rrt,force",
+    nodes: Nodes = 1000,
+    seed: Seed = 0,
+    threads: Threads = None,
+) -> None:
+    """Score every state of a dataset. Stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin score push.h5 -o push-scores.db --nodes 100`
+    """
+    from energymargin import datasets
+
+    dataset = datasets.load(data)
+    output = output or data.with_name(f"{data.stem}-scores.db")
+    names = [metric.strip() for metric in metrics.split(",")]
+    with _score(dataset, output, metrics=names, nodes=nodes, seed=seed, threads=threads) as store:
+        scored, _ = store.counts()
+        _say(
+            f"{scored} states are scored in {output}, {1e3 * store.seconds():.0f} ms a state. "
+            f"Next: [bold]energymargin evaluate {output}[/]"
+        )
+
+
+@app.command()
+def evaluate(
+    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    markdown: Annotated[
+        Path | None, typer.Option(help="Write the table to this file as well.")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write every number to this file as well.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
+) -> None:
+    """Compare scores with what happened: AUC and AP by horizon, beside the paper's.
+
+    Example: `energymargin evaluate push-scores.db --markdown table.md`
+    """
+    from energymargin.store import ScoreStore
+
+    with ScoreStore(scores) as store:
+        _evaluate(store, markdown, csv, seed)
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
+        "out"
+    ),
+    trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
+    nodes: Nodes = 100,
+    seed: Seed = 0,
+    threads: Threads = None,
+) -> None:
+    """The whole way on planar pushing: generate, score, evaluate, draw. Stopped, it goes on where
+    it was.
+
+    Example: `energymargin demo -o out`
+    """
+    from energymargin import plots, scoring
+    from energymargin import tasks as registry
+
+    output.mkdir(parents=True, exist_ok=True)
+    data = output / f"{DEMO_TASK}.h5"
+    task = registry.make(DEMO_TASK)
+    dataset = _demo_dataset(data, trajectories, seed)
+    database = output / f"{DEMO_TASK}-scores.db"
+    with _score(
+        dataset, database, metrics=scoring.METRICS, nodes=nodes, seed=seed, threads=threads
+    ) as store:
+        _evaluate(store, output / "table.md", output / "table.csv", seed)
+        labelled = store.labelled_scores()
+
+    chosen = _one_of_each(dataset)
+    if chosen:
+        figure = plots.figure_qualitative(
+            task,
+            {name: dataset.trajectories[t] for name, t in chosen.items()},
+            nodes=nodes,
+            seed=seed,
+        )
+        figure.savefig(output / "qualitative.png")
+        columns = {}
+        for name, t in chosen.items():
+            states = labelled.by_trajectory()[t]
+            values = {metric: column[states] for metric, column in labelled.scores.items()}
+            columns[f"{name} trajectory"] = (
+                dataset.trajectories[t].times,
+                values,
+                labelled.captured[states],
+            )
+        plots.figure_scores(columns).savefig(output / "scores.png")
+    written = sorted(path.name for path in output.iterdir() if not path.name.startswith("."))
+    _say(f"In {output}/: {', '.join(written)}")
+
+
+def main() -> None:
+    """Entry point of the command `energymargin`."""
+    app()
+
+
+def _generate(task: Any, trajectories: int, frames: int, seed: int, output: Path) -> Dataset:
+    from energymargin import datasets
+    from energymargin.progress import progress_bar
+
+    with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
+        dataset = datasets.generate(task, trajectories, frames, seed, progress)
+    dataset.save(output)
+    return dataset
+
+
+def _score(
+    dataset: Dataset,
+    output: Path,
+    *,
+    metrics: Sequence[str],
+    nodes: int,
+    seed: int,
+    threads: int | None,
+) -> ScoreStore:
+    """Scores what is missing and opens the file of all scores. Ctrl-C says what was kept."""
+    from energymargin.progress import progress_bar
+    from energymargin.store import ScoreStore, score_dataset
+
+    try:
+        with progress_bar(err, f"Scoring, {nodes} nodes", "states") as progress:
+            score_dataset(dataset, output, metrics, nodes, seed, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        if output.exists():
+            with ScoreStore(output) as store:
+                scored, total = store.counts()
+            kept = f"{scored} of {total} states are scored and kept in {output}"
+            _say(f"{kept}; the same command goes on from there.")
+        raise
+    return ScoreStore(output)
+
+
+def _evaluate(store: ScoreStore, markdown: Path | None, csv: Path | None, seed: int) -> None:
+    from energymargin import evaluation
+
+    result = evaluation.evaluate(store.labelled_scores(), seed=seed)
+    out.print(result.render())
+    if markdown is not None:
+        markdown.write_text(result.to_markdown())
+    if csv is not None:
+        csv.write_text(result.to_csv())
+
+
+def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
+    """The demo's dataset: the one that is there, if it is the same."""
+    from energymargin import datasets
+    from energymargin import tasks as registry
+
+    task = registry.make(DEMO_TASK)
+    if not path.exists():
+        return _generate(task, trajectories, DEMO_FRAMES, seed, path)
+    dataset = datasets.load(path)
+    found = (dataset.task, dataset.parameters, dataset.seed, len(dataset.trajectories))
+    if found != (task.name, task.parameters, seed, trajectories):
+        raise ValueError(f"{path} holds other trajectories: remove it, or choose another -o")
+    return dataset
+
+
+def _one_of_each(dataset: Dataset) -> dict[str, int]:
+    """A failed and a successful trajectory for the pictures, with an end as clear as can be."""
+    chosen = {}
+    for name, success in (("failed", False), ("successful", True)):
+        of_kind = [
+            t for t, trajectory in enumerate(dataset.trajectories) if trajectory.success == success
+        ]
+        if of_kind:
+            chosen[name] = max(
+                of_kind, key=lambda t: (dataset.trajectories[t].captured[-1] == success, -t)
+            )
+    return chosen
+
+
+def _parsed(parameters: list[str]) -> dict[str, Any]:
+    """NAME=VALUE, where a value is JSON, or else a word."""
+    parsed = {}
+    for text in parameters:
+        name, equals, value = text.partition("=")
+        if not (equals and name.isidentifier()):
+            raise ValueError(f"--parameter is {text!r}, expected NAME=VALUE")
+        try:
+            parsed[name] = json.loads(value)
+        except json.JSONDecodeError:
+            parsed[name] = value
+    return parsed
+
+
+def _parameters_text(parameters: dict[str, Any]) -> str:
+    return ", ".join(f"{name}={json.dumps(value)}" for name, value in parameters.items())
+
+
+def _counts(dataset: Dataset) -> str:
+    succeeded = sum(trajectory.success for trajectory in dataset.trajectories)
+    trajectories = f"{len(dataset.trajectories)} trajectories ({succeeded} successful)"
+    return f"{trajectories}, {len(dataset.frames())} states"
+
+
+def _one_line(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return " ".join(str(error).split())
+
+
+def _say(text: str) -> None:
+    """A line to whoever sits at the terminal; what a command computes goes to stdout instead."""
+    err.print(text, soft_wrap=True, highlight=False)
