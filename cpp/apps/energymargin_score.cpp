@@ -71,7 +71,8 @@ Arguments parse(const std::vector<std::string>& words) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
     if (word.rfind("--", 0) != 0) {
-      if (!arguments.file.empty()) throw std::invalid_argument("two problem files given: '" + arguments.file + "' and '" + word + "'");
+      if (!arguments.file.empty())
+        throw std::invalid_argument("two problem files given: '" + arguments.file + "' and '" + word + "'");
       arguments.file = word;
       continue;
     }

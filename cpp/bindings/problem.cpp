@@ -24,9 +24,17 @@ void bind_problem(py::module_& module) {
                        double duration, const Region& captured, const std::optional<Region>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, double rate,
                        const std::optional<std::vector<Contact>>& contacts) {
-             Problem problem{scene,    vector("state", state, -1), vector3("force", force), vector3("torque", torque),
-                             duration, captured,                   succeeded,               within,
-                             effector(mode), rate,                 contacts};
+             Problem problem{scene,
+                             vector("state", state, -1),
+                             vector3("force", force),
+                             vector3("torque", torque),
+                             duration,
+                             captured,
+                             succeeded,
+                             within,
+                             effector(mode),
+                             rate,
+                             contacts};
              validate(problem);
              return problem;
            }),
@@ -44,10 +52,12 @@ void bind_problem(py::module_& module) {
       .def_property_readonly("effector", [](const Problem& problem) { return effector_name(problem.effector); })
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
-      .def("save", [](const Problem& problem, const py::object& path) { save(problem, py::str(path)); },
-           py::arg("path"), "Write a JSON file, atomically. Raises ValueError if a region is a Predicate.")
-      .def_static("load", [](const py::object& path) { return load(py::str(path)); }, py::arg("path"),
-                  "Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.")
+      .def(
+          "save", [](const Problem& problem, const py::object& path) { save(problem, py::str(path)); }, py::arg("path"),
+          "Write a JSON file, atomically. Raises ValueError if a region is a Predicate.")
+      .def_static(
+          "load", [](const py::object& path) { return load(py::str(path)); }, py::arg("path"),
+          "Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.")
       .def("to_json", &to_json, "The problem as JSON text.")
       .def_static("from_json", &from_json, py::arg("text"), "A problem from JSON text.")
       .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },

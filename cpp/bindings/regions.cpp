@@ -1,8 +1,7 @@
 // Sets of states for Python.
 
-#include "energymargin/region.hpp"
-
 #include "door.hpp"
+#include "energymargin/region.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -72,9 +71,8 @@ void bind_primitives(py::module_& module) {
       "AnnularSector",
       [](std::string body, const ArrayLike& center, double radius, double half_width, double start_angle, double sweep,
          const Frame& frame) -> Region {
-        return regions::AnnularSector{std::move(body), vector2("center", center), radius,
-                                      half_width,      start_angle,               sweep,
-                                      frame.value_or("")};
+        return regions::AnnularSector{std::move(body), vector2("center", center), radius, half_width, start_angle,
+                                      sweep,           frame.value_or("")};
       },
       py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("half_width"), py::arg("start_angle"),
       py::arg("sweep"), py::arg("frame") = py::none(),
@@ -84,9 +82,9 @@ void bind_primitives(py::module_& module) {
       "Swept",
       [](std::string body, std::string by, double half_width, double behind, double ahead, double least_speed,
          double disc_radius, const std::optional<py::dict>& at) -> Region {
-        return regions::Swept{std::move(body), std::move(by), half_width,
-                              behind,          ahead,         least_speed,
-                              disc_radius,     at ? std::make_optional(planar_motion(*at)) : std::nullopt};
+        return regions::Swept{
+            std::move(body), std::move(by), half_width,  behind,
+            ahead,           least_speed,   disc_radius, at ? std::make_optional(planar_motion(*at)) : std::nullopt};
       },
       py::arg("body"), py::arg("by"), py::kw_only(), py::arg("half_width"), py::arg("behind"), py::arg("ahead"),
       py::arg("least_speed"), py::arg("disc_radius"), py::arg("at") = py::none(),
@@ -129,8 +127,10 @@ void bind_regions(py::module_& module) {
       .def("contains", &contains, py::arg("scene"), py::arg("states"),
            "Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the "
            "region names a body that the scene does not have.")
-      .def("__and__", [](const Region& a, const Region& b) { return a & b; }, py::is_operator())
-      .def("__or__", [](const Region& a, const Region& b) { return a | b; }, py::is_operator())
+      .def(
+          "__and__", [](const Region& a, const Region& b) { return a & b; }, py::is_operator())
+      .def(
+          "__or__", [](const Region& a, const Region& b) { return a | b; }, py::is_operator())
       .def("__invert__", [](const Region& a) { return ~a; });
   py::module_ primitives = module.def_submodule("regions", "Sets of states, in the world's frame or another body's.");
   bind_primitives(primitives);

@@ -95,8 +95,8 @@ void bind_shapes(py::module_& module) {
       .def_readonly("radius", &Cylinder::radius)
       .def_readonly("length", &Cylinder::length);
   py::class_<Capsule>(module, "Capsule", "A capsule about its own z axis; `length` is that of its tube [m].")
-      .def(py::init([](double radius, double length) { return validated(Capsule{radius, length}); }),
-           py::arg("radius"), py::arg("length"))
+      .def(py::init([](double radius, double length) { return validated(Capsule{radius, length}); }), py::arg("radius"),
+           py::arg("length"))
       .def_readonly("radius", &Capsule::radius)
       .def_readonly("length", &Capsule::length);
   py::class_<ConvexHull>(module, "ConvexHull",
@@ -113,13 +113,15 @@ void bind_body(py::module_& module) {
       .def_readonly("shape", &Body::shape)
       .def_readonly("mass", &Body::mass, "[kg]; 0: fixed.")
       .def_readonly("friction", &Body::friction, "A contact's coefficient is the product of its two bodies'.")
-      .def_property_readonly("role", [](const Body& body) { return role_name(body.role); },
-                             "'object', 'effector' or 'none'.")
-      .def_property_readonly("position", [](const Body& body) { return body.state.position; }, "Shape (3,) [m].")
+      .def_property_readonly(
+          "role", [](const Body& body) { return role_name(body.role); }, "'object', 'effector' or 'none'.")
+      .def_property_readonly(
+          "position", [](const Body& body) { return body.state.position; }, "Shape (3,) [m].")
       .def_property_readonly(
           "orientation", [](const Body& body) { return Eigen::Vector4d(body.state.orientation.coeffs()); },
           "Unit quaternion x, y, z, w.")
-      .def_property_readonly("velocity", [](const Body& body) { return body.state.velocity; }, "Shape (3,) [m/s].")
+      .def_property_readonly(
+          "velocity", [](const Body& body) { return body.state.velocity; }, "Shape (3,) [m/s].")
       .def_property_readonly(
           "angular_velocity", [](const Body& body) { return body.state.angular_velocity; }, "Shape (3,) [rad/s].")
       .def_property_readonly("fixed", &Body::fixed);
@@ -166,8 +168,7 @@ void bind_scene(py::module_& module) {
             body.name = name;
             body.shape = shape;
             body.mass = mass;
-            body.state = {vector3("position", position),
-                          orientation("", quaternion_xyzw, yaw, Quaternion::Identity()),
+            body.state = {vector3("position", position), orientation("", quaternion_xyzw, yaw, Quaternion::Identity()),
                           vector3("velocity", velocity), vector3("angular_velocity", angular_velocity)};
             body.friction = friction;
             body.role = role(role_given);
@@ -186,19 +187,22 @@ void bind_scene(py::module_& module) {
            "the scene's own value. Raises ValueError on unknown bodies or keys and bad values.")
       .def("unpack", &unpack_dicts, py::arg("state"),
            "Dict of dicts by body: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw.")
-      .def("slice",
-           [](const Scene& scene, const std::string& name) {
-             const int offset = StateLayout(scene).offset(scene.index(name));
-             if (offset < 0) throw std::invalid_argument("body '" + name + "' is fixed, expected one that can move");
-             return py::slice(offset, offset + StateLayout::numbers_per_body, 1);
-           },
-           py::arg("name"),
-           "Where a body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.")
-      .def_property_readonly("dimension", [](const Scene& scene) { return StateLayout(scene).dimension(); },
-                             "n, numbers in a state vector.")
+      .def(
+          "slice",
+          [](const Scene& scene, const std::string& name) {
+            const int offset = StateLayout(scene).offset(scene.index(name));
+            if (offset < 0) throw std::invalid_argument("body '" + name + "' is fixed, expected one that can move");
+            return py::slice(offset, offset + StateLayout::numbers_per_body, 1);
+          },
+          py::arg("name"),
+          "Where a body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.")
+      .def_property_readonly(
+          "dimension", [](const Scene& scene) { return StateLayout(scene).dimension(); },
+          "n, numbers in a state vector.")
       .def_property_readonly("bodies", [](const Scene& scene) { return scene.bodies(); })
       .def_property_readonly("gravity", [](const Scene& scene) { return scene.gravity(); })
-      .def_property_readonly("step", [](const Scene& scene) { return scene.stepping().step; }, "[s]")
+      .def_property_readonly(
+          "step", [](const Scene& scene) { return scene.stepping().step; }, "[s]")
       .def_property_readonly("solver_iterations", [](const Scene& scene) { return scene.stepping().iterations; })
       .def_property_readonly("solver_tolerance", [](const Scene& scene) { return scene.stepping().tolerance; })
       .def_property_readonly("margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");

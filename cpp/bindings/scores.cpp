@@ -37,15 +37,13 @@ auto interruptible(Search search) {
 
 CaptureScore capture(const Problem& problem, int nodes, std::uint64_t seed, std::optional<double> rate, int trees,
                      int threads) {
-  return interruptible([&](const std::atomic<bool>* stop) {
-    return capture_score(problem, {nodes, seed, rate, trees, threads, stop});
-  });
+  return interruptible(
+      [&](const std::atomic<bool>* stop) { return capture_score(problem, {nodes, seed, rate, trees, threads, stop}); });
 }
 
 Escape effort(const Problem& problem, const std::string& planner, int nodes, std::uint64_t seed) {
-  return interruptible([&](const std::atomic<bool>* stop) {
-    return escape_effort(problem, {planner, nodes, seed, stop});
-  });
+  return interruptible(
+      [&](const std::atomic<bool>* stop) { return escape_effort(problem, {planner, nodes, seed, stop}); });
 }
 
 void bind_tree(py::module_& module) {
@@ -103,15 +101,13 @@ void bind_batch(py::module_& module) {
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
       .def_readonly("seconds", &ScoreRow::seconds, "Time on its thread [s].")
       .def_property_readonly(
-          "error",
-          [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
+          "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.");
   py::class_<Batch>(module, "ScoreRun", "A running batch of problems on a pool of threads.")
       .def(py::init([](const std::vector<Problem>& problems, const std::vector<std::string>& metrics, int nodes,
                        std::uint64_t seed, int threads, const std::optional<std::vector<std::size_t>>& indices) {
              return std::make_unique<Batch>(
-                 problems,
-                 BatchOptions{metrics, nodes, seed, threads, indices.value_or(std::vector<std::size_t>{})});
+                 problems, BatchOptions{metrics, nodes, seed, threads, indices.value_or(std::vector<std::size_t>{})});
            }),
            py::arg("problems"), py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"),
            py::arg("indices") = py::none(), "Starts at once; indices are the problems' stream indices.")

@@ -96,16 +96,19 @@ void bind_world(py::module_& module) {
            py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("every") = 1,
            "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). Recorded after every `every` "
            "steps.")
-      .def("energy", [](const World& world, const ArrayLike& state) { return world.energy(vector("state", state, -1)); },
-           py::arg("state"), "Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].")
-      .def("contacts", [](World& world, const ArrayLike& state) { return world.contacts(vector("state", state, -1)); },
-           py::arg("state"), "Contacts at a state, with the forces that one step without wrench shows.")
-      .def("distance",
-           [](World& world, const ArrayLike& state, const std::string& a, const std::string& b) {
-             return world.distance(vector("state", state, -1), a, b);
-           },
-           py::arg("state"), py::arg("body_a"), py::arg("body_b"),
-           "Least distance between two bodies, negative in penetration [m].")
+      .def(
+          "energy", [](const World& world, const ArrayLike& state) { return world.energy(vector("state", state, -1)); },
+          py::arg("state"), "Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].")
+      .def(
+          "contacts", [](World& world, const ArrayLike& state) { return world.contacts(vector("state", state, -1)); },
+          py::arg("state"), "Contacts at a state, with the forces that one step without wrench shows.")
+      .def(
+          "distance",
+          [](World& world, const ArrayLike& state, const std::string& a, const std::string& b) {
+            return world.distance(vector("state", state, -1), a, b);
+          },
+          py::arg("state"), py::arg("body_a"), py::arg("body_b"),
+          "Least distance between two bodies, negative in penetration [m].")
       .def_property_readonly("scene", [](const World& world) { return world.scene(); });
 }
 

@@ -8,7 +8,8 @@
 namespace energymargin {
 namespace {
 
-// A share of the smaller body's smallest half extent. A simulation that hits a wall at 1.5 m/s is 6 mm in it after one step.
+// A share of the smaller body's smallest half extent. A simulation that hits a wall at 1.5 m/s is 6 mm in it after one
+// step.
 constexpr double deep = 0.25;
 
 void require_bounds(const std::string& name, const Vector3& bounds) {
@@ -37,8 +38,9 @@ void require_no_deep_penetration(const Scene& scene, const State& state) {
   const double size = std::min(smallest_half_extent(scene.body(contact.body_a).shape),
                                smallest_half_extent(scene.body(contact.body_b).shape));
   if (-contact.distance > deep * size) {
-    reject("state", "one in which '" + contact.body_a + "' and '" + contact.body_b + "' penetrate each other by " +
-                        text(-contact.distance) + " m",
+    reject("state",
+           "one in which '" + contact.body_a + "' and '" + contact.body_b + "' penetrate each other by " +
+               text(-contact.distance) + " m",
            "at most " + text(deep * size) + " m");
   }
 }

@@ -86,9 +86,8 @@ struct RegionWriter {
                  {"least_speed", r.least_speed},
                  {"disc_radius", r.disc_radius}};
     if (r.at) {
-      json["at"] = {{"position", write(r.at->position)},
-                    {"velocity", write(r.at->velocity)},
-                    {"yaw_rate", r.at->yaw_rate}};
+      json["at"] = {
+          {"position", write(r.at->position)}, {"velocity", write(r.at->velocity)}, {"yaw_rate", r.at->yaw_rate}};
     }
     return json;
   }
@@ -396,7 +395,8 @@ Region read_region(const Place& place, int depth = 0) {
     return regions::Tilt{body, place["axis"].vector3(), place["reference"].vector3(), place["limit"].number(), frame};
   }
   place["type"].fail(
-      "\"ball\", \"box\", \"disc\", \"annular_sector\", \"swept\", \"half_space\", \"speed\", \"tilt\", \"and\", \"or\" or \"not\"");
+      "\"ball\", \"box\", \"disc\", \"annular_sector\", \"swept\", \"half_space\", \"speed\", \"tilt\", \"and\", "
+      "\"or\" or \"not\"");
 }
 
 Region region_at(const Place& place) {
@@ -410,10 +410,14 @@ Region region_at(const Place& place) {
 
 Contact read_contact(const Place& place) {
   place.only({"body_a", "body_b", "position", "normal", "distance", "normal_force", "tangential_force", "friction"});
-  return {place["body_a"].word(),        place["body_b"].word(),
-          place["position"].vector3(),   place["normal"].vector3(),
-          place["distance"].number(),    place["normal_force"].number(),
-          place["tangential_force"].vector3(), place["friction"].number()};
+  return {place["body_a"].word(),
+          place["body_b"].word(),
+          place["position"].vector3(),
+          place["normal"].vector3(),
+          place["distance"].number(),
+          place["normal_force"].number(),
+          place["tangential_force"].vector3(),
+          place["friction"].number()};
 }
 
 void check_header(const Place& place) {
@@ -434,12 +438,9 @@ Problem read_problem(const Place& place) {
   const std::vector<Place> numbers = place["state"].items();
   State state(static_cast<Eigen::Index>(numbers.size()));
   for (std::size_t i = 0; i < numbers.size(); ++i) state[static_cast<Eigen::Index>(i)] = numbers[i].number();
-  Problem problem{read_scene(place["scene"]),
-                  state,
-                  place["force"].vector3(),
-                  place["torque"].vector3(),
-                  place["duration"].number(),
-                  region_at(place["captured"])};
+  Problem problem{read_scene(place["scene"]), state,
+                  place["force"].vector3(),   place["torque"].vector3(),
+                  place["duration"].number(), region_at(place["captured"])};
   if (place.has("succeeded")) problem.succeeded = region_at(place["succeeded"]);
   if (place.has("within")) problem.within = region_at(place["within"]);
   problem.effector = place["effector"].one_of(effectors);
@@ -507,7 +508,8 @@ Problem load(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
-  if (!file || text.str().empty()) throw std::invalid_argument("problem file '" + path + "' cannot be read or is empty");
+  if (!file || text.str().empty())
+    throw std::invalid_argument("problem file '" + path + "' cannot be read or is empty");
   try {
     return from_json(text.str());
   } catch (const std::invalid_argument& error) {

@@ -53,8 +53,7 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
   require_finite(name + "angular_velocity", state.angular_velocity);
   if (!(std::abs(state.orientation.norm() - 1.0) < 1e-6)) {
     const Eigen::Vector4d& q = state.orientation.coeffs();
-    reject(name + "orientation",
-           "(" + text(q[0]) + ", " + text(q[1]) + ", " + text(q[2]) + ", " + text(q[3]) + ")",
+    reject(name + "orientation", "(" + text(q[0]) + ", " + text(q[1]) + ", " + text(q[2]) + ", " + text(q[3]) + ")",
            "a unit quaternion (x, y, z, w)");
   }
   const auto locked = [](const Vector3& factor, const Vector3& v) {

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,6 +29,7 @@ INTERRUPTED = 130
 
 DEMO_TASK = "push"
 DEMO_FRAMES = 10
+DEMO_SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 
 out = Console()
 err = Console(stderr=True)
@@ -55,11 +57,11 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     help="""How robust is a manipulation, right now? Scores of robustness from energy margins.
 
-    From nothing to a table: `energymargin demo`. Or step by step:
+    From nothing to a table and pictures: `energymargin demo`. Or step by step:
 
-        energymargin generate push -o push.h5
-        energymargin score push.h5 -o push-scores.db
-        energymargin evaluate push-scores.db
+    1. `energymargin generate push -o push.h5`
+    2. `energymargin score push.h5 -o push-scores.db`
+    3. `energymargin evaluate push-scores.db`
     """,
 )
 
@@ -119,7 +121,8 @@ def generate(
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
     dataset = _generate(made, trajectories, frames, seed, output)
-    _say(f"Wrote {_counts(dataset)} to {output}. Next: [bold]energymargin score {output}[/]")
+    written = escape(str(output))
+    _say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
 
 
 @app.command()
@@ -147,9 +150,10 @@ def score(
     names = [metric.strip() for metric in metrics.split(",")]
     with _score(dataset, output, metrics=names, nodes=nodes, seed=seed, threads=threads) as store:
         scored, _ = store.counts()
+        written = escape(str(output))
         _say(
-            f"{scored} states are scored in {output}, {1e3 * store.seconds():.0f} ms a state. "
-            f"Next: [bold]energymargin evaluate {output}[/]"
+            f"{scored} states are scored in {written}, {1e3 * store.seconds():.0f} ms a state. "
+            f"Next: [bold]energymargin evaluate {written}[/]"
         )
 
 
@@ -184,46 +188,24 @@ def demo(
     seed: Seed = 0,
     threads: Threads = None,
 ) -> None:
-    """The whole way on planar pushing: generate, score, evaluate, draw. Stopped, it goes on where
-    it was.
+    """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
 
     Example: `energymargin demo -o out`
     """
-    from energymargin import plots, scoring
-    from energymargin import tasks as registry
+    from energymargin import scoring
 
+    if find_spec("matplotlib") is None:  # said now, not after the scores
+        raise ImportError("the demo draws pictures: pip install energymargin[plots]")
     output.mkdir(parents=True, exist_ok=True)
-    data = output / f"{DEMO_TASK}.h5"
-    task = registry.make(DEMO_TASK)
-    dataset = _demo_dataset(data, trajectories, seed)
+    dataset = _demo_dataset(output / f"{DEMO_TASK}.h5", trajectories, seed)
     database = output / f"{DEMO_TASK}-scores.db"
     with _score(
         dataset, database, metrics=scoring.METRICS, nodes=nodes, seed=seed, threads=threads
     ) as store:
         _evaluate(store, output / "table.md", output / "table.csv", seed)
-        labelled = store.labelled_scores()
-
-    chosen = _one_of_each(dataset)
-    if chosen:
-        figure = plots.figure_qualitative(
-            task,
-            {name: dataset.trajectories[t] for name, t in chosen.items()},
-            nodes=nodes,
-            seed=seed,
-        )
-        figure.savefig(output / "qualitative.png")
-        columns = {}
-        for name, t in chosen.items():
-            states = labelled.by_trajectory()[t]
-            values = {metric: column[states] for metric, column in labelled.scores.items()}
-            columns[f"{name} trajectory"] = (
-                dataset.trajectories[t].times,
-                values,
-                labelled.captured[states],
-            )
-        plots.figure_scores(columns).savefig(output / "scores.png")
-    written = sorted(path.name for path in output.iterdir() if not path.name.startswith("."))
-    _say(f"In {output}/: {', '.join(written)}")
+        _draw(dataset, store, output, nodes, seed)
+    written = sorted(path.name for path in output.iterdir() if path.suffix in DEMO_SUFFIXES)
+    _say(f"In {escape(str(output))}/: {', '.join(written)}")
 
 
 def main() -> None:
@@ -261,7 +243,7 @@ def _score(
         if output.exists():
             with ScoreStore(output) as store:
                 scored, total = store.counts()
-            kept = f"{scored} of {total} states are scored and kept in {output}"
+            kept = f"{scored} of {total} states are scored and kept in {escape(str(output))}"
             _say(f"{kept}; the same command goes on from there.")
         raise
     return ScoreStore(output)
@@ -291,6 +273,29 @@ def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
     if found != (task.name, task.parameters, seed, trajectories):
         raise ValueError(f"{path} holds other trajectories: remove it, or choose another -o")
     return dataset
+
+
+def _draw(dataset: Dataset, store: ScoreStore, output: Path, nodes: int, seed: int) -> None:
+    """The pictures of a failed and a successful trajectory."""
+    from energymargin import plots  # slow to load and to unload, which Ctrl-C would wait for
+    from energymargin import tasks as registry
+
+    chosen = _one_of_each(dataset)
+    plots.figure_qualitative(
+        registry.make(dataset.task, **dataset.parameters),
+        {name: dataset.trajectories[t] for name, t in chosen.items()},
+        nodes=nodes,
+        seed=seed,
+    ).savefig(output / "qualitative.png")
+
+    labelled = store.labelled_scores()
+    columns = {}
+    for name, t in chosen.items():
+        states = labelled.by_trajectory()[t]
+        scores = {metric: values[states] for metric, values in labelled.scores.items()}
+        times = dataset.trajectories[t].times
+        columns[f"{name} trajectory"] = (times, scores, labelled.captured[states])
+    plots.figure_scores(columns).savefig(output / "scores.png")
 
 
 def _one_of_each(dataset: Dataset) -> dict[str, int]:

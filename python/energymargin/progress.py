@@ -23,13 +23,9 @@ __all__ = ["progress_bar"]
 class _Rate(ProgressColumn):
     """How much is done in a second."""
 
-    def __init__(self, unit: str) -> None:
-        super().__init__()
-        self._unit = unit
-
     def render(self, task: Task) -> Text:
         speed = task.finished_speed or task.speed
-        return Text("" if speed is None else f"{speed:.1f} {self._unit}/s", style="cyan")
+        return Text("" if speed is None else f"{speed:.1f}/s", style="cyan")
 
 
 @contextmanager
@@ -40,7 +36,7 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn(unit),
-        _Rate(unit),
+        _Rate(),
         TimeRemainingColumn(),
         TextColumn("left"),
         console=console,

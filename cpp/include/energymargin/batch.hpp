@@ -59,6 +59,6 @@ class Batch {
 
 //! Scores one problem on the calling thread; `stop`, set from another thread, makes it throw search::Stopped.
 ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options,
-                              const std::atomic<bool>* stop = nullptr);
+               const std::atomic<bool>* stop = nullptr);
 
 }  // namespace energymargin

@@ -13,15 +13,15 @@ namespace energymargin {
 //! The optimal motion planning problem P of Section V-A, with what the scores need besides.
 struct Problem {
   Scene scene;
-  State state;                                //!< z_init
-  Vector3 force = Vector3::Zero();            //!< largest |force| on the object along each axis [N]
-  Vector3 torque = Vector3::Zero();           //!< largest |torque| about each axis [N m]
-  double duration = 0.5;                      //!< longest edge [s]
-  Region captured;                            //!< Z_cap(z_init)
-  std::optional<Region> succeeded{};          //!< Z_suc
-  std::optional<Region> within{};             //!< Z_b: where the search for an escape may go
+  State state;                        //!< z_init
+  Vector3 force = Vector3::Zero();    //!< largest |force| on the object along each axis [N]
+  Vector3 torque = Vector3::Zero();   //!< largest |torque| about each axis [N m]
+  double duration = 0.5;              //!< longest edge [s]
+  Region captured;                    //!< Z_cap(z_init)
+  std::optional<Region> succeeded{};  //!< Z_suc
+  std::optional<Region> within{};     //!< Z_b: where the search for an escape may go
   Effector effector = Effector::coast;
-  double rate = 5.0;                          //!< lambda of eq. 4 [1/J]
+  double rate = 5.0;                               //!< lambda of eq. 4 [1/J]
   std::optional<std::vector<Contact>> contacts{};  //!< measured at the state, for the force score; unset: simulated
 };
 

@@ -54,7 +54,7 @@ struct AnnularSector {
   double radius = 1.0;               //!< mean radius of the arc [m]
   double half_width = 0.5;           //!< on each side of the mean radius [m]
   double start_angle = 0.0;          //!< from the x axis [rad]
-  double sweep = 1.0;                //!< counter-clockwise from the start, negative: clockwise; at most a full turn [rad]
+  double sweep = 1.0;  //!< counter-clockwise from the start, negative: clockwise; at most a full turn [rad]
   std::string frame{};
 };
 
@@ -69,12 +69,12 @@ struct PlanarMotion {
 //! or, while it is too slow to have a direction, a disc about it (paper, Section VI-A, planar pushing).
 struct Swept {
   std::string body;
-  std::string by;             //!< the body that sweeps
-  double half_width = 0.5;    //!< on each side of its path [m]
-  double behind = 0.0;        //!< length of path behind it that still counts [m]
-  double ahead = 1.0;         //!< time of its motion that counts [s]
-  double least_speed = 0.0;   //!< below it the disc counts [m/s]
-  double disc_radius = 1.0;   //!< [m]
+  std::string by;                    //!< the body that sweeps
+  double half_width = 0.5;           //!< on each side of its path [m]
+  double behind = 0.0;               //!< length of path behind it that still counts [m]
+  double ahead = 1.0;                //!< time of its motion that counts [s]
+  double least_speed = 0.0;          //!< below it the disc counts [m/s]
+  double disc_radius = 1.0;          //!< [m]
   std::optional<PlanarMotion> at{};  //!< the sweep from this motion, fixed in the world; unset: from the state's own
 };
 
@@ -128,9 +128,9 @@ struct Complement {
 //! A set of states, as a value.
 class Region {
  public:
-  using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector,
-                                  regions::Swept, regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate, regions::Intersection,
-                                  regions::Union, regions::Complement>;
+  using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector, regions::Swept,
+                                  regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate,
+                                  regions::Intersection, regions::Union, regions::Complement>;
 
   //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, or NaN.
   template <typename Primitive>
@@ -148,8 +148,7 @@ class Region {
 };
 
 template <typename Primitive>
-Region::Region(Primitive primitive)
-    : expression_(std::make_shared<const Expression>(std::move(primitive))) {
+Region::Region(Primitive primitive) : expression_(std::make_shared<const Expression>(std::move(primitive))) {
   validate();
 }
 

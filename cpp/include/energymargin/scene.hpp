@@ -19,11 +19,11 @@ enum class Role {
 
 //! One rigid body.
 struct Body {
-  std::string name;                         //!< unique in its scene
+  std::string name;  //!< unique in its scene
   Shape shape = Box{};
-  double mass = 0.0;                        //!< [kg]; 0: fixed
-  BodyState state{};                        //!< where it is when nothing else is said
-  double friction = 0.5;                    //!< a contact's coefficient is the product of its two bodies'
+  double mass = 0.0;      //!< [kg]; 0: fixed
+  BodyState state{};      //!< where it is when nothing else is said
+  double friction = 0.5;  //!< a contact's coefficient is the product of its two bodies'
   Role role = Role::none;
   Vector3 linear_factor = Vector3::Ones();   //!< 1: free along the axis, 0: locked
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked
@@ -33,10 +33,10 @@ struct Body {
 
 //! How the physics is stepped.
 struct Stepping {
-  double step = 1.0 / 240.0;         //!< length of one step [s]
-  int iterations = 50;               //!< solver iterations a step, at most
-  double tolerance = 1e-7;           //!< the solver stops early below this squared residual
-  std::optional<double> margin{};    //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
+  double step = 1.0 / 240.0;       //!< length of one step [s]
+  int iterations = 50;             //!< solver iterations a step, at most
+  double tolerance = 1e-7;         //!< the solver stops early below this squared residual
+  std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
 
 //! Bodies under gravity. Every function that takes bad input throws std::invalid_argument.
@@ -47,7 +47,7 @@ class Scene {
   //! Adds a body and returns its index; validates shape, mass, state, friction and factors.
   std::size_t add_body(Body body);
 
-  const Vector3& gravity() const { return gravity_; }           //!< [m/s^2]
+  const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]
   const Stepping& stepping() const { return stepping_; }
   const std::vector<Body>& bodies() const { return bodies_; }
 

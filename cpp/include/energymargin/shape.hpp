@@ -46,10 +46,10 @@ void validate(const Shape& shape);
 
 //! How a solid of even density resists to motion.
 struct MassProperties {
-  double volume = 0.0;                           //!< [m^3]
-  Vector3 centre = Vector3::Zero();              //!< centre of mass in the shape's frame [m]
-  Vector3 inertia = Vector3::Zero();             //!< principal moments about the centre [kg m^2]
-  Quaternion axes = Quaternion::Identity();      //!< turns the principal axes into the shape's
+  double volume = 0.0;                       //!< [m^3]
+  Vector3 centre = Vector3::Zero();          //!< centre of mass in the shape's frame [m]
+  Vector3 inertia = Vector3::Zero();         //!< principal moments about the centre [kg m^2]
+  Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the shape's
 };
 
 //! Mass properties of a solid `shape` of `mass` [kg]; all zero for a plane or a mass of 0.

@@ -27,10 +27,10 @@ struct Wrench {
 
 //! Where a body is and how it moves, in the world's axes.
 struct BodyState {
-  Vector3 position = Vector3::Zero();                //!< of the centre of mass [m]
-  Quaternion orientation = Quaternion::Identity();   //!< unit quaternion
-  Vector3 velocity = Vector3::Zero();                //!< of the centre of mass [m/s]
-  Vector3 angular_velocity = Vector3::Zero();        //!< [rad/s]
+  Vector3 position = Vector3::Zero();               //!< of the centre of mass [m]
+  Quaternion orientation = Quaternion::Identity();  //!< unit quaternion
+  Vector3 velocity = Vector3::Zero();               //!< of the centre of mass [m/s]
+  Vector3 angular_velocity = Vector3::Zero();       //!< [rad/s]
 };
 
 }  // namespace energymargin

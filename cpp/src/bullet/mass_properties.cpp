@@ -19,8 +19,8 @@ MassProperties about_axis(double volume, double across, double along) {
 // Sums over tetrahedra between the origin and each triangle of the surface.
 struct Moments {
   double volume = 0.0;
-  Vector3 first = Vector3::Zero();                           // integral of x
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();          // integral of x x^T
+  Vector3 first = Vector3::Zero();                   // integral of x
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  // integral of x x^T
 
   void add(const Vector3& a, const Vector3& b, const Vector3& c) {
     const double six_volumes = a.dot(b.cross(c));
@@ -78,8 +78,8 @@ struct Solid {
     const double tube_mass = mass * tube / (tube + ball);
     const double ball_mass = mass - tube_mass;
     // Each half ball: its own inertia about its centre of mass, 3/8 r from the flat side, moved to the middle.
-    const double across = tube_mass * (3.0 * r * r + h * h) / 12.0 +
-                          ball_mass * (0.4 * r * r + 0.25 * h * h + 0.375 * h * r);
+    const double across =
+        tube_mass * (3.0 * r * r + h * h) / 12.0 + ball_mass * (0.4 * r * r + 0.25 * h * h + 0.375 * h * r);
     return about_axis(tube + ball, across, 0.5 * tube_mass * r * r + 0.4 * ball_mass * r * r);
   }
   MassProperties operator()(const ConvexHull& hull) const {

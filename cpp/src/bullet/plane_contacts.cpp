@@ -57,8 +57,8 @@ class PlaneContacts : public btCollisionAlgorithm {
 
   ~PlaneContacts() override { m_dispatcher->releaseManifold(manifold_); }
 
-  void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
-                        const btDispatcherInfo&, btManifoldResult* result) override {
+  void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
+                        btManifoldResult* result) override {
     const bool solid_first = b->getCollisionShape()->getShapeType() == STATIC_PLANE_PROXYTYPE;
     const btCollisionObjectWrapper* solid = solid_first ? a : b;
     const btCollisionObjectWrapper* ground = solid_first ? b : a;
@@ -109,7 +109,7 @@ void use_plane_contacts(btCollisionDispatcher& dispatcher) {
   for (const int solid : {BOX_SHAPE_PROXYTYPE, CYLINDER_SHAPE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE,
                           SPHERE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE}) {
     for (auto registering : {&btCollisionDispatcher::registerCollisionCreateFunc,
-                              &btCollisionDispatcher::registerClosestPointsCreateFunc}) {
+                             &btCollisionDispatcher::registerClosestPointsCreateFunc}) {
       (dispatcher.*registering)(solid, STATIC_PLANE_PROXYTYPE, &create);
       (dispatcher.*registering)(STATIC_PLANE_PROXYTYPE, solid, &create);
     }

@@ -46,10 +46,10 @@ struct PairPoints : btCollisionWorld::ContactResultCallback {
 };
 
 struct Moving {
-  std::size_t index;   // in the scene
-  int offset;          // in a state
-  Quaternion axes;     // from principal axes to the body's frame
-  Vector3 inertia;     // principal moments
+  std::size_t index;  // in the scene
+  int offset;         // in a state
+  Quaternion axes;    // from principal axes to the body's frame
+  Vector3 inertia;    // principal moments
   btRigidBody* rigid;
 };
 
@@ -199,7 +199,8 @@ void World::Bullet::step() {
 std::vector<Contact> World::Bullet::contacts() const {
   std::vector<Contact> contacts;
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
-    const btPersistentManifold* manifold = const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(i);
+    const btPersistentManifold* manifold =
+        const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(i);
     const Body& a = scene.bodies()[static_cast<std::size_t>(manifold->getBody0()->getUserIndex())];
     const Body& b = scene.bodies()[static_cast<std::size_t>(manifold->getBody1()->getUserIndex())];
     for (int j = 0; j < manifold->getNumContacts(); ++j) {
@@ -266,8 +267,8 @@ Rollout World::rollout_unchecked(const State& state, const Wrench& wrench, int s
     object.applyTorqueImpulse(torque * step);
     bullet_->step();
     // The mean of the velocities before and after makes the work of a free body its gain of kinetic energy, exactly.
-    const double power = 0.5 * (force.dot(velocity + object.getLinearVelocity()) +
-                                torque.dot(spin + object.getAngularVelocity()));
+    const double power =
+        0.5 * (force.dot(velocity + object.getLinearVelocity()) + torque.dot(spin + object.getAngularVelocity()));
     result.effort += std::abs(power) * step;
     result.work += power * step;
   }

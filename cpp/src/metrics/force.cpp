@@ -13,7 +13,8 @@ ForceScore force_score(const Problem& problem, const ForceWeights& weights) {
   validate(problem);
   const Scene& scene = problem.scene;
   const auto effector = scene.with_role(Role::effector);
-  if (!effector) reject("scene", "without an effector", "a body of role \"effector\": the force score is about its contacts");
+  if (!effector)
+    reject("scene", "without an effector", "a body of role \"effector\": the force score is about its contacts");
   const std::string& object_name = scene.bodies()[*scene.with_role(Role::object)].name;
   const std::string& effector_name = scene.bodies()[*effector].name;
 

@@ -11,7 +11,11 @@ namespace {
 
 // The node in which the planner's solution ends.
 const CostSpace::StateType& solution(const ompl::base::ProblemDefinition& definition) {
-  return *definition.getSolutionPath()->as<ompl::control::PathControl>()->getStates().back()->as<CostSpace::StateType>();
+  return *definition.getSolutionPath()
+              ->as<ompl::control::PathControl>()
+              ->getStates()
+              .back()
+              ->as<CostSpace::StateType>();
 }
 
 }  // namespace

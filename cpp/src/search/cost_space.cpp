@@ -11,8 +11,8 @@
 namespace energymargin::search {
 namespace {
 
-// Samples reach as far as three longest edges lead.
-constexpr double sample_reach = 3.0;
+// Samples reach as far as this many longest edges lead: well outside of the tree, so that it is drawn outwards.
+constexpr double sample_reach = 6.0;
 // The cost counts as much as one longest edge over the whole of [0, c].
 constexpr double cost_weight = 1.0;
 constexpr double smallest_scale = 1e-6;
@@ -91,7 +91,9 @@ CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
 double CostSpace::distance(const ompl::base::State* a, const ompl::base::State* b) const {
   const auto* one = a->as<StateType>();
   const auto* two = b->as<StateType>();
-  const auto squared = [](const Vector3& difference, double scale) { return difference.squaredNorm() / (scale * scale); };
+  const auto squared = [](const Vector3& difference, double scale) {
+    return difference.squaredNorm() / (scale * scale);
+  };
   const double alignment = std::min(std::abs(one->object.orientation.dot(two->object.orientation)), 1.0);
   const double angle = 2.0 * std::acos(alignment) / scales_.orientation;
   double sum = squared(one->object.position - two->object.position, scales_.position) + angle * angle +
@@ -124,10 +126,9 @@ void CostSpace::interpolate(const ompl::base::State* from, const ompl::base::Sta
   const Values two = *to->as<StateType>();
   const auto mix = [t](const auto& a, const auto& b) -> Vector3 { return (1.0 - t) * a + t * b; };
   auto* between = state->as<StateType>();
-  between->object = {mix(one.object.position, two.object.position),
-                     one.object.orientation.slerp(t, two.object.orientation),
-                     mix(one.object.velocity, two.object.velocity),
-                     mix(one.object.angular_velocity, two.object.angular_velocity)};
+  between->object = {
+      mix(one.object.position, two.object.position), one.object.orientation.slerp(t, two.object.orientation),
+      mix(one.object.velocity, two.object.velocity), mix(one.object.angular_velocity, two.object.angular_velocity)};
   between->cost = (1.0 - t) * one.cost + t * two.cost;
   between->node = -1;
 }

@@ -8,7 +8,7 @@ namespace energymargin::search {
 namespace {
 
 // Cells a longest edge leads through, and cells between 0 and the bound on the cost.
-constexpr double cells_per_edge = 2.0;
+constexpr double cells_per_edge = 8.0;
 constexpr double cells_of_cost = 4.0;
 
 class Projection : public ompl::base::ProjectionEvaluator {

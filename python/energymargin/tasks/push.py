@@ -59,7 +59,6 @@ CAPTURE_BEHIND = 0.057  # m of path behind the pusher
 CAPTURE_AHEAD = 1.5  # s of its motion ahead
 CAPTURE_LEAST_SPEED = 0.3  # m/s; a slower pusher has no clear direction, so it gets a disc
 CAPTURE_DISC_RADIUS = 0.855  # m
-STRAIGHT_RADIUS = 1000.0  # m; a path that turns no faster counts as straight
 
 # The disturbance.
 FORCE_BOUND = 0.8  # N on x and on y, times friction / FRICTION_MIDDLE
@@ -157,25 +156,20 @@ class PushTask:
 
     def captured(self, state: NDArray[np.float64]) -> regions.Region:
         """Z_cap(z) of a state, shape (n,): what the pusher is about to sweep."""
-        effector = self._layout.unpack(state)["effector"]
-        position, velocity = effector["position"][:2], effector["velocity"][:2]
-        speed = math.hypot(*velocity)
-        if speed < CAPTURE_LEAST_SPEED:
-            return regions.Disc("object", position, CAPTURE_DISC_RADIUS)
-        yaw_rate = effector["angular_velocity"][2]
-        turn = math.copysign(
-            1.0, yaw_rate
-        )  # 1: the centre is on the left of the motion, -1: on its right
-        radius = speed / max(abs(yaw_rate), speed / STRAIGHT_RADIUS)
-        left = np.array([-velocity[1], velocity[0]]) / speed
-        outwards = -turn * left  # from the centre of rotation to the pusher
-        return regions.AnnularSector(
+        pusher = self._layout.unpack(state)["effector"]
+        return regions.Swept(
             "object",
-            position - radius * outwards,
-            radius,
-            CAPTURE_HALF_WIDTH,
-            start_angle=math.atan2(outwards[1], outwards[0]) - turn * CAPTURE_BEHIND / radius,
-            sweep=turn * min((CAPTURE_BEHIND + CAPTURE_AHEAD * speed) / radius, math.tau),
+            by="effector",
+            half_width=CAPTURE_HALF_WIDTH,
+            behind=CAPTURE_BEHIND,
+            ahead=CAPTURE_AHEAD,
+            least_speed=CAPTURE_LEAST_SPEED,
+            disc_radius=CAPTURE_DISC_RADIUS,
+            at={
+                "position": pusher["position"][:2],
+                "velocity": pusher["velocity"][:2],
+                "yaw_rate": pusher["angular_velocity"][2],
+            },
         )
 
     def succeeded(self) -> regions.Region:

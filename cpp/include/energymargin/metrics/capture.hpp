@@ -12,11 +12,11 @@
 namespace energymargin {
 
 struct CaptureOptions {
-  int nodes = 1000;              //!< M, nodes of a tree besides its root
+  int nodes = 1000;  //!< M, nodes of a tree besides its root
   std::uint64_t seed = 0;
-  std::optional<double> rate{};  //!< lambda [1/J]; unset: the problem's
-  int trees = 1;                 //!< independent trees; 2 or more give standard errors
-  int threads = 1;               //!< for several trees
+  std::optional<double> rate{};             //!< lambda [1/J]; unset: the problem's
+  int trees = 1;                            //!< independent trees; 2 or more give standard errors
+  int threads = 1;                          //!< for several trees
   const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
 };
 
@@ -26,7 +26,7 @@ struct CaptureScore {
   std::optional<double> capture_stderr{};  //!< unset for a single tree
   std::optional<double> success_stderr{};
   std::vector<Tree> trees;
-  Eigen::VectorXd likelihoods;             //!< of the first tree's nodes, eq. 4; they add up to 1
+  Eigen::VectorXd likelihoods;  //!< of the first tree's nodes, eq. 4; they add up to 1
 };
 
 //! Likelihood of each node, eq. 4: a softmax of -rate * cost, shifted by the least cost so that nothing overflows.

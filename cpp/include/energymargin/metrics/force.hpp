@@ -8,9 +8,9 @@
 namespace energymargin {
 
 struct ForceWeights {
-  double engage = 1.0;    //!< of the normal force [1/N]
-  double stick = 1.0;     //!< of the distance to the friction cone's edge [1/N]
-  double distance = 10.0; //!< taken off per metre between object and effector [1/m]
+  double engage = 1.0;     //!< of the normal force [1/N]
+  double stick = 1.0;      //!< of the distance to the friction cone's edge [1/N]
+  double distance = 10.0;  //!< taken off per metre between object and effector [1/m]
 };
 
 struct ForceScore {

@@ -10,11 +10,11 @@ namespace energymargin {
 //! Nodes in the order in which they were made; node 0 is the root. Node i > 0 is what `controls[i]`, applied for
 //! `durations[i]` at node `parents[i]`, leads to.
 struct Tree {
-  States states;                //!< (M + 1, n)
-  Eigen::VectorXd costs;        //!< effort from the root, eq. 8 [J]
-  Eigen::VectorXi parents;      //!< -1 for the root
-  Wrenches controls;            //!< zero for the root
-  Eigen::VectorXd durations;    //!< [s]
+  States states;              //!< (M + 1, n)
+  Eigen::VectorXd costs;      //!< effort from the root, eq. 8 [J]
+  Eigen::VectorXi parents;    //!< -1 for the root
+  Wrenches controls;          //!< zero for the root
+  Eigen::VectorXd durations;  //!< [s]
 
   int size() const { return static_cast<int>(costs.size()); }
 

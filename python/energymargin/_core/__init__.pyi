@@ -1,0 +1,584 @@
+"""
+The compiled core of energymargin.
+"""
+from __future__ import annotations
+import collections.abc
+import numpy
+import numpy.typing
+import typing
+from . import regions
+__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Contact', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'regions']
+class Plane:
+    """
+    The half space below a plane: {x : normal . x <= offset}.
+    """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Unit vector out of the solid, shape (3,).
+        """
+    @property
+    def offset(self) -> float:
+        """
+        Of the surface along the normal [m].
+        """
+class Box:
+    """
+    A box with full edge lengths `size`, shape (3,) [m].
+    """
+    def __init__(self, size: numpy.typing.ArrayLike) -> None:
+        ...
+    @property
+    def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+class Sphere:
+    """
+    A sphere of `radius` [m].
+    """
+    def __init__(self, radius: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def radius(self) -> float:
+        ...
+class Cylinder:
+    """
+    A cylinder about its own z axis, `radius` and full `length` [m].
+    """
+    def __init__(self, radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def length(self) -> float:
+        ...
+    @property
+    def radius(self) -> float:
+        ...
+class Capsule:
+    """
+    A capsule about its own z axis; `length` is that of its tube [m].
+    """
+    def __init__(self, radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def length(self) -> float:
+        ...
+    @property
+    def radius(self) -> float:
+        ...
+class ConvexHull:
+    """
+    The convex hull of points, shape (n, 3) [m]. Its centre of mass has to be the origin.
+    """
+    def __init__(self, points: numpy.typing.ArrayLike) -> None:
+        ...
+    def centered(self) -> ConvexHull:
+        """
+        The hull with its centre of mass moved to the origin.
+        """
+    @property
+    def points(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+class Body:
+    """
+    One body of a scene.
+    """
+    @property
+    def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Shape (3,) [rad/s].
+        """
+    @property
+    def fixed(self) -> bool:
+        ...
+    @property
+    def friction(self) -> float:
+        """
+        A contact's coefficient is the product of its two bodies'.
+        """
+    @property
+    def mass(self) -> float:
+        """
+        [kg]; 0: fixed.
+        """
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w.
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Shape (3,) [m].
+        """
+    @property
+    def role(self) -> str:
+        """
+        'object', 'effector' or 'none'.
+        """
+    @property
+    def shape(self) -> Plane | Box | Sphere | Cylinder | Capsule | ConvexHull:
+        ...
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Shape (3,) [m/s].
+        """
+class Scene:
+    """
+    What there is: bodies under gravity [m/s^2], and how the physics is stepped.
+    """
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: typing.SupportsFloat | typing.SupportsIndex = 0.004166666666666667, solver_iterations: typing.SupportsInt | typing.SupportsIndex = 50, solver_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-07, margin: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
+        ...
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull, *, mass: typing.SupportsFloat | typing.SupportsIndex, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: typing.SupportsFloat | typing.SupportsIndex | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: typing.SupportsFloat | typing.SupportsIndex = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0)) -> None:
+        """
+        Add a body.
+        
+        position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its centre of mass;
+        velocity [m/s] and angular_velocity [rad/s] are in the world's axes. mass [kg] of 0 fixes it. role is 'object' (the body
+        that disturbances act on), 'effector' or 'none'. The factors lock axes: 0 locked, 1 free; linear_factor=(1, 1, 0),
+        angular_factor=(0, 0, 1) makes a planar body. Raises ValueError on bad values.
+        """
+    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: typing.SupportsFloat | typing.SupportsIndex = 0.0, friction: typing.SupportsFloat | typing.SupportsIndex = 0.5) -> None:
+        """
+        Add the fixed half space below a plane; by default z <= 0.
+        """
+    def pack(self, **kwargs) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...)). What is left out has the scene's own value. Raises ValueError on unknown bodies or keys and bad values.
+        """
+    def slice(self, name: str) -> slice:
+        """
+        Where a body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.
+        """
+    def unpack(self, state: numpy.typing.ArrayLike) -> dict:
+        """
+        Dict of dicts by body: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw.
+        """
+    @property
+    def bodies(self) -> list[Body]:
+        ...
+    @property
+    def dimension(self) -> int:
+        """
+        n, numbers in a state vector.
+        """
+    @property
+    def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def margin(self) -> float | None:
+        """
+        [m]
+        """
+    @property
+    def solver_iterations(self) -> int:
+        ...
+    @property
+    def solver_tolerance(self) -> float:
+        ...
+    @property
+    def step(self) -> float:
+        """
+        [s]
+        """
+class Contact:
+    """
+    One point where two bodies touch, and the forces there over the last step.
+    """
+    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: typing.SupportsFloat | typing.SupportsIndex, normal_force: typing.SupportsFloat | typing.SupportsIndex, tangential_force: numpy.typing.ArrayLike, friction: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def body_a(self) -> str:
+        ...
+    @property
+    def body_b(self) -> str:
+        ...
+    @property
+    def distance(self) -> float:
+        """
+        Negative in penetration [m].
+        """
+    @property
+    def friction(self) -> float:
+        """
+        Coefficient, the product of the two bodies'.
+        """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Unit vector from body_b to body_a, shape (3,).
+        """
+    @property
+    def normal_force(self) -> float:
+        """
+        Along the normal, on body_a [N].
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        On body_b, shape (3,) [m].
+        """
+    @property
+    def tangential_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Friction on body_a, shape (3,) [N].
+        """
+class Rollout:
+    """
+    What one rollout leads to.
+    """
+    @property
+    def effort(self) -> float:
+        """
+        Integral of |f . v + tau . omega| dt, eq. 2 and 3 [J].
+        """
+    @property
+    def energy(self) -> float:
+        """
+        Mechanical energy at the end [J].
+        """
+    @property
+    def state(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        At the end, shape (n,).
+        """
+    @property
+    def steps(self) -> int:
+        ...
+    @property
+    def work(self) -> float:
+        """
+        The same with its sign [J].
+        """
+class Simulation:
+    """
+    A recorded simulation of K frames.
+    """
+    @property
+    def contacts(self) -> list[list[Contact]]:
+        """
+        For each frame the contacts of its last step.
+        """
+    @property
+    def states(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Shape (K, n).
+        """
+    @property
+    def times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Shape (K,) [s].
+        """
+class World:
+    """
+    One simulation of a Scene. Every answer is a pure function of its arguments.
+    
+    effector 'coast' leaves the effector free, 'drive' keeps the velocity that it has at the start of a rollout.
+    """
+    def __init__(self, scene: Scene, effector: str = 'coast') -> None:
+        ...
+    def contacts(self, state: numpy.typing.ArrayLike) -> list[Contact]:
+        """
+        Contacts at a state, with the forces that one step without wrench shows.
+        """
+    def distance(self, state: numpy.typing.ArrayLike, body_a: str, body_b: str) -> float:
+        """
+        Least distance between two bodies, negative in penetration [m].
+        """
+    def energy(self, state: numpy.typing.ArrayLike) -> float:
+        """
+        Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].
+        """
+    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: typing.SupportsFloat | typing.SupportsIndex) -> Rollout:
+        """
+        Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.
+        """
+    def simulate(self, state: numpy.typing.ArrayLike, steps: typing.SupportsInt | typing.SupportsIndex, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, every: typing.SupportsInt | typing.SupportsIndex = 1) -> Simulation:
+        """
+        One unbroken simulation; drives gives wrenches by body, shape (steps, 6). Recorded after every `every` steps.
+        """
+    @property
+    def scene(self) -> Scene:
+        ...
+class Region:
+    """
+    A set of states; combine with & | ~. Built by the functions of em.regions.
+    """
+    def __and__(self, arg0: Region) -> Region:
+        ...
+    def __invert__(self) -> Region:
+        ...
+    def __or__(self, arg0: Region) -> Region:
+        ...
+    def contains(self, scene: Scene, states: numpy.typing.ArrayLike) -> typing.Any:
+        """
+        Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the region names a body that the scene does not have.
+        """
+class Problem:
+    """
+    One question: how robust is this state against these disturbances?
+    
+    scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
+    object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
+    succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast' or 'drive'.
+    rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
+    a state in deep penetration.
+    """
+    @staticmethod
+    def from_json(text: str) -> Problem:
+        """
+        A problem from JSON text.
+        """
+    @staticmethod
+    def load(path: typing.Any) -> Problem:
+        """
+        Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.
+        """
+    def __getstate__(self) -> str:
+        ...
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: typing.SupportsFloat | typing.SupportsIndex, captured: Region, succeeded: Region | None = None, within: Region | None = None, effector: str = 'coast', rate: typing.SupportsFloat | typing.SupportsIndex = 5.0, contacts: collections.abc.Sequence[Contact] | None = None) -> None:
+        ...
+    def __setstate__(self, arg0: str) -> None:
+        ...
+    def save(self, path: typing.Any) -> None:
+        """
+        Write a JSON file, atomically. Raises ValueError if a region is a Predicate.
+        """
+    def to_json(self) -> str:
+        """
+        The problem as JSON text.
+        """
+    @property
+    def captured(self) -> Region:
+        """
+        Capture set.
+        """
+    @property
+    def contacts(self) -> list[Contact] | None:
+        """
+        Measured contacts, or None.
+        """
+    @property
+    def duration(self) -> float:
+        """
+        Longest edge [s].
+        """
+    @property
+    def effector(self) -> str:
+        ...
+    @property
+    def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Largest |force| along each axis, shape (3,) [N].
+        """
+    @property
+    def rate(self) -> float:
+        """
+        lambda [1/J].
+        """
+    @property
+    def scene(self) -> Scene:
+        ...
+    @property
+    def state(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        z_init, shape (n,).
+        """
+    @property
+    def succeeded(self) -> Region | None:
+        """
+        Success set, or None.
+        """
+    @property
+    def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Largest |torque| about each axis, shape (3,) [N m].
+        """
+    @property
+    def within(self) -> Region | None:
+        """
+        Bounds of the search for an escape, or None.
+        """
+class Tree:
+    """
+    All rollouts of a search as flat arrays; row 0 is the root.
+    """
+    def __len__(self) -> int:
+        ...
+    def path_to(self, node: typing.SupportsInt | typing.SupportsIndex) -> list[int]:
+        """
+        Rows from the root to a node, both included.
+        """
+    @property
+    def controls(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+        """
+        Wrench that led to the node, shape (M + 1, 6) [N, N m].
+        """
+    @property
+    def costs(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Effort from the root, eq. 8, shape (M + 1,) [J].
+        """
+    @property
+    def durations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        How long it acted, shape (M + 1,) [s].
+        """
+    @property
+    def parents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"]:
+        """
+        Row of the parent, -1 for the root, shape (M + 1,).
+        """
+    @property
+    def states(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Shape (M + 1, n).
+        """
+class CaptureScore:
+    """
+    Capture and success score, Section IV-B and Algorithm 2.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def capture(self) -> float:
+        """
+        Omega_cap, eq. 5, 0..1; mean over the trees.
+        """
+    @property
+    def capture_stderr(self) -> float | None:
+        """
+        Standard error; None for a single tree.
+        """
+    @property
+    def likelihoods(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Of the first tree's nodes, eq. 4, shape (M + 1,).
+        """
+    @property
+    def success(self) -> float | None:
+        """
+        Omega_suc, eq. 6, 0..1; None without a success set.
+        """
+    @property
+    def success_stderr(self) -> float | None:
+        """
+        Standard error; None for a single tree.
+        """
+    @property
+    def tree(self) -> Tree:
+        """
+        The first tree.
+        """
+    @property
+    def trees(self) -> list[Tree]:
+        """
+        All trees.
+        """
+class EscapeEffort:
+    """
+    Effort of escape, Section IV-A and Algorithm 1.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def effort(self) -> float:
+        """
+        Omega_esc, eq. 2 [J]; inf if no escape was found.
+        """
+    @property
+    def history(self) -> list[tuple[int, float]]:
+        """
+        (nodes so far, best effort) at each improvement.
+        """
+    @property
+    def path(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        Rows of the tree from the root to the escape; empty if none was found.
+        """
+    @property
+    def tree(self) -> Tree:
+        ...
+class ForceScore:
+    """
+    The wrench-based baseline, Section V-B.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def distance(self) -> float:
+        """
+        Least distance between object and effector [m].
+        """
+    @property
+    def engage(self) -> float:
+        """
+        Sum of the normal forces [N].
+        """
+    @property
+    def force(self) -> float:
+        """
+        Omega_force, the weighted sum.
+        """
+    @property
+    def stick(self) -> float:
+        """
+        Sum of the distances to the friction cones' edges [N].
+        """
+class ScoreRow:
+    """
+    The scores of one problem of a batch.
+    """
+    @property
+    def error(self) -> str | None:
+        """
+        What went wrong, or None.
+        """
+    @property
+    def index(self) -> int:
+        """
+        The problem's stream index.
+        """
+    @property
+    def scores(self) -> dict[str, float]:
+        """
+        By metric.
+        """
+    @property
+    def seconds(self) -> float:
+        """
+        Time on its thread [s].
+        """
+class ScoreRun:
+    """
+    A running batch of problems on a pool of threads.
+    """
+    def __init__(self, problems: collections.abc.Sequence[Problem], metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> None:
+        """
+        Starts at once; indices are the problems' stream indices.
+        """
+    def cancel(self) -> None:
+        """
+        Stop within one rollout; unfinished problems give no row.
+        """
+    def take(self, timeout: typing.SupportsFloat | typing.SupportsIndex) -> list[ScoreRow]:
+        """
+        Rows finished since the last call; waits up to timeout [s] for the first.
+        """
+    @property
+    def finished(self) -> bool:
+        ...
+def capture_score(problem: Problem, nodes: typing.SupportsInt | typing.SupportsIndex = 1000, seed: typing.SupportsInt | typing.SupportsIndex = 0, rate: typing.SupportsFloat | typing.SupportsIndex | None = None, trees: typing.SupportsInt | typing.SupportsIndex = 1, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> CaptureScore:
+    """
+    Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.
+    """
+def escape_effort(problem: Problem, planner: str = 'est', nodes: typing.SupportsInt | typing.SupportsIndex = 1000, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> EscapeEffort:
+    """
+    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
+    """
+def force_score(problem: Problem, engage: typing.SupportsFloat | typing.SupportsIndex = 1.0, stick: typing.SupportsFloat | typing.SupportsIndex = 1.0, distance: typing.SupportsFloat | typing.SupportsIndex = 10.0) -> ForceScore:
+    """
+    Weighted sum of engaging score [1/N], sticking score [1/N] and, taken off, distance [1/m].
+    """

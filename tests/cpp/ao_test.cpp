@@ -1,0 +1,107 @@
+// AO-x over planners of our own and of OMPL's.
+
+#include "energymargin/search/ao.hpp"
+
+#include <gtest/gtest.h>
+#include <ompl/base/ProjectionEvaluator.h>
+#include <ompl/control/planners/kpiece/KPIECE1.h>
+#include <ompl/control/planners/rrt/RRT.h>
+
+#include "energymargin/search/est.hpp"
+#include "energymargin/search/rrt.hpp"
+#include "scenes.hpp"
+#include "search_checks.hpp"
+
+namespace energymargin::search {
+namespace {
+
+using namespace scenes;
+
+void expect_good_escape(const Escape& escape, const Problem& problem) {
+  expect_each_edge_is_a_rollout(escape.tree, problem);
+  expect_history_falls_to_the_effort(escape);
+  expect_path_leaves_the_capture_set_only_at_its_end(escape, problem);
+  expect_path_replays_from_its_controls(escape, problem);
+}
+
+TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
+  const Problem problem = drift();
+  BoundedProblem with_est(problem, Goal::escape, 500, 1, nullptr);
+  Est est(with_est, 1);
+  const Escape by_est = ao(with_est, est);
+  expect_good_escape(by_est, problem);
+  EXPECT_GT(by_est.history.size(), 1u);
+  BoundedProblem with_rrt(problem, Goal::escape, 500, 1, nullptr);
+  Rrt rrt(with_rrt, 1);
+  const Escape by_rrt = ao(with_rrt, rrt);
+  expect_good_escape(by_rrt, problem);
+  EXPECT_GT(by_rrt.history.size(), 1u);
+}
+
+TEST(Ao, BoundIsTheBestEffortInTheEnd) {
+  BoundedProblem bounded(drift(), Goal::escape, 300, 2, nullptr);
+  Est est(bounded, 2);
+  const Escape escape = ao(bounded, est);
+  EXPECT_EQ(bounded.bound(), escape.effort);
+}
+
+TEST(Ao, WorksOverOmplsOwnRrtWhichCannotPrune) {
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, Goal::escape, 1000, 3, nullptr);
+  ompl::control::RRT rrt(bounded.space_information());
+  rrt.setProblemDefinition(bounded.definition());
+  rrt.setup();
+  const Escape escape = ao(bounded, rrt);
+  EXPECT_EQ(escape.tree.size(), 1001);
+  expect_good_escape(escape, problem);
+}
+
+// The object's place in the plane, in cells of the size of an edge.
+class InThePlane : public ompl::base::ProjectionEvaluator {
+ public:
+  explicit InThePlane(const BoundedProblem& bounded)
+      : ProjectionEvaluator(bounded.space_information()->getStateSpace()), cell_(bounded.space().scales().position) {
+    setCellSizes(std::vector<double>(2, 1.0));
+  }
+  unsigned int getDimension() const override { return 2; }
+  void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
+    projection = state->as<CostSpace::StateType>()->object.position.head<2>() / cell_;
+  }
+
+ private:
+  double cell_;
+};
+
+TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, Goal::escape, 1000, 3, nullptr);
+  ompl::control::KPIECE1 kpiece(bounded.space_information());
+  kpiece.setProblemDefinition(bounded.definition());
+  kpiece.setProjectionEvaluator(std::make_shared<InThePlane>(bounded));
+  kpiece.setup();
+  const Escape escape = ao(bounded, kpiece);
+  EXPECT_EQ(escape.tree.size(), 1001);
+  expect_good_escape(escape, problem);
+}
+
+TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {
+  Problem problem = drift();
+  problem.captured = ~problem.captured;
+  BoundedProblem bounded(problem, Goal::escape, 100, 0, nullptr);
+  Est est(bounded, 0);
+  const Escape escape = ao(bounded, est);
+  EXPECT_EQ(escape.effort, 0.0);
+  EXPECT_EQ(escape.tree.size(), 1);
+  EXPECT_EQ(escape.path, (std::vector<int>{0}));
+  EXPECT_EQ(escape.history, (std::vector<std::pair<int, double>>{{0, 0.0}}));
+}
+
+TEST(Ao, StoppedSearchThrows) {
+  const std::atomic<bool> stop{true};
+  BoundedProblem bounded(drift(), Goal::escape, 100, 0, &stop);
+  Est est(bounded, 0);
+  EXPECT_THROW(ao(bounded, est), Stopped);
+}
+
+}  // namespace
+}  // namespace energymargin::search

@@ -1,0 +1,156 @@
+// Batches: the same rows on any number of threads, resumed or not.
+
+#include "energymargin/batch.hpp"
+
+#include <gtest/gtest.h>
+
+#include "energymargin/metrics/capture.hpp"
+#include "energymargin/metrics/effort.hpp"
+#include "energymargin/metrics/force.hpp"
+#include "energymargin/random.hpp"
+#include "energymargin/search/bounded_problem.hpp"
+#include "expect.hpp"
+#include "scenes.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+constexpr double a_minute = 60.0;
+
+BatchOptions options(int threads = 1, std::vector<std::size_t> indices = {}) {
+  BatchOptions made;
+  made.nodes = 30;
+  made.seed = 11;
+  made.threads = threads;
+  made.indices = std::move(indices);
+  return made;
+}
+
+// Pushes at different speeds.
+std::vector<Problem> pushes(int count) {
+  std::vector<Problem> problems(static_cast<std::size_t>(count), push());
+  for (int i = 0; i < count; ++i) problems[static_cast<std::size_t>(i)].state[21] = 0.2 + 0.05 * i;
+  return problems;
+}
+
+// All rows, by index.
+std::map<std::size_t, ScoreRow> all(Batch& batch) {
+  std::map<std::size_t, ScoreRow> rows;
+  while (!batch.finished()) {
+    for (ScoreRow& row : batch.take(a_minute)) {
+      EXPECT_EQ(rows.count(row.index), 0u) << "row " << row.index << " came twice";
+      rows[row.index] = std::move(row);
+    }
+  }
+  return rows;
+}
+
+std::map<std::size_t, ScoreRow> all(std::vector<Problem> problems, const BatchOptions& with) {
+  Batch batch(std::move(problems), with);
+  return all(batch);
+}
+
+TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
+  const Problem problem = push();
+  const ScoreRow row = score(problem, 4, options());
+  const std::uint64_t seed = stream(11, 4);
+  CaptureOptions capture;
+  capture.nodes = 30;
+  capture.seed = seed;
+  const CaptureScore captured = capture_score(problem, capture);
+  ASSERT_EQ(row.scores.size(), 5u);
+  EXPECT_EQ(row.index, 4u);
+  EXPECT_EQ(row.error, "");
+  EXPECT_TRUE(same_bits(row.scores.at("capture"), captured.capture));
+  EXPECT_TRUE(same_bits(row.scores.at("success"), *captured.success));
+  EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, {"est", 30, seed}).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, {"rrt", 30, seed}).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
+}
+
+TEST(Batch, OneTwoAndFourThreadsGiveTheSameBits) {
+  const auto one = all(pushes(6), options(1));
+  ASSERT_EQ(one.size(), 6u);
+  for (const int threads : {2, 4}) {
+    const auto other = all(pushes(6), options(threads));
+    ASSERT_EQ(other.size(), 6u);
+    for (const auto& [index, row] : one) EXPECT_EQ(other.at(index).scores, row.scores) << "row " << index;
+  }
+}
+
+TEST(Batch, ResumedWithIndicesGivesTheBitsOfTheFullRun) {
+  const auto full = all(pushes(6), options());
+  const std::vector<Problem> problems = pushes(6);
+  const auto rest = all({problems[5], problems[1], problems[2]}, options(2, {5, 1, 2}));
+  ASSERT_EQ(rest.size(), 3u);
+  for (const auto& [index, row] : rest) EXPECT_EQ(full.at(index).scores, row.scores) << "row " << index;
+}
+
+TEST(Batch, ProblemThatFailsGivesARowWithAnErrorWhileTheOthersFinish) {
+  std::vector<Problem> problems = pushes(4);
+  problems[1].state[0] = nan;
+  problems[2].captured = regions::Disc{"cup"};
+  const auto rows = all(problems, options(2));
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_NE(rows.at(1).error.find("nan"), std::string::npos) << rows.at(1).error;
+  EXPECT_NE(rows.at(2).error.find("'cup'"), std::string::npos) << rows.at(2).error;
+  for (const std::size_t good : {0, 3}) {
+    EXPECT_EQ(rows.at(good).error, "");
+    EXPECT_EQ(rows.at(good).scores.size(), 5u);
+  }
+}
+
+TEST(Batch, CancelEndsItAndKeepsWhatIsFinished) {
+  std::vector<Problem> problems(10000, push());
+  Batch batch(std::move(problems), options(2));
+  std::vector<ScoreRow> rows = batch.take(a_minute);
+  ASSERT_FALSE(rows.empty());
+  batch.cancel();
+  for (ScoreRow& row : batch.take(0.0)) rows.push_back(std::move(row));
+  EXPECT_TRUE(batch.finished());
+  EXPECT_LT(rows.size(), 10000u);
+  for (const ScoreRow& row : rows) {
+    EXPECT_EQ(row.error, "");
+    EXPECT_EQ(row.scores, score(push(), row.index, options()).scores) << "row " << row.index;
+  }
+}
+
+TEST(Batch, StoppedScoreThrows) {
+  const std::atomic<bool> stop{true};
+  EXPECT_THROW(score(push(), 0, options(), &stop), search::Stopped);
+}
+
+TEST(Batch, NoProblemsAreFinishedAtOnce) {
+  Batch batch({}, options(4));
+  EXPECT_TRUE(batch.take(a_minute).empty());
+  EXPECT_TRUE(batch.finished());
+}
+
+TEST(Batch, WithoutASuccessSetTheRowHasNoSuccess) {
+  Problem problem = push();
+  problem.succeeded.reset();
+  const ScoreRow row = score(problem, 0, options());
+  EXPECT_EQ(row.scores.count("success"), 0u);
+  EXPECT_EQ(row.scores.count("capture"), 1u);
+}
+
+TEST(Batch, BadOptionsAreRejectedBeforeAnythingStarts) {
+  const auto with = [](const BatchOptions& bad) {
+    return [bad] { Batch(pushes(2), bad); };
+  };
+  BatchOptions bad = options();
+  bad.nodes = 0;
+  EXPECT_TRUE(rejects(with(bad), {"nodes is 0", "at least 1"}));
+  EXPECT_TRUE(rejects(with(options(0)), {"threads is 0", "at least 1"}));
+  EXPECT_TRUE(rejects(with(options(1, {1, 2, 3})), {"indices", "3", "one for each problem"}));
+  bad = options();
+  bad.metrics = {"capture", "luck"};
+  EXPECT_TRUE(rejects(with(bad), {"metrics", "'luck'", "'effort/est'"}));
+  bad.metrics.clear();
+  EXPECT_TRUE(rejects(with(bad), {"metrics", "empty"}));
+}
+
+}  // namespace
+}  // namespace energymargin

@@ -1,0 +1,63 @@
+// The feasible problem: its goal, its bound and its end.
+
+#include "energymargin/search/bounded_problem.hpp"
+
+#include <gtest/gtest.h>
+
+#include "energymargin/search/est.hpp"
+#include "expect.hpp"
+#include "scenes.hpp"
+
+namespace energymargin::search {
+namespace {
+
+using namespace scenes;
+
+TEST(BoundedProblem, StateIsValidBelowTheBoundAndWithinTheBounds) {
+  Problem problem = drift();
+  problem.within = regions::Disc{"object", {0.0, 0.0}, 10.0};
+  BoundedProblem bounded(problem, Goal::escape, 1, 0, nullptr);
+  CostSpace::StateType root;
+  root.node = 0;
+  root.cost = 2.0;
+  EXPECT_TRUE(bounded.space_information()->isValid(&root));
+  bounded.lower_bound(2.0);
+  EXPECT_FALSE(bounded.space_information()->isValid(&root));
+  root.cost = 1.9;
+  EXPECT_TRUE(bounded.space_information()->isValid(&root));
+  problem.within = regions::Disc{"object", {100.0, 0.0}, 10.0};
+  EXPECT_FALSE(BoundedProblem(problem, Goal::escape, 1, 0, nullptr).space_information()->isValid(&root));
+  EXPECT_TRUE(BoundedProblem(problem, Goal::none, 1, 0, nullptr).space_information()->isValid(&root));
+}
+
+TEST(BoundedProblem, GoalIsTheComplementOfTheCaptureSet) {
+  Problem problem = drift();
+  const auto start_is_goal = [&](Goal goal) {
+    BoundedProblem bounded(problem, goal, 1, 0, nullptr);
+    return bounded.definition()->getGoal()->isSatisfied(bounded.definition()->getStartState(0));
+  };
+  EXPECT_FALSE(start_is_goal(Goal::escape));
+  problem.captured = ~problem.captured;
+  EXPECT_TRUE(start_is_goal(Goal::escape));
+  EXPECT_FALSE(start_is_goal(Goal::none));
+}
+
+TEST(BoundedProblem, StopEndsTheSearchWithStoppedUnlessItsNodesAreSpent) {
+  std::atomic<bool> stop{true};
+  BoundedProblem bounded(drift(), Goal::none, 50, 0, &stop);
+  Est est(bounded, 0);
+  est.solve(bounded.termination());
+  EXPECT_EQ(bounded.nodes(), 0);
+  EXPECT_THROW(bounded.take_tree(), Stopped);
+  stop = false;
+  est.solve(bounded.termination());
+  stop = true;
+  EXPECT_EQ(bounded.take_tree().size(), 51);
+}
+
+TEST(BoundedProblem, NoNodesAreRejected) {
+  EXPECT_TRUE(rejects([] { BoundedProblem(drift(), Goal::none, 0, 0, nullptr); }, {"nodes", "0", "at least 1"}));
+}
+
+}  // namespace
+}  // namespace energymargin::search

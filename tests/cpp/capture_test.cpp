@@ -1,0 +1,170 @@
+// Capture and success score.
+
+#include "energymargin/metrics/capture.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "energymargin/random.hpp"
+#include "energymargin/search/bounded_problem.hpp"
+#include "scenes.hpp"
+#include "search_checks.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+CaptureOptions options(int nodes, std::uint64_t seed = 0, int trees = 1, int threads = 1) {
+  CaptureOptions made;
+  made.nodes = nodes;
+  made.seed = seed;
+  made.trees = trees;
+  made.threads = threads;
+  return made;
+}
+
+TEST(Likelihoods, AddUpToOneForAnyCostsAndRate) {
+  std::mt19937 random(1);
+  for (const double scale : {0.0, 1.0, 1e6}) {
+    for (const double rate : {0.0, 5.0, 1e6}) {
+      std::uniform_real_distribution<double> cost(scale, 2.0 * scale);
+      const Eigen::VectorXd costs = Eigen::VectorXd::NullaryExpr(1001, [&] { return cost(random); });
+      const Eigen::VectorXd likelihood = likelihoods(costs, rate);
+      EXPECT_NEAR(likelihood.sum(), 1.0, 1e-12) << "costs " << scale << ", rate " << rate;
+      EXPECT_GE(likelihood.minCoeff(), 0.0);
+    }
+  }
+}
+
+TEST(Likelihoods, FallByTheExponentialOfTheRateTimesTheCost) {
+  const Eigen::VectorXd likelihood = likelihoods(Eigen::Vector3d(0.0, 0.2, 1.0), 5.0);
+  EXPECT_NEAR(likelihood[1] / likelihood[0], std::exp(-1.0), 1e-15);
+  EXPECT_NEAR(likelihood[2] / likelihood[0], std::exp(-5.0), 1e-15);
+}
+
+TEST(Capture, ScoresAreTheLikelihoodsOfTheNodesInEachSet) {
+  const Problem problem = push();
+  const CaptureScore score = capture_score(problem, options(300));
+  const Tree& tree = score.trees.front();
+  const Membership captured(problem.captured, problem.scene);
+  const Membership succeeded(*problem.succeeded, problem.scene);
+  double inside = 0.0, success = 0.0, all = 0.0;
+  for (int node = 0; node < tree.size(); ++node) {
+    const double weight = std::exp(-5.0 * tree.costs[node]);
+    all += weight;
+    if (captured(State(tree.states.row(node)))) inside += weight;
+    if (succeeded(State(tree.states.row(node)))) success += weight;
+  }
+  EXPECT_NEAR(score.capture, inside / all, 1e-12);
+  EXPECT_NEAR(*score.success, success / all, 1e-12);
+  EXPECT_GT(score.capture, 0.0);
+  EXPECT_LT(score.capture, 1.0);
+  EXPECT_GT(*score.success, 0.0);
+  EXPECT_LT(*score.success, 1.0);
+  EXPECT_TRUE(score.likelihoods.isApprox(likelihoods(tree.costs, 5.0), 1e-15));
+}
+
+TEST(Capture, TreeHasTheNodesAskedForAndEachEdgeIsARollout) {
+  const Problem problem = push(Effector::coast);
+  const CaptureScore score = capture_score(problem, options(200));
+  ASSERT_EQ(score.trees.size(), 1u);
+  EXPECT_EQ(score.trees.front().size(), 201);
+  expect_each_edge_is_a_rollout(score.trees.front(), problem);
+  expect_controls_within_bounds(score.trees.front(), problem);
+}
+
+TEST(Capture, RateOfZeroGivesThePlainFractionOfNodes) {
+  const Problem problem = push();
+  CaptureOptions even = options(200);
+  even.rate = 0.0;
+  const CaptureScore score = capture_score(problem, even);
+  const auto inside = Membership(problem.captured, problem.scene)(score.trees.front().states).count();
+  EXPECT_NEAR(score.capture, static_cast<double>(inside) / 201.0, 1e-12);
+}
+
+TEST(Capture, RateOfTheOptionsGoesBeforeTheProblems) {
+  Problem problem = push();
+  CaptureOptions options_rate = options(100);
+  options_rate.rate = 1.5;
+  const double given = capture_score(problem, options_rate).capture;
+  EXPECT_NE(given, capture_score(problem, options(100)).capture);
+  problem.rate = 1.5;
+  EXPECT_EQ(given, capture_score(problem, options(100)).capture);
+}
+
+TEST(Capture, ClosedCageCapturesExactly) {
+  EXPECT_EQ(capture_score(closed_cage(), options(300, 1, 3)).capture, 1.0);
+}
+
+TEST(Capture, ComplementaryCaptureSetsShareTheLikelihood) {
+  Problem problem = push();
+  const double inside = capture_score(problem, options(200)).capture;
+  problem.captured = ~problem.captured;
+  EXPECT_NEAR(inside + capture_score(problem, options(200)).capture, 1.0, 1e-12);
+}
+
+TEST(Capture, OneTwoAndFourThreadsGiveTheSameBits) {
+  const CaptureScore one = capture_score(push(), options(60, 3, 5, 1));
+  for (const int threads : {2, 4}) {
+    const CaptureScore other = capture_score(push(), options(60, 3, 5, threads));
+    EXPECT_TRUE(same_bits(other.capture, one.capture));
+    EXPECT_TRUE(same_bits(*other.success, *one.success));
+    EXPECT_TRUE(same_bits(*other.capture_stderr, *one.capture_stderr));
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_TRUE(same_bits(other.trees[i], one.trees[i])) << "tree " << i;
+  }
+}
+
+TEST(Capture, SeveralTreesGiveTheirMeanAndItsStandardError) {
+  const Problem problem = push();
+  const CaptureScore score = capture_score(problem, options(60, 3, 4));
+  Eigen::Vector4d each;
+  for (int i = 0; i < 4; ++i) {
+    const Tree& tree = score.trees[static_cast<std::size_t>(i)];
+    const Mask inside = Membership(problem.captured, problem.scene)(tree.states);
+    each[i] = inside.select(likelihoods(tree.costs, 5.0).array(), 0.0).sum();
+    for (int j = 0; j < i; ++j) EXPECT_FALSE(same_bits(tree, score.trees[static_cast<std::size_t>(j)]));
+  }
+  EXPECT_NEAR(score.capture, each.mean(), 1e-12);
+  EXPECT_NEAR(*score.capture_stderr, std::sqrt((each.array() - each.mean()).square().sum() / 3.0 / 4.0), 1e-12);
+  EXPECT_FALSE(capture_score(problem, options(10)).capture_stderr);
+}
+
+TEST(Capture, MoreTreesKeepTheTreesThatThereWere) {
+  const CaptureScore few = capture_score(push(), options(50, 9, 2));
+  const CaptureScore many = capture_score(push(), options(50, 9, 3));
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_TRUE(same_bits(few.trees[i], many.trees[i]));
+}
+
+TEST(Capture, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
+  EXPECT_TRUE(same_bits(capture_score(push(), options(80, 4)).trees[0], capture_score(push(), options(80, 4)).trees[0]));
+  EXPECT_FALSE(same_bits(capture_score(push(), options(80, 4)).trees[0], capture_score(push(), options(80, 5)).trees[0]));
+}
+
+TEST(Capture, WithoutASuccessSetThereIsNoSuccessScore) {
+  Problem problem = push();
+  problem.succeeded.reset();
+  EXPECT_FALSE(capture_score(problem, options(10, 0, 2)).success);
+  EXPECT_FALSE(capture_score(problem, options(10, 0, 2)).success_stderr);
+}
+
+TEST(Capture, StopEndsTheSearch) {
+  const std::atomic<bool> stop{true};
+  CaptureOptions stopped = options(100, 0, 4, 2);
+  stopped.stop = &stop;
+  EXPECT_THROW(capture_score(push(), stopped), search::Stopped);
+}
+
+TEST(Capture, BadOptionsAreRejectedByNameAndValue) {
+  EXPECT_TRUE(rejects([] { capture_score(push(), options(0)); }, {"nodes is 0", "at least 1"}));
+  EXPECT_TRUE(rejects([] { capture_score(push(), options(10, 0, 0)); }, {"trees is 0", "at least 1"}));
+  EXPECT_TRUE(rejects([] { capture_score(push(), options(10, 0, 1, -2)); }, {"threads is -2", "at least 1"}));
+  CaptureOptions negative = options(10);
+  negative.rate = -1.0;
+  EXPECT_TRUE(rejects([&] { capture_score(push(), negative); }, {"rate is -1", "at least 0"}));
+}
+
+}  // namespace
+}  // namespace energymargin

@@ -1,0 +1,114 @@
+// Effort of escape.
+
+#include "energymargin/metrics/effort.hpp"
+
+#include <gtest/gtest.h>
+
+#include "energymargin/search/bounded_problem.hpp"
+#include "scenes.hpp"
+#include "search_checks.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+class Effort : public testing::TestWithParam<std::string> {
+ protected:
+  static Escape escape(const Problem& problem, int nodes, std::uint64_t seed = 0) {
+    return escape_effort(problem, {GetParam(), nodes, seed});
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Planner, Effort, testing::Values("est", "rrt"),
+                         [](const auto& planner) { return planner.param; });
+
+TEST_P(Effort, LiftingABlockOutCostsItsWeightTimesTheHeightAndLittleMore) {
+  const double weight = 1.0 * g;
+  for (const double height : {0.05, 0.2}) {
+    const Escape found = escape(lift(height), 4000);
+    EXPECT_GT(found.effort, weight * height - 1e-3);
+    EXPECT_LT(found.effort, 1.5 * weight * height);
+  }
+}
+
+TEST_P(Effort, MoreNodesNeverMakeItWorse) {
+  const Escape few = escape(drift(), 200, 5);
+  const Escape many = escape(drift(), 600, 5);
+  EXPECT_LE(many.effort, few.effort);
+  EXPECT_LT(many.effort, few.history.front().second);
+}
+
+TEST_P(Effort, EveryEdgeIsARolloutAndThePathReplaysToTheEscape) {
+  for (const Effector effector : {Effector::drive, Effector::coast}) {
+    const Problem problem = push(effector);
+    const Escape found = escape(problem, 400, 2);
+    EXPECT_EQ(found.tree.size(), 401);
+    ASSERT_LT(found.effort, infinity);
+    expect_each_edge_is_a_rollout(found.tree, problem);
+    expect_controls_within_bounds(found.tree, problem);
+    expect_history_falls_to_the_effort(found);
+    expect_path_leaves_the_capture_set_only_at_its_end(found, problem);
+    expect_path_replays_from_its_controls(found, problem);
+  }
+}
+
+TEST_P(Effort, PathStaysWithinTheBoundsAndNothingGrowsOutsideOfThem) {
+  Problem problem = drift();
+  problem.within = regions::HalfSpace{"object", Vector3::UnitX(), 0.02};
+  const Escape found = escape(problem, 600, 1);
+  ASSERT_LT(found.effort, infinity);
+  expect_path_leaves_the_capture_set_only_at_its_end(found, problem);
+  const Membership within(*problem.within, problem.scene);
+  int outside = 0;
+  for (int node = 1; node < found.tree.size(); ++node) {
+    outside += within(State(found.tree.states.row(node))) ? 0 : 1;
+    EXPECT_TRUE(within(State(found.tree.states.row(found.tree.parents[node])))) << "node " << node;
+  }
+  EXPECT_GT(outside, 0) << "the bounds were never met";
+}
+
+TEST_P(Effort, ClosedCageLetsNothingOut) {
+  const Escape found = escape(closed_cage(), 300);
+  EXPECT_EQ(found.effort, infinity);
+  EXPECT_TRUE(found.history.empty());
+  EXPECT_TRUE(found.path.empty());
+  EXPECT_EQ(found.tree.size(), 301);
+}
+
+TEST_P(Effort, ObjectThatIsOutsideAlreadyNeedsNoEffort) {
+  Problem problem = push();
+  problem.captured = regions::Disc{"object", {9.0, 9.0}, 0.1};
+  EXPECT_EQ(escape(problem, 100).effort, 0.0);
+}
+
+TEST_P(Effort, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
+  const Escape one = escape(push(), 200, 7);
+  const Escape same = escape(push(), 200, 7);
+  EXPECT_TRUE(same_bits(one.tree, same.tree));
+  EXPECT_EQ(one.history, same.history);
+  EXPECT_EQ(one.path, same.path);
+  EXPECT_FALSE(same_bits(one.tree, escape(push(), 200, 8).tree));
+}
+
+TEST_P(Effort, StartOutsideOfTheBoundsIsRejected) {
+  Problem problem = drift();
+  problem.within = regions::Disc{"object", {9.0, 9.0}, 0.1};
+  EXPECT_TRUE(rejects([&] { escape(problem, 50); }, {"within", "state"}));
+}
+
+TEST_P(Effort, StopEndsTheSearch) {
+  const std::atomic<bool> stop{true};
+  EXPECT_THROW(escape_effort(push(), {GetParam(), 100, 0, &stop}), search::Stopped);
+}
+
+TEST(EffortOptions, BadOptionsAndProblemsAreRejectedByNameAndValue) {
+  EXPECT_TRUE(rejects([] { escape_effort(push(), {"sst", 10, 0}); }, {"planner", "'sst'", "'est' or 'rrt'"}));
+  EXPECT_TRUE(rejects([] { escape_effort(push(), {"est", 0, 0}); }, {"nodes", "0", "at least 1"}));
+  Problem problem = push();
+  problem.state[0] = nan;
+  EXPECT_TRUE(rejects([&] { escape_effort(problem); }, {"state", "'object'", "nan"}));
+}
+
+}  // namespace
+}  // namespace energymargin

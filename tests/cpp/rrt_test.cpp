@@ -1,0 +1,65 @@
+// RRT with pruning.
+
+#include "energymargin/search/rrt.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "scenes.hpp"
+#include "search_checks.hpp"
+
+namespace energymargin::search {
+namespace {
+
+using namespace scenes;
+
+Tree grow(const Problem& problem, std::uint64_t seed, int nodes = 150) {
+  BoundedProblem bounded(problem, Goal::none, nodes, seed, nullptr);
+  Rrt planner(bounded, seed);
+  planner.solve(bounded.termination());
+  return bounded.take_tree();
+}
+
+TEST(Rrt, GrowsATreeOfRolloutsWithExactlyTheNodesAskedFor) {
+  const Problem problem = push();
+  const Tree tree = grow(problem, 1);
+  EXPECT_EQ(tree.size(), 151);
+  expect_each_edge_is_a_rollout(tree, problem);
+  expect_controls_within_bounds(tree, problem);
+}
+
+TEST(Rrt, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
+  // On the rough table many rollouts leave the block where it is: nodes that are as good as one.
+  Scene scene = rough_table();
+  const Problem stuck{scene, pack(scene), {5.0, 5.0, 0.0}, Vector3::Zero(), 0.3, regions::Disc{"object"}};
+  for (const Problem& problem : {push(), stuck}) {
+    EXPECT_TRUE(same_bits(grow(problem, 1), grow(problem, 1)));
+    EXPECT_FALSE(same_bits(grow(problem, 1), grow(problem, 2)));
+  }
+}
+
+TEST(Rrt, AfterPruningNothingGrowsFromANodeThatIsNotBelowTheBound) {
+  BoundedProblem bounded(drift(), Goal::none, 300, 4, nullptr);
+  Rrt planner(bounded, 4);
+  const auto until = [&](int nodes) {
+    return ompl::base::PlannerTerminationCondition([&bounded, nodes] { return bounded.nodes() >= nodes; });
+  };
+  planner.solve(until(100));
+  // No cost but the root's is below: the rest of the tree hangs on what grows from it anew.
+  const double bound = 1e-9;
+  bounded.lower_bound(bound);
+  planner.prune(bound);
+  planner.solve(until(200));
+  bounded.lower_bound(infinity);
+  planner.solve(until(300));
+  const Tree tree = bounded.take_tree();
+  ASSERT_EQ(tree.size(), 301);
+  for (int node = 101; node <= 300; ++node) {
+    const int parent = tree.parents[node];
+    EXPECT_TRUE(parent == 0 || parent > 200 || tree.costs[parent] < bound) << "node " << node << " grew from " << parent;
+  }
+}
+
+}  // namespace
+}  // namespace energymargin::search
