@@ -38,7 +38,7 @@ Problem push() {
 
 void rollout(benchmark::State& run) {
   const Problem problem = push();
-  World world(problem.scene, problem.effector);
+  World world(problem.scene);
   const int steps = static_cast<int>(run.range(0));
   for (auto _ : run) benchmark::DoNotOptimize(world.rollout_unchecked(problem.state, {}, steps));
   run.SetItemsProcessed(run.iterations() * steps);

@@ -12,7 +12,8 @@ constexpr const char* problem_doc = R"(One question: how robust is this state ag
 
 scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
 object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
-succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast' or 'drive'.
+succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast', it is not
+actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
 rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
 a state in deep penetration.)";
 
@@ -58,6 +59,16 @@ void bind_problem(py::module_& module) {
       .def_static(
           "load", [](const py::object& path) { return load(py::str(path)); }, py::arg("path"),
           "Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.")
+      .def(
+          "edge_start",
+          [](const Problem& problem, const ArrayLike& node) {
+            const State state = vector("node", node, -1);
+            validate(problem.scene, state, "node");
+            return edge_start(problem, state);
+          },
+          py::arg("node"),
+          "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
+          "its velocity of the start state.")
       .def("to_json", &to_json, "The problem as JSON text.")
       .def_static("from_json", &from_json, py::arg("text"), "A problem from JSON text.")
       .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },

@@ -13,17 +13,21 @@ struct Recording {
   std::vector<std::vector<Contact>> contacts;
 };
 
-Recording record(World& world, const ArrayLike& state, int steps, const std::map<std::string, ArrayLike>& drives,
-                 int every) {
+Recording simulate(World& world, const ArrayLike& state, int steps, const std::map<std::string, ArrayLike>& drives,
+                   const std::optional<std::vector<int>>& record_given) {
   std::vector<Drive> wrenches;
   for (const auto& [body, rows] : drives) {
     wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
   }
   const State start = vector("state", state, -1);
+  std::vector<int> record = record_given.value_or(std::vector<int>{});
+  if (!record_given) {
+    for (int i = 1; i <= steps; ++i) record.push_back(i);
+  }
   std::vector<Frame> frames;
   {
     const py::gil_scoped_release release;
-    frames = world.simulate(start, wrenches, steps, every);
+    frames = world.simulate(start, wrenches, steps, record);
   }
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
@@ -76,12 +80,8 @@ void bind_world(py::module_& module) {
       .def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
       .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
-  py::class_<World>(module, "World",
-                    "One simulation of a Scene. Every answer is a pure function of its arguments.\n\n"
-                    "effector 'coast' leaves the effector free, 'drive' keeps the velocity that it has at the start of "
-                    "a rollout.")
-      .def(py::init([](const Scene& scene, const std::string& mode) { return World(scene, effector(mode)); }),
-           py::arg("scene"), py::arg("effector") = "coast")
+  py::class_<World>(module, "World", "One simulation of a Scene. Every answer is a pure function of its arguments.")
+      .def(py::init<const Scene&>(), py::arg("scene"))
       .def(
           "rollout",
           [](World& world, const ArrayLike& state, const ArrayLike& wrench_given, double duration) {
@@ -92,10 +92,11 @@ void bind_world(py::module_& module) {
           },
           py::arg("state"), py::arg("wrench"), py::arg("duration"),
           "Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.")
-      .def("simulate", &record, py::arg("state"), py::arg("steps"),
-           py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("every") = 1,
-           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). Recorded after every `every` "
-           "steps.")
+      .def("simulate", &simulate, py::arg("state"), py::arg("steps"),
+           py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(),
+           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a "
+           "frame is "
+           "recorded, ascending, from 0, the start, to steps; by default after each.")
       .def(
           "energy", [](const World& world, const ArrayLike& state) { return world.energy(vector("state", state, -1)); },
           py::arg("state"), "Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].")

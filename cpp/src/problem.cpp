@@ -29,7 +29,10 @@ void require_roles(const Scene& scene, Effector effector) {
   if (count(Role::effector) > 1) {
     reject("scene", "with " + std::to_string(count(Role::effector)) + " bodies of role \"effector\"", "at most one");
   }
-  if (effector == Effector::drive) World(scene, effector);  // says what it lacks
+  const auto driven = scene.with_role(Role::effector);
+  if (effector == Effector::drive && (!driven || scene.bodies()[*driven].fixed())) {
+    reject("effector", "\"drive\"", "a scene with a body of role \"effector\" that can move, or \"coast\"");
+  }
 }
 
 void require_no_deep_penetration(const Scene& scene, const State& state) {
@@ -79,6 +82,18 @@ void validate(const Problem& problem) {
     require_finite("contact tangential_force", contact.tangential_force);
   }
   require_no_deep_penetration(problem.scene, problem.state);
+}
+
+State edge_start(const Problem& problem, const State& node) {
+  if (problem.effector == Effector::coast) return node;
+  const int effector = StateLayout(problem.scene).offset(*problem.scene.with_role(Role::effector));
+  BodyState body = StateLayout::read(node.data() + effector);
+  const BodyState start = StateLayout::read(problem.state.data() + effector);
+  body.velocity = start.velocity;
+  body.angular_velocity = start.angular_velocity;
+  State state = node;
+  StateLayout::write(body, state.data() + effector);
+  return state;
 }
 
 }  // namespace energymargin

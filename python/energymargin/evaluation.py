@@ -173,15 +173,11 @@ class Evaluation:
 
 
 def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.bool_]:
-    """Label of each state of one trajectory: captured in all frames k to k + horizon.
+    """Label of each state of one trajectory, shape (K,): captured in all frames k to k + horizon.
 
-    Shape (K,) to (max(K - horizon, 0),): a state whose horizon runs past the last frame has no
-    label (Section VI-D).
+    A horizon that runs past the last frame ends there: all K states have a label (Section VI-D).
     """
-    if len(captured) <= horizon:
-        return np.zeros(0, dtype=bool)
-    windows = np.lib.stride_tricks.sliding_window_view(captured, horizon + 1)
-    return np.asarray(windows.all(axis=1))
+    return np.array([captured[k : k + horizon + 1].all() for k in range(len(captured))], dtype=bool)
 
 
 def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
@@ -225,10 +221,7 @@ def _state_cell(
     weights: NDArray[np.int64],
 ) -> Cell | None:
     labels = [captured_labels(labelled.captured[states], horizon) for states in members]
-    scores = [
-        labelled.scores[score][states][: len(own)]
-        for states, own in zip(members, labels, strict=True)
-    ]
+    scores = [labelled.scores[score][states] for states in members]
     cluster = np.repeat(np.arange(len(members)), [len(own) for own in labels])
     return _cell(np.concatenate(scores), np.concatenate(labels), cluster, weights)
 

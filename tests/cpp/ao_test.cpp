@@ -39,7 +39,8 @@ TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
 }
 
 TEST(Ao, BoundIsTheBestEffortInTheEnd) {
-  BoundedProblem bounded(drift(), Goal::escape, 300, 2, nullptr);
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, Goal::escape, 300, 2, nullptr);
   Est est(bounded, 2);
   const Escape escape = ao(bounded, est);
   EXPECT_EQ(bounded.bound(), escape.effort);
@@ -98,7 +99,8 @@ TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {
 
 TEST(Ao, StoppedSearchThrows) {
   const std::atomic<bool> stop{true};
-  BoundedProblem bounded(drift(), Goal::escape, 100, 0, &stop);
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, Goal::escape, 100, 0, &stop);
   Est est(bounded, 0);
   EXPECT_THROW(ao(bounded, est), Stopped);
 }

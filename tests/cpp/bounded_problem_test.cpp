@@ -44,7 +44,8 @@ TEST(BoundedProblem, GoalIsTheComplementOfTheCaptureSet) {
 
 TEST(BoundedProblem, StopEndsTheSearchWithStoppedUnlessItsNodesAreSpent) {
   std::atomic<bool> stop{true};
-  BoundedProblem bounded(drift(), Goal::none, 50, 0, &stop);
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, Goal::none, 50, 0, &stop);
   Est est(bounded, 0);
   est.solve(bounded.termination());
   EXPECT_EQ(bounded.nodes(), 0);

@@ -41,7 +41,8 @@ TEST_P(Effort, MoreNodesNeverMakeItWorse) {
 
 TEST_P(Effort, EveryEdgeIsARolloutAndThePathReplaysToTheEscape) {
   for (const Effector effector : {Effector::drive, Effector::coast}) {
-    const Problem problem = push(effector);
+    Problem problem = push(effector);
+    problem.captured = regions::Disc{"object", {1.0, 0.4}, 0.05};
     const Escape found = escape(problem, 400, 2);
     EXPECT_EQ(found.tree.size(), 401);
     ASSERT_LT(found.effort, infinity);

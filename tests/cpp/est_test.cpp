@@ -40,7 +40,8 @@ TEST(Est, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
 }
 
 TEST(Est, AfterPruningNothingGrowsFromANodeThatIsNotBelowTheBound) {
-  BoundedProblem bounded(drift(), Goal::none, 300, 4, nullptr);
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, Goal::none, 300, 4, nullptr);
   Est planner(bounded, 4);
   const auto until = [&](int nodes) {
     return ompl::base::PlannerTerminationCondition([&bounded, nodes] { return bounded.nodes() >= nodes; });

@@ -65,7 +65,10 @@ Problem everything() {
   const Region tilt = regions::Tilt{"body 0", Vector3::UnitX(), Vector3(1.0, 1.0, 1.0).normalized(), 0.1, "body 4"};
   Problem problem{scene, pack(scene), {1.0, 0.0, 0.1}, {0.0, 1.0 / 3.0, 0.0}, 0.7, (ball | box) & ~(disc & sector)};
   problem.succeeded = half & speed;
-  problem.within = ~tilt;
+  regions::Swept swept{"body 0", "body 1", 0.1, 0.2, 0.3, 0.4, 0.5};
+  const Region own = swept;
+  swept.at = regions::PlanarMotion{{0.1, 0.2}, {0.3, 1.0 / 3.0}, 0.4};
+  problem.within = ~(tilt & own) | swept;
   problem.rate = 1.0 / 3.0;
   Contact contact{"body 0", "body 1", {0.1, 0.2, 0.3}, Vector3::UnitX(), -0.001, 1.0 / 3.0, {0.0, 0.1, 0.0}, 0.02};
   problem.contacts = {contact};

@@ -68,12 +68,26 @@ TEST(Problem, DriveNeedsAnEffectorThatCanMove) {
   EXPECT_TRUE(rejects([&] { validate(problem); }, {"effector", "\"drive\"", "role \"effector\""}));
 }
 
+TEST(Problem, UnderDriveAnEdgeStartsWithTheEffectorsVelocityAtTheStartAndUnderCoastWithItsOwn) {
+  const Problem problem = push(Effector::drive);
+  std::map<std::string, BodyState> bodies = unpack(problem.scene, problem.state);
+  bodies["effector"].position = {1.1, 0.15, 0.05};
+  bodies["effector"].velocity = {0.3, 0.1, 0.0};
+  bodies["effector"].angular_velocity = {0.0, 0.0, 2.0};
+  bodies["object"].velocity = {0.2, 0.0, 0.0};
+  const State node = pack(problem.scene, bodies);
+  EXPECT_TRUE(same_bits(edge_start(push(Effector::coast), node), node));
+  bodies["effector"].velocity = {0.0, 0.4, 0.0};
+  bodies["effector"].angular_velocity.setZero();
+  EXPECT_TRUE(same_bits(edge_start(problem, node), pack(problem.scene, bodies)));
+}
+
 TEST(Problem, StartInDeepPenetrationIsRejectedWithTheBodiesAndTheDepthAndAGrazeIsNot) {
   const auto sunk = [](double depth) {
     return validating([depth](Problem& p) { p.state[2] = 0.05 - depth; });
   };
-  EXPECT_TRUE(rejects(sunk(0.03), {"state", "'object'", "'table'", "0.03", "0.005"}));
-  EXPECT_NO_THROW(sunk(0.004)());
+  EXPECT_TRUE(rejects(sunk(0.03), {"state", "'object'", "'table'", "0.03 m", "at most 0.0125 m"}));
+  EXPECT_NO_THROW(sunk(0.012)());
 }
 
 TEST(Problem, MeasuredContactsAreChecked) {

@@ -18,8 +18,9 @@ using namespace scenes;
 
 // A propagator with what OMPL wants around it.
 struct Kit {
-  explicit Kit(const Problem& asked, std::uint64_t seed = 0)
-      : space(std::make_shared<CostSpace>(asked, seed)),
+  explicit Kit(Problem asked_, std::uint64_t seed = 0)
+      : asked(std::move(asked_)),
+        space(std::make_shared<CostSpace>(asked, seed)),
         controls(std::make_shared<WrenchSpace>(space, asked, seed)),
         si(std::make_shared<ompl::control::SpaceInformation>(space, controls)),
         propagator(si, asked, 10),
@@ -30,6 +31,7 @@ struct Kit {
   }
   ~Kit() { controls->freeControl(control); }
 
+  Problem asked;
   std::shared_ptr<CostSpace> space;
   std::shared_ptr<WrenchSpace> controls;
   ompl::control::SpaceInformationPtr si;

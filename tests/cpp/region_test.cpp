@@ -118,6 +118,63 @@ TEST(Region, AnnularSectorOfAFullTurnIsTheWholeRing) {
   }
 }
 
+// Inside what a carrier that moves in the plane is about to sweep.
+bool swept_by(const Vector2& velocity, double yaw_rate, const Vector2& object, const regions::Swept& swept) {
+  BodyState carrier;
+  carrier.position = {1.0, 2.0, 0.0};
+  carrier.velocity.head<2>() = velocity;
+  carrier.angular_velocity.z() = yaw_rate;
+  BodyState at;
+  at.position = {object.x(), object.y(), 5.0};
+  return contains(swept, at, carrier);
+}
+
+TEST(Region, SweptOnAStraightPathIsTheStripBehindAndAhead) {
+  const regions::Swept swept{"object", "carrier", 0.2, 0.1, 2.0, 0.05, 0.3};
+  const Vector2 along(0.5, 0.0);  // sweeps from x = 0.9 to x = 2.0
+  EXPECT_TRUE(swept_by(along, 0.0, {1.0, 2.0}, swept));
+  EXPECT_TRUE(swept_by(along, 0.0, {1.999, 2.199}, swept));
+  EXPECT_TRUE(swept_by(along, 0.0, {0.901, 1.801}, swept));
+  EXPECT_FALSE(swept_by(along, 0.0, {2.001, 2.0}, swept));
+  EXPECT_FALSE(swept_by(along, 0.0, {0.899, 2.0}, swept));
+  EXPECT_FALSE(swept_by(along, 0.0, {1.5, 2.201}, swept));
+  EXPECT_FALSE(swept_by(along, 0.0, {1.5, 1.799}, swept));
+}
+
+TEST(Region, SweptOnATurnIsTheSectorAboutTheCentreOfRotation) {
+  const regions::Swept swept{"object", "carrier", 0.2, 0.0, 0.5 * pi, 0.05, 0.3};
+  for (const double side : {1.0, -1.0}) {
+    // A quarter of a turn of radius 1 about (1, 3), or about (1, 1), that starts at (1, 2).
+    const auto inside = [&](double angle, double radius) {
+      const Vector2 object(1.0 + radius * std::sin(angle), 2.0 + side * (1.0 - radius * std::cos(angle)));
+      return swept_by({1.0, 0.0}, side, object, swept);
+    };
+    EXPECT_TRUE(inside(1e-6, 1.0));
+    EXPECT_TRUE(inside(0.5 * pi - 1e-6, 1.199));
+    EXPECT_TRUE(inside(0.8, 0.801));
+    EXPECT_FALSE(inside(-1e-6, 1.0));
+    EXPECT_FALSE(inside(0.5 * pi + 1e-6, 1.0));
+    EXPECT_FALSE(inside(0.8, 0.799));
+    EXPECT_FALSE(inside(0.8, 1.201));
+  }
+}
+
+TEST(Region, SweptByABodyThatIsTooSlowIsADiscAboutIt) {
+  const regions::Swept swept{"object", "carrier", 0.2, 0.0, 1.0, 0.05, 0.3};
+  for (const Vector2& velocity : {Vector2(0.0, 0.0), Vector2(0.049, 0.0)}) {
+    EXPECT_TRUE(swept_by(velocity, 0.0, {1.0, 1.701}, swept));
+    EXPECT_FALSE(swept_by(velocity, 0.0, {1.0, 2.301}, swept));
+  }
+  EXPECT_FALSE(swept_by({0.051, 0.0}, 0.0, {1.0, 1.701}, swept));
+}
+
+TEST(Region, SweptFromAGivenMotionStaysWhereItIs) {
+  regions::Swept swept{"object", "carrier", 0.2, 0.0, 1.0, 0.05, 0.3};
+  swept.at = regions::PlanarMotion{{-5.0, 0.0}, {0.0, 1.0}, 0.0};
+  EXPECT_TRUE(swept_by({1.0, 0.0}, 0.0, {-5.0, 0.999}, swept));
+  EXPECT_FALSE(swept_by({1.0, 0.0}, 0.0, {1.5, 2.0}, swept));
+}
+
 TEST(Region, HalfSpaceHoldsItsBorder) {
   const Region below = regions::HalfSpace{"object", {0.0, 0.6, 0.8}, 1.0};
   EXPECT_TRUE(contains(below, {50.0, 0.0, 1.25}));
@@ -224,6 +281,7 @@ TEST(Region, ArrayAndSingleStatesAgreeAndDeMorganHolds) {
   const Scene scene = two_bodies();
   const States states = random_states(scene, 300);
   std::vector<Region> all = positional("carrier");
+  all.push_back(regions::Swept{"object", "carrier", 0.5, 0.5, 2.0, 0.5, 0.8});
   all.push_back(regions::Speed{"object", 1.0, {0.1, 0.2, 0.3}, "carrier"});
   all.push_back(regions::Tilt{"object", Vector3::UnitX(), Vector3::UnitY(), 1.2, "carrier"});
   const auto mask = [&](const Region& region) { return Membership(region, scene)(states); };
@@ -262,6 +320,7 @@ TEST(Region, PredicateIsAskedOnceForAllStatesAndCombinesWithTheRest) {
 TEST(Region, UnknownBodyOrFrameIsAnErrorThatNamesIt) {
   const Scene scene = two_bodies();
   EXPECT_TRUE(rejects([&] { Membership(regions::Disc{"cup"}, scene); }, {"'cup'", "'object'"}));
+  EXPECT_TRUE(rejects([&] { Membership(regions::Swept{"object", "hand"}, scene); }, {"'hand'", "'object'"}));
   const Region nested = ~(regions::Disc{"object"} & Region(regions::Ball{"object", Vector3::Zero(), 1.0, "hand"}));
   EXPECT_TRUE(rejects([&] { Membership(nested, scene); }, {"'hand'", "'object'"}));
 }
@@ -285,6 +344,8 @@ TEST(Region, SizesAndDirectionsThatAreNoneAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects(making(regions::Speed{"object", -1.0}), {"limit is -1", "at least 0"}));
   EXPECT_TRUE(rejects(making(regions::Tilt{"object", Vector3::UnitZ(), o, 0.1}), {"reference", "length 1"}));
   EXPECT_TRUE(rejects(making(regions::Tilt{"object", Vector3::UnitZ(), Vector3::UnitZ(), 4.0}), {"limit is 4", "pi"}));
+  EXPECT_TRUE(rejects(making(regions::Swept{"object", "carrier", 0.0}), {"half_width is 0", "above 0"}));
+  EXPECT_TRUE(rejects(making(regions::Swept{"object", "carrier", 0.5, -1.0}), {"behind is -1", "at least 0"}));
   EXPECT_TRUE(rejects(making(regions::Predicate{}), {"predicate", "empty"}));
 }
 

@@ -20,7 +20,7 @@ inline Wrench control(const Tree& tree, int node) {
 
 //! Each node is what its control leads to from its parent, to the bit, and its cost the sum of efforts on the way.
 inline void expect_each_edge_is_a_rollout(const Tree& tree, const Problem& problem) {
-  World world(problem.scene, problem.effector);
+  World world(problem.scene);
   EXPECT_TRUE(same_bits(State(tree.states.row(0)), problem.state));
   EXPECT_EQ(tree.costs[0], 0.0);
   EXPECT_EQ(tree.parents[0], -1);
@@ -29,7 +29,8 @@ inline void expect_each_edge_is_a_rollout(const Tree& tree, const Problem& probl
     const int parent = tree.parents[node];
     ASSERT_GE(parent, 0);
     ASSERT_LT(parent, node);
-    const Rollout rollout = world.rollout(tree.states.row(parent), control(tree, node), tree.durations[node]);
+    const State start = edge_start(problem, tree.states.row(parent));
+    const Rollout rollout = world.rollout(start, control(tree, node), tree.durations[node]);
     EXPECT_GE(tree.costs[node], tree.costs[parent]) << "node " << node;
     different += same_bits(rollout.state, State(tree.states.row(node))) &&
                          same_bits(tree.costs[parent] + rollout.effort, tree.costs[node])
@@ -78,12 +79,13 @@ inline void expect_path_leaves_the_capture_set_only_at_its_end(const Escape& esc
 
 //! The path's controls alone lead from the start to the same escape, to the bit.
 inline void expect_path_replays_from_its_controls(const Escape& escape, const Problem& problem) {
-  World world(problem.scene, problem.effector);
+  World world(problem.scene);
   State state = problem.state;
   double effort = 0.0;
   for (std::size_t i = 1; i < escape.path.size(); ++i) {
     const int node = escape.path[i];
-    const Rollout rollout = world.rollout(state, control(escape.tree, node), escape.tree.durations[node]);
+    const State start = edge_start(problem, state);
+    const Rollout rollout = world.rollout(start, control(escape.tree, node), escape.tree.durations[node]);
     state = rollout.state;
     effort += rollout.effort;
   }

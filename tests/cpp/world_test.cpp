@@ -36,10 +36,16 @@ BodyState of(const Scene& scene, const State& state, const std::string& name = "
   return unpack(scene, state).at(name);
 }
 
+std::vector<int> every_step(int steps) {
+  std::vector<int> record(static_cast<std::size_t>(steps));
+  std::iota(record.begin(), record.end(), 1);
+  return record;
+}
+
 // Largest distance of the object's height from `height` over one second.
 double deepest_dip(const Scene& scene, const State& start, double height) {
   double most = 0.0;
-  for (const Frame& frame : World(scene).simulate(start, {}, 240, 1)) {
+  for (const Frame& frame : World(scene).simulate(start, {}, 240, every_step(240))) {
     most = std::max(most, std::abs(of(scene, frame.state).position.z() - height));
   }
   return most;
@@ -223,36 +229,6 @@ TEST(World, PlanarBodyKeepsItsLockedAxesUnderAnyWrenchAndContact) {
   EXPECT_NEAR((end.orientation * Vector3::UnitZ()).z(), std::cos(0.4), 1e-9);
 }
 
-// ---- effector
-
-TEST(World, DrivenEffectorKeepsItsVelocityExactlyWhilePushingAndACoastingOneDoesNot) {
-  const Scene scene = push_scene();
-  const State start = pack(scene);
-  const Rollout driven = World(scene, Effector::drive).rollout(start, {}, 0.5);
-  const BodyState effector = of(scene, driven.state, "effector");
-  EXPECT_GT(of(scene, driven.state).position.y(), 0.45) << "the effector did not push";
-  EXPECT_EQ(effector.velocity, Vector3(0.0, 0.4, 0.0));
-  EXPECT_EQ(effector.angular_velocity, Vector3::Zero());
-  EXPECT_NEAR(effector.position.y(), 0.1 + 0.4 * 0.5, 1e-9);
-  EXPECT_EQ(effector.position.z(), 0.05);
-  const Rollout coasting = World(scene, Effector::coast).rollout(start, {}, 0.5);
-  EXPECT_LT(of(scene, coasting.state, "effector").velocity.y(), 0.3);
-}
-
-TEST(World, DrivenEffectorKeepsASpinThatIsNotAboutAPrincipalAxis) {
-  Scene scene;
-  scene.add_body(body("object", Sphere{0.1}, 1.0, {5.0, 0.0, 0.0}, Role::object));
-  Body effector = body("effector", Box{{1.0, 0.4, 0.2}}, 1.0, Vector3::Zero(), Role::effector);
-  effector.state.angular_velocity = {1.0, 2.0, 3.0};
-  scene.add_body(effector);
-  const Rollout rollout = World(scene, Effector::drive).rollout(pack(scene), {}, 0.5);
-  EXPECT_EQ(of(scene, rollout.state, "effector").angular_velocity, Vector3(1.0, 2.0, 3.0));
-}
-
-TEST(World, DriveWithoutAnEffectorThatCanMoveIsRejected) {
-  EXPECT_TRUE(rejects([] { World(free_body(), Effector::drive); }, {"effector", "\"drive\"", "\"coast\""}));
-}
-
 // ---- purity
 
 struct Question {
@@ -265,7 +241,7 @@ struct Question {
 std::vector<Question> questions(const Scene& scene, int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> even(-1.0, 1.0);
-  World world(scene, Effector::drive);
+  World world(scene);
   std::vector<Question> asked;
   State state = pack(scene);
   for (int i = 0; i < count; ++i) {
@@ -304,7 +280,7 @@ Scene crowded_push() {
 
 class WorldPurity : public testing::Test {
  protected:
-  WorldPurity() : scene(crowded_push()), asked(questions(scene, 300)), in_order(asked.size()), world(scene, Effector::drive) {
+  WorldPurity() : scene(crowded_push()), asked(questions(scene, 300)), in_order(asked.size()), world(scene) {
     std::iota(in_order.begin(), in_order.end(), 0u);
     expected = answers(world, asked, in_order);
   }
@@ -329,7 +305,7 @@ TEST_F(WorldPurity, RolloutsInShuffledOrderGiveTheSameBits) {
 }
 
 TEST_F(WorldPurity, RolloutsInTwoWorldsGiveTheSameBits) {
-  World other(scene, Effector::drive);
+  World other(scene);
   std::vector<std::size_t> backwards(in_order.rbegin(), in_order.rend());
   EXPECT_EQ(differing(answers(other, asked, backwards), expected), 0);
 }
@@ -338,7 +314,7 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
   const Drive drive{"effector", Wrenches::Constant(30, 6, 1.0)};
   for (std::size_t i = 0; i < asked.size(); i += 10) {
     const Question& other = asked[(i + 5) % asked.size()];
-    world.simulate(other.state, {drive}, 30, 7);
+    world.simulate(other.state, {drive}, 30, {7, 30});
     world.contacts(other.state);
     world.distance(other.state, "object", "effector");
     world.deepest_contact(other.state);
@@ -353,12 +329,14 @@ TEST(World, SimulateUnderASteadyWrenchOnTheObjectIsTheRollout) {
   World world(scene);
   Drive drive{"object", Wrenches::Zero(60, 6)};
   drive.wrenches.col(0).setConstant(0.7);
-  const std::vector<Frame> frames = world.simulate(pack(scene), {drive}, 60, 20);
-  ASSERT_EQ(frames.size(), 3u);
-  EXPECT_NEAR(frames[0].time, 20 * step, 1e-15);
+  const std::vector<int> record{0, 1, 20, 60};
+  const std::vector<Frame> frames = world.simulate(pack(scene), {drive}, 60, record);
+  ASSERT_EQ(frames.size(), record.size());
+  EXPECT_EQ(frames[0].contacts.size(), world.contacts(pack(scene)).size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const State rolled = world.rollout(pack(scene), force(0.7), static_cast<double>(20 * (i + 1)) * step).state;
-    EXPECT_TRUE(same_bits(frames[i].state, rolled)) << "frame " << i;
+    EXPECT_NEAR(frames[i].time, record[i] * step, 1e-15);
+    const State rolled = world.rollout(pack(scene), force(0.7), record[i] * step).state;
+    EXPECT_TRUE(frames[i].state.isApprox(rolled, record[i] == 0 ? 1e-15 : 0.0)) << "frame " << i;
   }
 }
 
@@ -384,7 +362,7 @@ TEST(World, ContactsCarryTheWeightAndFrictionOpposesSliding) {
   EXPECT_LT(none.norm(), 1e-9);
   const auto [sliding, friction] = sum(moving(scene, {0.3, 0.4, 0.0}));
   EXPECT_NEAR(sliding, g, 1e-9);
-  EXPECT_TRUE(friction.isApprox(Vector3(-0.3, -0.4, 0.0), 1e-9)) << friction.transpose();
+  EXPECT_TRUE(friction.isApprox(0.5 * g * Vector3(-0.6, -0.8, 0.0), 1e-9)) << friction.transpose();
 }
 
 TEST(World, ContactsOfTheDefaultSolverCarryTheWeightToAPartInAThousand) {
@@ -404,7 +382,7 @@ double distance(const Shape& a, const Vector3& at_a, const Shape& b, const Vecto
   scene.add_body(std::holds_alternative<Plane>(b) ? fixed("b", b, at_b) : body("b", b, 1.0, at_b));
   World world(scene);
   const double one = world.distance(pack(scene), "a", "b");
-  EXPECT_NEAR(world.distance(pack(scene), "b", "a"), one, 1e-9);
+  EXPECT_LT(std::abs(world.distance(pack(scene), "b", "a") / one - 1.0), 1e-6);
   return one;
 }
 
@@ -412,14 +390,21 @@ TEST(World, DistancesAreThoseOfGeometry) {
   const Quaternion lying = turn(0.5 * pi, Vector3::UnitX());
   const Vector3 o = Vector3::Zero();
   EXPECT_NEAR(distance(Box{{1.0, 1.0, 1.0}}, o, Box{{0.4, 0.4, 0.4}}, {1.0, 0.2, 0.1}), 0.3, 1e-6);
-  EXPECT_NEAR(distance(Box{{1.0, 1.0, 1.0}}, o, brick({0.4, 0.4, 0.4}), {1.0, 0.2, 0.1}), 0.3, 1e-6);
+  // Bullet rounds the corners of a hull to a ten-thousandth of its size.
+  EXPECT_NEAR(distance(Box{{1.0, 1.0, 1.0}}, o, brick({0.4, 0.4, 0.4}), {1.0, 0.2, 0.1}), 0.3, 4e-5);
   EXPECT_NEAR(distance(Sphere{0.2}, {0.0, 0.0, 2.0}, Box{{1.0, 1.0, 1.0}}, o), 1.3, 1e-6);
   EXPECT_NEAR(distance(Sphere{0.2}, {3.0, 4.0, 0.0}, Sphere{0.3}, o), 4.5, 1e-6);
   EXPECT_NEAR(distance(Cylinder{0.2, 0.6}, {5.0, 5.0, 1.0}, Plane{}, o), 0.7, 1e-9);
   EXPECT_NEAR(distance(Cylinder{0.2, 0.6}, {5.0, 5.0, 1.0}, Plane{}, o, lying), 0.8, 1e-9);
   EXPECT_NEAR(distance(Capsule{0.2, 0.6}, {0.0, 0.0, 1.0}, Plane{Vector3::UnitZ(), 0.1}, o), 0.4, 1e-9);
   EXPECT_NEAR(distance(Box{{1.0, 1.0, 1.0}}, o, Plane{Vector3::UnitX(), -2.0}, o), 1.5, 1e-9);
-  EXPECT_EQ(distance(Plane{}, o, Plane{Vector3::UnitX(), 0.0}, o), infinity);
+}
+
+TEST(World, DistanceBetweenPlanesIsInfinite) {
+  Scene scene = free_body();
+  scene.add_body(fixed("floor", Plane{}));
+  scene.add_body(fixed("wall", Plane{Vector3::UnitX(), 0.0}));
+  EXPECT_EQ(World(scene).distance(pack(scene), "floor", "wall"), infinity);
 }
 
 TEST(World, DistanceInPenetrationIsNegative) {
@@ -457,11 +442,13 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects([&] { world.rollout(start, {}, -0.1); }, {"duration", "-0.1", "at least 0"}));
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "cup"); }, {"'cup'", "'effector'"}));
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "object"); }, {"body_b", "another body"}));
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 0, 1); }, {"steps", "0", "at least 1"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 0, {}); }, {"steps", "0", "at least 1"}));
   const Drive drive{"table", Wrenches::Zero(5, 6)};
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {drive}, 5, 1); }, {"drives", "'table'", "can move"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {drive}, 5, {5}); }, {"drives['table']", "fixed", "can move"}));
   const Drive few{"effector", Wrenches::Zero(4, 6)};
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {few}, 5, 1); }, {"drives['effector']", "4 rows", "5 rows"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {few}, 5, {5}); }, {"drives['effector']", "4 rows", "5 rows"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {6}); }, {"record", "6", "0 to 5"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {3, 2}); }, {"record", "2", "ascending"}));
   Scene empty;
   empty.add_body(fixed("table", Plane{}));
   EXPECT_TRUE(rejects([&] { World(empty).rollout(State(), {}, 0.1); }, {"scene", "object"}));

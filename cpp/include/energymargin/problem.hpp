@@ -10,6 +10,12 @@
 
 namespace energymargin {
 
+//! What the effector does while the object is disturbed.
+enum class Effector {
+  coast,  ///< it is not actuated: free, as every other body (paper, Section V-A)
+  drive,  ///< each edge of the search starts with the velocity that it has in the start state; in between it is free
+};
+
 //! The optimal motion planning problem P of Section V-A, with what the scores need besides.
 struct Problem {
   Scene scene;
@@ -29,5 +35,9 @@ struct Problem {
 //! regions on unknown bodies, no object or more than one, "drive" without an effector, or a start state in which
 //! a moving body is deeper in another than a quarter of the smaller one's smallest half extent.
 void validate(const Problem& problem);
+
+//! Where an edge from a node with state `node` starts: there or, under Effector::drive, there with the effector at its
+//! velocity of the start state.
+State edge_start(const Problem& problem, const State& node);
 
 }  // namespace energymargin

@@ -10,12 +10,6 @@
 
 namespace energymargin {
 
-//! What the effector does while the object is disturbed.
-enum class Effector {
-  coast,  ///< it is not actuated: free, as every other body (paper, Section V-A)
-  drive,  ///< it keeps the velocity that it has at the start of the rollout, whatever touches it
-};
-
 //! What one rollout leads to.
 struct Rollout {
   State state;          //!< at the end
@@ -53,7 +47,7 @@ struct Frame {
 //! arguments: the same bits in any order, in any world of the same scene, on any thread (one thread a world at a time).
 class World {
  public:
-  explicit World(const Scene& scene, Effector effector = Effector::coast);
+  explicit World(const Scene& scene);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
@@ -68,8 +62,10 @@ class World {
   //! The same without the checks and without the energy, for callers that made the arguments themselves.
   Rollout rollout_unchecked(const State& state, const Wrench& wrench, int steps);
 
-  //! One unbroken simulation of `steps` steps under the drives' wrenches, recorded after every `every` steps.
-  std::vector<Frame> simulate(const State& state, const std::vector<Drive>& drives, int steps, int every);
+  //! One unbroken simulation of `steps` steps under the drives' wrenches, recorded after the steps in `record`
+  //! (ascending, from 0, the start, to `steps`). The start's contacts are those of `contacts`.
+  std::vector<Frame> simulate(const State& state, const std::vector<Drive>& drives, int steps,
+                              const std::vector<int>& record);
 
   //! Kinetic and gravitational energy of the moving bodies; zero height at the world's origin [J].
   double energy(const State& state) const;

@@ -57,7 +57,7 @@ struct Moving {
 
 class World::Bullet {
  public:
-  Bullet(const Scene& scene, Effector effector);
+  explicit Bullet(const Scene& scene);
   ~Bullet();
 
   void restore(const State& state);
@@ -88,10 +88,9 @@ class World::Bullet {
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<Moving> moving_;
   std::optional<std::size_t> object_;  // in moving_
-  btRigidBody* driven_ = nullptr;
 };
 
-World::Bullet::Bullet(const Scene& scene_, Effector effector)
+World::Bullet::Bullet(const Scene& scene_)
     : scene(scene_),
       layout(scene_),
       step_(scene.stepping().step),
@@ -101,16 +100,6 @@ World::Bullet::Bullet(const Scene& scene_, Effector effector)
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
   configure();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) add(i);
-  if (effector == Effector::drive) {
-    const auto driven = scene.with_role(Role::effector);
-    if (!driven || scene.bodies()[*driven].fixed()) {
-      reject("effector", "\"drive\"", "a scene with a body of role \"effector\" that can move, or \"coast\"");
-    }
-    driven_ = bodies_[*driven].get();
-    // No impulse changes its velocity; its position still follows the velocity.
-    driven_->setLinearFactor(btVector3(0, 0, 0));
-    driven_->setAngularFactor(btVector3(0, 0, 0));
-  }
 }
 
 World::Bullet::~Bullet() {
@@ -190,7 +179,6 @@ void World::Bullet::read(State& state) const {
 // finds, and so it acts against what the forces are about to do, also on a body at rest.
 void World::Bullet::step() {
   for (const Moving& body : moving_) {
-    if (body.rigid == driven_) continue;
     body.rigid->setLinearVelocity(body.rigid->getLinearVelocity() + gravity_step_ * body.rigid->getLinearFactor());
   }
   world_.stepSimulation(step_, 0);
@@ -234,7 +222,29 @@ double World::Bullet::energy(const State& state) const {
   return energy;
 }
 
-World::World(const Scene& scene, Effector effector) : bullet_(std::make_unique<Bullet>(scene, effector)) {}
+namespace {
+
+void validate_record(const std::vector<int>& record, int steps) {
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    if (record[i] < 0 || record[i] > steps || (i > 0 && record[i] <= record[i - 1])) {
+      reject("record", "with " + std::to_string(record[i]),
+             "ascending numbers of steps from 0 to " + std::to_string(steps));
+    }
+  }
+}
+
+void validate_drive(const Scene& scene, const StateLayout& layout, const Drive& drive, int steps) {
+  const std::string name = "drives['" + drive.body + "']";
+  if (layout.offset(scene.index(drive.body)) < 0) reject(name, "on a fixed body", "a body that can move");
+  if (drive.wrenches.rows() != steps) {
+    reject(name, std::to_string(drive.wrenches.rows()) + " rows", std::to_string(steps) + " rows, one a step");
+  }
+  if (!drive.wrenches.allFinite()) reject(name, "not finite", "finite numbers");
+}
+
+}  // namespace
+
+World::World(const Scene& scene) : bullet_(std::make_unique<Bullet>(scene)) {}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
@@ -277,33 +287,31 @@ Rollout World::rollout_unchecked(const State& state, const Wrench& wrench, int s
   return result;
 }
 
-std::vector<Frame> World::simulate(const State& state, const std::vector<Drive>& drives, int steps, int every) {
+std::vector<Frame> World::simulate(const State& state, const std::vector<Drive>& drives, int steps,
+                                   const std::vector<int>& record) {
   validate(bullet_->scene, state);
   require_at_least("steps", steps, 1);
-  require_at_least("every", every, 1);
-  for (const Drive& drive : drives) {
-    if (bullet_->layout.offset(bullet_->scene.index(drive.body)) < 0) {
-      reject("drives", "a wrench on '" + drive.body + "'", "a body that can move");
-    }
-    if (drive.wrenches.rows() != steps) {
-      reject("drives['" + drive.body + "']", std::to_string(drive.wrenches.rows()) + " rows",
-             std::to_string(steps) + " rows, one a step");
-    }
-    if (!drive.wrenches.allFinite()) reject("drives['" + drive.body + "']", "not finite", "finite numbers");
-  }
+  validate_record(record, steps);
+  for (const Drive& drive : drives) validate_drive(bullet_->scene, bullet_->layout, drive, steps);
   const double step = bullet_->scene.stepping().step;
   std::vector<Frame> frames;
+  auto next = record.begin();
+  if (next != record.end() && *next == 0) {
+    frames.push_back({0.0, state, contacts(state)});
+    ++next;
+  }
   bullet_->restore(state);
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 1; i <= steps && next != record.end(); ++i) {
     for (const Drive& drive : drives) {
       btRigidBody& rigid = bullet_->rigid(bullet_->scene.index(drive.body));
-      rigid.applyCentralImpulse(to_bullet(Vector3(drive.wrenches.row(i).head<3>() * step)));
-      rigid.applyTorqueImpulse(to_bullet(Vector3(drive.wrenches.row(i).tail<3>() * step)));
+      rigid.applyCentralImpulse(to_bullet(Vector3(drive.wrenches.row(i - 1).head<3>() * step)));
+      rigid.applyTorqueImpulse(to_bullet(Vector3(drive.wrenches.row(i - 1).tail<3>() * step)));
     }
     bullet_->step();
-    if ((i + 1) % every != 0) continue;
-    frames.push_back({(i + 1) * step, {}, bullet_->contacts()});
+    if (i != *next) continue;
+    frames.push_back({i * step, {}, bullet_->contacts()});
     bullet_->read(frames.back().state);
+    ++next;
   }
   return frames;
 }

@@ -18,7 +18,7 @@ ForceScore force_score(const Problem& problem, const ForceWeights& weights) {
   const std::string& object_name = scene.bodies()[*scene.with_role(Role::object)].name;
   const std::string& effector_name = scene.bodies()[*effector].name;
 
-  World world(scene, problem.effector);
+  World world(scene);
   ForceScore score;
   for (const Contact& contact : problem.contacts ? *problem.contacts : world.contacts(problem.state)) {
     const bool between = (contact.body_a == object_name && contact.body_b == effector_name) ||

@@ -66,7 +66,8 @@ ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const
 
 Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes)
     : StatePropagator(si),
-      world_(problem.scene, problem.effector),
+      problem_(problem),
+      world_(problem.scene),
       object_(world_.layout().offset(*problem.scene.with_role(Role::object))),
       step_(problem.scene.stepping().step) {
   const Eigen::Index rows = nodes + 1;
@@ -88,7 +89,7 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   const int parent_node = parent->node;
   const Wrench wrench = WrenchSpace::wrench(control);
   const int steps = WrenchSpace::steps(control);
-  const Rollout rollout = world_.rollout_unchecked(tree_.states.row(parent_node), wrench, steps);
+  const Rollout rollout = world_.rollout_unchecked(edge_start(problem_, tree_.states.row(parent_node)), wrench, steps);
   const double cost = parent->cost + rollout.effort;
 
   const int node = ++nodes_;

@@ -95,28 +95,26 @@ class PushTask:
         return {"friction": self._friction, "effector": self._effector}
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:
-        """One scripted push of 2.5 s, with frames evenly spaced over it, the last one at its end.
+        """One scripted push of 2.5 s, with frames evenly spaced over it, from its start to its end.
 
         The start and the noise of the drive depend on the seed alone, not on the task's friction.
-        Raises ValueError on a negative seed, or frames that are not 1 to 600, the number of steps.
+        Raises ValueError on a negative seed, or frames that are not 2 to 601, steps and start.
         """
         random = np.random.default_rng(whole_number("seed", seed, 0))
-        frames = whole_number("frames", frames, 1, STEPS)
+        frames = whole_number("frames", frames, 2, STEPS + 1)
         drawn = random.uniform(*FRICTION_RANGE)
         friction = drawn if self._friction is None else self._friction
         world = World(scene(friction))
         start = _start(self._layout, world, random)
         drive = _drive(random, friction)
 
-        steps = np.round(np.arange(1, frames + 1) * STEPS / frames).astype(int)
-        every = int(np.gcd.reduce(steps))
-        simulation = world.simulate(start, STEPS, drives={"effector": drive}, every=every)
-        recorded = steps // every - 1
-        states, contacts = simulation.states[recorded], simulation.contacts
+        recorded = np.round(np.linspace(0, STEPS, frames)).astype(int)
+        simulation = world.simulate(start, STEPS, drives={"effector": drive}, record=recorded)
+        states = simulation.states
         return Trajectory(
-            times=simulation.times[recorded],
+            times=simulation.times,
             states=states,
-            contacts=[contacts[k] for k in recorded],
+            contacts=simulation.contacts,
             captured=np.array([self.captured(z).contains(self._layout, z) for z in states]),
             success=bool(self.succeeded().contains(self._layout, states[-1])),
             params={"friction": friction},
@@ -155,26 +153,36 @@ class PushTask:
         )
 
     def captured(self, state: NDArray[np.float64]) -> regions.Region:
-        """Z_cap(z) of a state, shape (n,): what the pusher is about to sweep."""
+        """Z_cap(z) of a state, shape (n,).
+
+        The box lies in what the pusher was about to sweep at z (the paper's set), and still does
+        from where the pusher has come to: a box that was passed by is lost, wherever it lies.
+        """
         pusher = self._layout.unpack(state)["effector"]
-        return regions.Swept(
-            "object",
-            by="effector",
-            half_width=CAPTURE_HALF_WIDTH,
-            behind=CAPTURE_BEHIND,
-            ahead=CAPTURE_AHEAD,
-            least_speed=CAPTURE_LEAST_SPEED,
-            disc_radius=CAPTURE_DISC_RADIUS,
-            at={
-                "position": pusher["position"][:2],
-                "velocity": pusher["velocity"][:2],
-                "yaw_rate": pusher["angular_velocity"][2],
-            },
-        )
+        motion = {
+            "position": pusher["position"][:2],
+            "velocity": pusher["velocity"][:2],
+            "yaw_rate": pusher["angular_velocity"][2],
+        }
+        return _swept(at=motion) & _swept()
 
     def succeeded(self) -> regions.Region:
         """Z_suc: the box lies with its long side at the wall."""
         return _between("y", SUCCESS_Y - SUCCESS_HALF_WIDTH, SUCCESS_Y + SUCCESS_HALF_WIDTH)
+
+
+def _swept(at: dict[str, Any] | None = None) -> regions.Region:
+    """What the pusher is about to sweep, from a fixed motion or from where it is."""
+    return regions.Swept(
+        "object",
+        by="effector",
+        half_width=CAPTURE_HALF_WIDTH,
+        behind=CAPTURE_BEHIND,
+        ahead=CAPTURE_AHEAD,
+        least_speed=CAPTURE_LEAST_SPEED,
+        disc_radius=CAPTURE_DISC_RADIUS,
+        at=at,
+    )
 
 
 def scene(friction: float) -> Scene:
