@@ -56,7 +56,7 @@ clean:
 	@echo "Setting up .venv"
 	@$(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install -q --upgrade pip
-	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=2.13' cmake
+	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=3.0' cmake
 	@touch $@
 
 .venv/built: .venv/environment $(SOURCES)

@@ -1,19 +1,27 @@
-# The installed package: find_package(energymargin) gives the target energymargin::energymargin.
+# What gets installed. Component "python" is the wheel's; component "development" is the C++ package, with which
+# find_package(energymargin) gives the target energymargin::energymargin:
+#   cmake --install build --component development --prefix DIR
 
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
-set(energymargin_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
+if(ENERGYMARGIN_PYTHON)
+  install(TARGETS _core DESTINATION energymargin COMPONENT python)
+endif()
+if(SKBUILD)
+  install(TARGETS energymargin_score RUNTIME DESTINATION ${SKBUILD_SCRIPTS_DIR} COMPONENT python)
+elseif(ENERGYMARGIN_APPS)
+  install(TARGETS energymargin_score RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT development)
+endif()
 
-install(TARGETS energymargin EXPORT energymarginTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY cpp/include/energymargin DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT energymarginTargets NAMESPACE energymargin:: DESTINATION ${energymargin_config_dir})
+set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
+install(TARGETS energymargin EXPORT energymarginTargets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY cpp/include/energymargin DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(EXPORT energymarginTargets NAMESPACE energymargin:: DESTINATION ${config_dir} COMPONENT development)
 configure_package_config_file(cmake/energymarginConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
-  INSTALL_DESTINATION ${energymargin_config_dir})
+  INSTALL_DESTINATION ${config_dir})
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES cmake/Dependencies.cmake ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
-  ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake DESTINATION ${energymargin_config_dir})
-if(ENERGYMARGIN_APPS)
-  install(TARGETS energymargin_score RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
+  ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake DESTINATION ${config_dir} COMPONENT development)

@@ -5,6 +5,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/typing.h>
 
 #include <string>
 #include <vector>
@@ -19,6 +20,16 @@ namespace energymargin::door {
 //! Anything that numpy.asarray takes.
 struct ArrayLike {
   py::object value;
+};
+
+//! A function of states (N, n) that answers with N truth values.
+struct StatesPredicate {
+  py::function value;
+};
+
+//! Bodies by name, each a dict of position, orientation, yaw, velocity and angular_velocity.
+struct BodyDicts {
+  py::dict value;
 };
 
 //! (rows, columns) numbers; -1 accepts any size. Throws std::invalid_argument that names the argument, the shape and
@@ -54,19 +65,36 @@ void bind_scores(py::module_& module);
 
 namespace pybind11::detail {
 
-template <>
-struct type_caster<energymargin::door::ArrayLike> {
-  PYBIND11_TYPE_CASTER(energymargin::door::ArrayLike, const_name("numpy.typing.ArrayLike"));
-
+// Python objects that pass through as they are, under a name that a type checker understands.
+template <typename Wrapper, typename Object>
+struct named_object_caster {
   bool load(handle source, bool) {
-    if (!source || source.is_none()) return false;
-    value.value = reinterpret_borrow<object>(source);
+    if (!source || source.is_none() || !isinstance<Object>(source)) return false;
+    value.value = reinterpret_borrow<Object>(source);
     return true;
   }
+  static handle cast(const Wrapper& wrapper, return_value_policy, handle) { return Object(wrapper.value).release(); }
 
-  static handle cast(const energymargin::door::ArrayLike& array, return_value_policy, handle) {
-    return object(array.value).release();
-  }
+  template <typename>
+  using cast_op_type = Wrapper&;
+  operator Wrapper&() { return value; }
+
+  Wrapper value;
+};
+
+template <>
+struct type_caster<energymargin::door::ArrayLike> : named_object_caster<energymargin::door::ArrayLike, object> {
+  static constexpr auto name = const_name("numpy.typing.ArrayLike");
+};
+template <>
+struct type_caster<energymargin::door::StatesPredicate>
+    : named_object_caster<energymargin::door::StatesPredicate, function> {
+  static constexpr auto name =
+      const_name("collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], numpy.typing.ArrayLike]");
+};
+template <>
+struct type_caster<energymargin::door::BodyDicts> : named_object_caster<energymargin::door::BodyDicts, dict> {
+  static constexpr auto name = const_name("dict[str, dict[str, typing.Any]]");
 };
 
 }  // namespace pybind11::detail

@@ -37,12 +37,12 @@ py::object contains(const Region& region, const Scene& scene, const ArrayLike& s
   return py::cast(member(matrix("states", states, -1, dimension)));
 }
 
-regions::PlanarMotion planar_motion(const py::dict& at) {
+regions::PlanarMotion planar_motion(const std::map<std::string, ArrayLike>& at) {
   for (const char* key : {"position", "velocity", "yaw_rate"}) {
-    if (!at.contains(key)) throw std::invalid_argument(std::string("at has no '") + key + "'");
+    if (at.count(key) == 0) throw std::invalid_argument(std::string("at has no '") + key + "'");
   }
-  return {vector2("at: position", {at["position"]}), vector2("at: velocity", {at["velocity"]}),
-          vector("at: yaw_rate", {py::make_tuple(at["yaw_rate"])}, 1)[0]};
+  return {vector2("at: position", at.at("position")), vector2("at: velocity", at.at("velocity")),
+          vector("at: yaw_rate", {py::make_tuple(at.at("yaw_rate").value)}, 1)[0]};
 }
 
 void bind_primitives(py::module_& module) {
@@ -81,7 +81,7 @@ void bind_primitives(py::module_& module) {
   module.def(
       "Swept",
       [](std::string body, std::string by, double half_width, double behind, double ahead, double least_speed,
-         double disc_radius, const std::optional<py::dict>& at) -> Region {
+         double disc_radius, const std::optional<std::map<std::string, ArrayLike>>& at) -> Region {
         return regions::Swept{
             std::move(body), std::move(by), half_width,  behind,
             ahead,           least_speed,   disc_radius, at ? std::make_optional(planar_motion(*at)) : std::nullopt};
@@ -116,7 +116,7 @@ void bind_primitives(py::module_& module) {
       py::arg("body"), py::arg("axis"), py::arg("reference"), py::arg("limit"), py::arg("frame") = py::none(),
       "The angle between the body's axis and the reference is at most limit [rad].");
   module.def(
-      "Predicate", [](py::function function) -> Region { return python_predicate(std::move(function)); },
+      "Predicate", [](const StatesPredicate& function) -> Region { return python_predicate(function.value); },
       py::arg("function"), "A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.");
 }
 

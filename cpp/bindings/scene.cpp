@@ -37,7 +37,7 @@ BodyState body_state(const std::string& name, const py::dict& dict, BodyState st
   return state;
 }
 
-State pack_dicts(const Scene& scene, const py::kwargs& bodies) {
+State pack_dicts(const Scene& scene, const py::KWArgs<py::typing::Dict<py::str, py::object>>& bodies) {
   std::map<std::string, BodyState> states;
   for (const auto& item : bodies) {
     const auto name = item.first.cast<std::string>();
@@ -50,7 +50,7 @@ State pack_dicts(const Scene& scene, const py::kwargs& bodies) {
   return pack(scene, states);
 }
 
-py::dict unpack_dicts(const Scene& scene, const ArrayLike& state) {
+BodyDicts unpack_dicts(const Scene& scene, const ArrayLike& state) {
   py::dict bodies;
   for (const auto& [name, body] : unpack(scene, vector("state", state, -1))) {
     py::dict dict;
@@ -61,7 +61,7 @@ py::dict unpack_dicts(const Scene& scene, const ArrayLike& state) {
     dict["yaw"] = yaw_of(body.orientation);
     bodies[py::str(name)] = dict;
   }
-  return bodies;
+  return {bodies};
 }
 
 template <typename S>

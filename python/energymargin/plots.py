@@ -21,8 +21,8 @@ try:
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch, Polygon
     from matplotlib.ticker import MaxNLocator
-    from scipy.spatial import ConvexHull as Hull  # type: ignore[import-untyped]
-    from scipy.spatial.transform import Rotation  # type: ignore[import-untyped]
+    from scipy.spatial import ConvexHull as Hull
+    from scipy.spatial.transform import Rotation
 except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
 

@@ -85,7 +85,8 @@ TEST_F(App, CaptureIsTheLibrarysToTheLastBit) {
 TEST_F(App, EffortOfEachPlannerIsTheLibrarysToTheLastBit) {
   save(drift(), problem);
   for (const std::string planner : {"est", "rrt"}) {
-    const Outcome outcome = run(problem + " --metric effort --nodes 300 --seed 18446744073709551615 --planner " + planner);
+    const Outcome outcome =
+        run(problem + " --metric effort --nodes 300 --seed 18446744073709551615 --planner " + planner);
     ASSERT_EQ(outcome.code, 0) << outcome.error;
     const Escape escape = escape_effort(drift(), {planner, 300, 18446744073709551615ULL});
     const Json json = Json::parse(outcome.out);

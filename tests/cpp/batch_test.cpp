@@ -137,9 +137,7 @@ TEST(Batch, WithoutASuccessSetTheRowHasNoSuccess) {
 }
 
 TEST(Batch, BadOptionsAreRejectedBeforeAnythingStarts) {
-  const auto with = [](const BatchOptions& bad) {
-    return [bad] { Batch(pushes(2), bad); };
-  };
+  const auto with = [](const BatchOptions& bad) { return [bad] { Batch(pushes(2), bad); }; };
   BatchOptions bad = options();
   bad.nodes = 0;
   EXPECT_TRUE(rejects(with(bad), {"nodes is 0", "at least 1"}));

@@ -95,9 +95,7 @@ TEST(Capture, RateOfTheOptionsGoesBeforeTheProblems) {
   EXPECT_EQ(given, capture_score(problem, options(100)).capture);
 }
 
-TEST(Capture, ClosedCageCapturesExactly) {
-  EXPECT_EQ(capture_score(closed_cage(), options(300, 1, 3)).capture, 1.0);
-}
+TEST(Capture, ClosedCageCapturesExactly) { EXPECT_EQ(capture_score(closed_cage(), options(300, 1, 3)).capture, 1.0); }
 
 TEST(Capture, ComplementaryCaptureSetsShareTheLikelihood) {
   Problem problem = push();
@@ -139,8 +137,10 @@ TEST(Capture, MoreTreesKeepTheTreesThatThereWere) {
 }
 
 TEST(Capture, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
-  EXPECT_TRUE(same_bits(capture_score(push(), options(80, 4)).trees[0], capture_score(push(), options(80, 4)).trees[0]));
-  EXPECT_FALSE(same_bits(capture_score(push(), options(80, 4)).trees[0], capture_score(push(), options(80, 5)).trees[0]));
+  EXPECT_TRUE(
+      same_bits(capture_score(push(), options(80, 4)).trees[0], capture_score(push(), options(80, 4)).trees[0]));
+  EXPECT_FALSE(
+      same_bits(capture_score(push(), options(80, 4)).trees[0], capture_score(push(), options(80, 5)).trees[0]));
 }
 
 TEST(Capture, WithoutASuccessSetThereIsNoSuccessScore) {

@@ -184,7 +184,8 @@ TEST(ProblemIo, BareNanAndNumbersBeyondAllBoundsAreRejected) {
 }
 
 TEST(ProblemIo, ValuesThatThePhysicsForbidsAreRejectedByTheirPlace) {
-  EXPECT_TRUE(rejects(reading("/scene/bodies/1/mass", -1), {"scene.bodies[1]", "'object'", "mass is -1", "at least 0"}));
+  EXPECT_TRUE(
+      rejects(reading("/scene/bodies/1/mass", -1), {"scene.bodies[1]", "'object'", "mass is -1", "at least 0"}));
   EXPECT_TRUE(rejects(reading("/scene/bodies/1/orientation/3", 0.5), {"scene.bodies[1]", "'object'", "unit"}));
   EXPECT_TRUE(rejects(reading("/state/6", 0.5), {"state", "'object'", "orientation", "0.5", "unit"}));
   EXPECT_TRUE(rejects(reading("/state", Json::array({1, 2, 3})), {"state", "3 numbers", "26"}));
@@ -212,12 +213,12 @@ std::string complements(int depth) {
 }
 
 TEST(ProblemIo, DeepNestingIsRejectedByItsPlace) {
-  EXPECT_TRUE(rejects([] { from_json(complements(1000)); }, {"captured.of[0]", "levels"}));
+  EXPECT_TRUE(rejects([] { from_json(complements(70)); }, {"captured.of[0]", "levels"}));
 }
 
 TEST(ProblemIo, NestingDeeperThanTheStackIsRejectedAndNotRecursedInto) {
-  EXPECT_TRUE(rejects([] { from_json(complements(200000)); }, {"captured"}));
-  EXPECT_TRUE(rejects([] { from_json(with_captured(repeated("[", 400000) + repeated("]", 400000))); }, {"captured"}));
+  EXPECT_TRUE(rejects([] { from_json(complements(200000)); }, {"levels"}));
+  EXPECT_TRUE(rejects([] { from_json(with_captured(repeated("[", 400000) + repeated("]", 400000))); }, {"levels"}));
 }
 
 }  // namespace

@@ -338,7 +338,8 @@ TEST(Region, SizesAndDirectionsThatAreNoneAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects(making(regions::Box{"object", o, {1.0, nan, 1.0}}), {"size", "nan"}));
   EXPECT_TRUE(rejects(making(regions::Disc{"object", {0.0, 0.0}, infinity}), {"radius", "inf", "finite"}));
   EXPECT_TRUE(rejects(making(regions::AnnularSector{"object", {0.0, 0.0}, 1.0, 0.5, 0.0, 0.0}), {"sweep is 0"}));
-  EXPECT_TRUE(rejects(making(regions::AnnularSector{"object", {0.0, 0.0}, 1.0, 0.5, 0.0, 6.3}), {"sweep is 6.3", "2 pi"}));
+  EXPECT_TRUE(
+      rejects(making(regions::AnnularSector{"object", {0.0, 0.0}, 1.0, 0.5, 0.0, 6.3}), {"sweep is 6.3", "2 pi"}));
   EXPECT_TRUE(rejects(making(regions::AnnularSector{"object", {0.0, 0.0}, 1.0, 0.0, 0.0, 1.0}), {"half_width is 0"}));
   EXPECT_TRUE(rejects(making(regions::HalfSpace{"object", {0.0, 0.0, 2.0}, 0.0}), {"normal", "(0, 0, 2)", "length 1"}));
   EXPECT_TRUE(rejects(making(regions::Speed{"object", -1.0}), {"limit is -1", "at least 0"}));

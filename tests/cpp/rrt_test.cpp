@@ -58,7 +58,8 @@ TEST(Rrt, AfterPruningNothingGrowsFromANodeThatIsNotBelowTheBound) {
   ASSERT_EQ(tree.size(), 301);
   for (int node = 101; node <= 300; ++node) {
     const int parent = tree.parents[node];
-    EXPECT_TRUE(parent == 0 || parent > 200 || tree.costs[parent] < bound) << "node " << node << " grew from " << parent;
+    EXPECT_TRUE(parent == 0 || parent > 200 || tree.costs[parent] < bound)
+        << "node " << node << " grew from " << parent;
   }
 }
 

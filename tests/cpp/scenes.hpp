@@ -81,12 +81,8 @@ inline Scene push_scene() {
 
 inline Problem push(Effector effector = Effector::drive) {
   const Scene scene = push_scene();
-  Problem problem{scene,
-                  pack(scene),
-                  {0.8, 0.8, 0.0},
-                  {0.0, 0.0, 0.05},
-                  0.5,
-                  regions::Disc{"object", {1.0, 0.4}, 0.15}};
+  Problem problem{
+      scene, pack(scene), {0.8, 0.8, 0.0}, {0.0, 0.0, 0.05}, 0.5, regions::Disc{"object", {1.0, 0.4}, 0.15}};
   problem.succeeded = regions::HalfSpace{"object", {0.0, -1.0, 0.0}, -0.5};
   problem.effector = effector;
   return problem;
@@ -112,8 +108,8 @@ inline Problem lift(double height) {
   block.linear_factor = Vector3::UnitZ();
   block.angular_factor = Vector3::Zero();
   scene.add_body(block);
-  return {scene, pack(scene), {0.0, 0.0, 20.0}, Vector3::Zero(), 0.3,
-          regions::HalfSpace{"object", Vector3::UnitZ(), 0.1 + height}};
+  return {scene,           pack(scene), {0.0, 0.0, 20.0},
+          Vector3::Zero(), 0.3,         regions::HalfSpace{"object", Vector3::UnitZ(), 0.1 + height}};
 }
 
 //! A body without gravity that any disturbance moves; it escapes through the rim of a disc.

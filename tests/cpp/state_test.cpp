@@ -29,8 +29,8 @@ TEST(State, NumbersArePositionQuaternionXyzwVelocityAngularVelocity) {
   const BodyState given = somewhere();
   const State state = pack(push_scene(), {{"effector", given}});
   Eigen::Matrix<double, 13, 1> expected;
-  expected << 1.0, 2.0, 3.0, given.orientation.x(), given.orientation.y(), given.orientation.z(),
-      given.orientation.w(), 4.0, 5.0, 6.0, 7.0, 8.0, 9.0;
+  expected << 1.0, 2.0, 3.0, given.orientation.x(), given.orientation.y(), given.orientation.z(), given.orientation.w(),
+      4.0, 5.0, 6.0, 7.0, 8.0, 9.0;
   EXPECT_EQ(state.tail<13>(), expected);
 }
 

@@ -144,7 +144,7 @@ class Scene:
         """
         Add the fixed half space below a plane; by default z <= 0.
         """
-    def pack(self, **kwargs) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def pack(self, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...)). What is left out has the scene's own value. Raises ValueError on unknown bodies or keys and bad values.
         """
@@ -152,7 +152,7 @@ class Scene:
         """
         Where a body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.
         """
-    def unpack(self, state: numpy.typing.ArrayLike) -> dict:
+    def unpack(self, state: numpy.typing.ArrayLike) -> dict[str, dict[str, typing.Any]]:
         """
         Dict of dicts by body: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw.
         """
@@ -274,10 +274,8 @@ class Simulation:
 class World:
     """
     One simulation of a Scene. Every answer is a pure function of its arguments.
-    
-    effector 'coast' leaves the effector free, 'drive' keeps the velocity that it has at the start of a rollout.
     """
-    def __init__(self, scene: Scene, effector: str = 'coast') -> None:
+    def __init__(self, scene: Scene) -> None:
         ...
     def contacts(self, state: numpy.typing.ArrayLike) -> list[Contact]:
         """
@@ -295,9 +293,9 @@ class World:
         """
         Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.
         """
-    def simulate(self, state: numpy.typing.ArrayLike, steps: typing.SupportsInt | typing.SupportsIndex, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, every: typing.SupportsInt | typing.SupportsIndex = 1) -> Simulation:
+    def simulate(self, state: numpy.typing.ArrayLike, steps: typing.SupportsInt | typing.SupportsIndex, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
         """
-        One unbroken simulation; drives gives wrenches by body, shape (steps, 6). Recorded after every `every` steps.
+        One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each.
         """
     @property
     def scene(self) -> Scene:
@@ -322,7 +320,8 @@ class Problem:
     
     scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
     object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
-    succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast' or 'drive'.
+    succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast', it is not
+    actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
     rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
     a state in deep penetration.
     """
@@ -342,6 +341,10 @@ class Problem:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
+    def edge_start(self, node: numpy.typing.ArrayLike) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
+        """
     def save(self, path: typing.Any) -> None:
         """
         Write a JSON file, atomically. Raises ValueError if a region is a Predicate.

@@ -4,6 +4,7 @@ Sets of states, in the world's frame or another body's.
 from __future__ import annotations
 import collections.abc
 import energymargin._core
+import numpy
 import numpy.typing
 import typing
 __all__: list[str] = ['AnnularSector', 'Ball', 'Box', 'Disc', 'HalfSpace', 'Predicate', 'Speed', 'Swept', 'Tilt']
@@ -27,7 +28,7 @@ def HalfSpace(body: str, normal: numpy.typing.ArrayLike, offset: typing.Supports
     """
     normal . position <= offset [m]; the normal is a unit vector.
     """
-def Predicate(function: collections.abc.Callable) -> energymargin._core.Region:
+def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], numpy.typing.ArrayLike]) -> energymargin._core.Region:
     """
     A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.
     """
@@ -35,7 +36,7 @@ def Speed(body: str, limit: typing.SupportsFloat | typing.SupportsIndex, point: 
     """
     |velocity of a point of the body| <= limit [m/s]; the point is in its frame.
     """
-def Swept(body: str, by: str, *, half_width: typing.SupportsFloat | typing.SupportsIndex, behind: typing.SupportsFloat | typing.SupportsIndex, ahead: typing.SupportsFloat | typing.SupportsIndex, least_speed: typing.SupportsFloat | typing.SupportsIndex, disc_radius: typing.SupportsFloat | typing.SupportsIndex, at: dict | None = None) -> energymargin._core.Region:
+def Swept(body: str, by: str, *, half_width: typing.SupportsFloat | typing.SupportsIndex, behind: typing.SupportsFloat | typing.SupportsIndex, ahead: typing.SupportsFloat | typing.SupportsIndex, least_speed: typing.SupportsFloat | typing.SupportsIndex, disc_radius: typing.SupportsFloat | typing.SupportsIndex, at: collections.abc.Mapping[str, numpy.typing.ArrayLike] | None = None) -> energymargin._core.Region:
     """
     Inside what the body `by` is about to sweep in x and y: an annular sector about its instantaneous centre of rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `ahead` [s] of its motion; below least_speed [m/s] a disc of disc_radius [m] about it. at: dict of position (2,), velocity (2,), yaw_rate, a motion to fix the sweep in the world; by default the state's own.
     """

@@ -108,7 +108,7 @@ class PushTask:
         start = _start(self._layout, world, random)
         drive = _drive(random, friction)
 
-        recorded = np.round(np.linspace(0, STEPS, frames)).astype(int)
+        recorded = np.round(np.linspace(0, STEPS, frames)).astype(int).tolist()
         simulation = world.simulate(start, STEPS, drives={"effector": drive}, record=recorded)
         states = simulation.states
         return Trajectory(
