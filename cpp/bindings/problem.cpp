@@ -20,6 +20,13 @@ a state in deep penetration.)";
 }  // namespace
 
 void bind_problem(py::module_& module) {
+  py::register_exception_translator([](std::exception_ptr error) {
+    try {
+      if (error) std::rethrow_exception(error);
+    } catch (const FileError& failed) {
+      py::set_error(PyExc_OSError, failed.what());
+    }
+  });
   py::class_<Problem>(module, "Problem", problem_doc)
       .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
                        double duration, const Region& captured, const std::optional<Region>& succeeded,
@@ -55,7 +62,8 @@ void bind_problem(py::module_& module) {
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
       .def(
           "save", [](const Problem& problem, const py::object& path) { save(problem, py::str(path)); }, py::arg("path"),
-          "Write a JSON file, atomically. Raises ValueError if a region is a Predicate.")
+          "Write a JSON file, atomically. Raises ValueError if a region is a Predicate, OSError if the file cannot be "
+          "written.")
       .def_static(
           "load", [](const py::object& path) { return load(py::str(path)); }, py::arg("path"),
           "Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.")

@@ -1,6 +1,7 @@
 #pragma once
 // A Problem as a JSON file, and back. Numbers keep all their bits.
 
+#include <stdexcept>
 #include <string>
 
 #include "energymargin/problem.hpp"
@@ -16,7 +17,12 @@ std::string to_json(const Problem& problem);
 //! Reads JSON text and validates the problem. Throws std::invalid_argument that names the place and what was expected.
 Problem from_json(const std::string& text);
 
-//! Writes atomically. Throws std::runtime_error if the file cannot be written.
+//! A file cannot be written.
+class FileError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+//! Writes atomically. Throws FileError if the file cannot be written.
 void save(const Problem& problem, const std::string& path);
 
 //! Throws std::invalid_argument, naming the file, if it cannot be read or is no problem file.

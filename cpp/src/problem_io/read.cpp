@@ -1,0 +1,210 @@
+// A Problem from JSON.
+
+#include "energymargin/problem_io.hpp"
+#include "json.hpp"
+#include "names.hpp"
+#include "place.hpp"
+
+namespace energymargin::problem_io {
+namespace {
+
+Shape read_shape(const Place& place) {
+  const std::string type = place["type"].word();
+  if (type == "plane") {
+    place.only({"type", "normal", "offset"});
+    return Plane{place["normal"].vector3(), place["offset"].number()};
+  }
+  if (type == "box") {
+    place.only({"type", "size"});
+    return Box{place["size"].vector3()};
+  }
+  if (type == "sphere") {
+    place.only({"type", "radius"});
+    return Sphere{place["radius"].number()};
+  }
+  if (type == "cylinder" || type == "capsule") {
+    place.only({"type", "radius", "length"});
+    const double radius = place["radius"].number();
+    const double length = place["length"].number();
+    return type == "cylinder" ? Shape(Cylinder{radius, length}) : Shape(Capsule{radius, length});
+  }
+  if (type == "convex_hull") {
+    place.only({"type", "points"});
+    ConvexHull hull;
+    for (const Place& point : place["points"].items()) hull.points.push_back(point.vector3());
+    return hull;
+  }
+  place["type"].fail("\"plane\", \"box\", \"sphere\", \"cylinder\", \"capsule\" or \"convex_hull\"");
+}
+
+Body read_body(const Place& place) {
+  place.only({"name", "shape", "mass", "position", "orientation", "velocity", "angular_velocity", "friction", "role",
+              "linear_factor", "angular_factor"});
+  Body body;
+  body.name = place["name"].word();
+  body.shape = read_shape(place["shape"]);
+  body.mass = place["mass"].number();
+  body.state = {place["position"].vector3(), place["orientation"].quaternion(), place["velocity"].vector3(),
+                place["angular_velocity"].vector3()};
+  body.friction = place["friction"].number();
+  body.role = place["role"].one_of(roles);
+  body.linear_factor = place["linear_factor"].vector3();
+  body.angular_factor = place["angular_factor"].vector3();
+  return body;
+}
+
+Scene read_scene(const Place& place) {
+  place.only({"gravity", "step", "solver_iterations", "solver_tolerance", "margin", "bodies"});
+  Stepping stepping;
+  stepping.step = place["step"].number();
+  stepping.iterations = place["solver_iterations"].integer();
+  stepping.tolerance = place["solver_tolerance"].number();
+  if (place.has("margin")) stepping.margin = place["margin"].number();
+  Scene scene(place["gravity"].vector3(), stepping);
+  for (const Place& body : place["bodies"].items()) {
+    try {
+      scene.add_body(read_body(body));
+    } catch (const std::invalid_argument& error) {
+      const std::string what = error.what();
+      throw std::invalid_argument(what.rfind(body.path(), 0) == 0 ? what : body.path() + ": " + what);
+    }
+  }
+  return scene;
+}
+
+regions::Swept read_swept(const Place& place) {
+  place.only({"type", "body", "by", "half_width", "behind", "ahead", "least_speed", "disc_radius", "at"});
+  regions::Swept swept;
+  swept.body = place["body"].word();
+  swept.by = place["by"].word();
+  swept.half_width = place["half_width"].number();
+  swept.behind = place["behind"].number();
+  swept.ahead = place["ahead"].number();
+  swept.least_speed = place["least_speed"].number();
+  swept.disc_radius = place["disc_radius"].number();
+  if (place.has("at")) {
+    const Place at = place["at"];
+    at.only({"position", "velocity", "yaw_rate"});
+    swept.at = regions::PlanarMotion{at["position"].vector2(), at["velocity"].vector2(), at["yaw_rate"].number()};
+  }
+  return swept;
+}
+
+Region read_region(const Place& place, int depth = 0) {
+  if (depth > 64) place.fail("at most 64 levels of \"and\", \"or\", \"not\"");
+  const std::string type = place["type"].word();
+  if (type == "and" || type == "or" || type == "not") {
+    place.only({"type", "of"});
+    std::vector<Region> of;
+    for (const Place& item : place["of"].items()) of.push_back(read_region(item, depth + 1));
+    if (of.empty() || (type == "not" && of.size() != 1)) {
+      place["of"].fail(type == "not" ? "a list of one region" : "a list of at least one region");
+    }
+    if (type == "not") return regions::Complement{std::move(of)};
+    return type == "and" ? Region(regions::Intersection{std::move(of)}) : Region(regions::Union{std::move(of)});
+  }
+  if (type == "swept") return read_swept(place);
+  const std::string body = place["body"].word();
+  const std::string frame = place.has("frame") ? place["frame"].word() : "";
+  const auto only = [&place](std::vector<std::string> keys) {
+    keys.insert(keys.end(), {"type", "body", "frame"});
+    place.only(keys);
+  };
+  if (type == "ball") {
+    only({"center", "radius"});
+    return regions::Ball{body, place["center"].vector3(), place["radius"].number(), frame};
+  }
+  if (type == "box") {
+    only({"center", "size"});
+    const std::vector<Place> size = place["size"].items();
+    if (size.size() != 3) place["size"].fail("a list of 3 numbers");
+    return regions::Box{body, place["center"].vector3(), {size[0].size(), size[1].size(), size[2].size()}, frame};
+  }
+  if (type == "disc") {
+    only({"center", "radius"});
+    return regions::Disc{body, place["center"].vector2(), place["radius"].number(), frame};
+  }
+  if (type == "annular_sector") {
+    only({"center", "radius", "half_width", "start_angle", "sweep"});
+    return regions::AnnularSector{body,
+                                  place["center"].vector2(),
+                                  place["radius"].number(),
+                                  place["half_width"].number(),
+                                  place["start_angle"].number(),
+                                  place["sweep"].number(),
+                                  frame};
+  }
+  if (type == "half_space") {
+    only({"normal", "offset"});
+    return regions::HalfSpace{body, place["normal"].vector3(), place["offset"].number(), frame};
+  }
+  if (type == "speed") {
+    only({"limit", "point"});
+    return regions::Speed{body, place["limit"].number(), place["point"].vector3(), frame};
+  }
+  if (type == "tilt") {
+    only({"axis", "reference", "limit"});
+    return regions::Tilt{body, place["axis"].vector3(), place["reference"].vector3(), place["limit"].number(), frame};
+  }
+  place["type"].fail(
+      "\"ball\", \"box\", \"disc\", \"annular_sector\", \"swept\", \"half_space\", \"speed\", \"tilt\", \"and\", "
+      "\"or\" or \"not\"");
+}
+
+Region region_at(const Place& place) {
+  try {
+    return read_region(place);
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    throw std::invalid_argument(what.rfind(place.path(), 0) == 0 ? what : place.path() + ": " + what);
+  }
+}
+
+Contact read_contact(const Place& place) {
+  place.only({"body_a", "body_b", "position", "normal", "distance", "normal_force", "tangential_force", "friction"});
+  return {place["body_a"].word(),
+          place["body_b"].word(),
+          place["position"].vector3(),
+          place["normal"].vector3(),
+          place["distance"].number(),
+          place["normal_force"].number(),
+          place["tangential_force"].vector3(),
+          place["friction"].number()};
+}
+
+void check_header(const Place& place) {
+  if (!place.has("format") || place["format"].word() != format_name) {
+    throw std::invalid_argument("it has no \"format\": \"" + std::string(format_name) + "\", so it is no problem file");
+  }
+  const int version = place["version"].integer();
+  if (version < 1 || version > problem_format_version) {
+    place["version"].fail("at most " + std::to_string(problem_format_version) +
+                          "; a newer energymargin wrote this file");
+  }
+}
+
+}  // namespace
+
+Problem read_problem(const Json& json) {
+  const Place place(json, "problem");
+  check_header(place);
+  place.only({"format", "version", "scene", "state", "force", "torque", "duration", "captured", "succeeded", "within",
+              "effector", "rate", "contacts"});
+  const std::vector<Place> numbers = place["state"].items();
+  State state(static_cast<Eigen::Index>(numbers.size()));
+  for (std::size_t i = 0; i < numbers.size(); ++i) state[static_cast<Eigen::Index>(i)] = numbers[i].number();
+  Problem problem{read_scene(place["scene"]), state,
+                  place["force"].vector3(),   place["torque"].vector3(),
+                  place["duration"].number(), region_at(place["captured"])};
+  if (place.has("succeeded")) problem.succeeded = region_at(place["succeeded"]);
+  if (place.has("within")) problem.within = region_at(place["within"]);
+  problem.effector = place["effector"].one_of(effectors);
+  problem.rate = place["rate"].number();
+  if (place.has("contacts")) {
+    problem.contacts.emplace();
+    for (const Place& contact : place["contacts"].items()) problem.contacts->push_back(read_contact(contact));
+  }
+  return problem;
+}
+
+}  // namespace energymargin::problem_io

@@ -1,0 +1,162 @@
+// A Problem as JSON.
+
+#include <cmath>
+
+#include "energymargin/problem_io.hpp"
+#include "json.hpp"
+#include "names.hpp"
+
+namespace energymargin::problem_io {
+namespace {
+
+Json write(const Vector2& v) { return {v.x(), v.y()}; }
+Json write(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+Json write(const Quaternion& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+// JSON has no infinity; a size without limit is the word.
+Json write_size(double value) { return std::isinf(value) ? Json("inf") : Json(value); }
+
+struct ShapeWriter {
+  Json operator()(const Plane& s) const {
+    return {{"type", "plane"}, {"normal", write(s.normal)}, {"offset", s.offset}};
+  }
+  Json operator()(const Box& s) const { return {{"type", "box"}, {"size", write(s.size)}}; }
+  Json operator()(const Sphere& s) const { return {{"type", "sphere"}, {"radius", s.radius}}; }
+  Json operator()(const Cylinder& s) const {
+    return {{"type", "cylinder"}, {"radius", s.radius}, {"length", s.length}};
+  }
+  Json operator()(const Capsule& s) const { return {{"type", "capsule"}, {"radius", s.radius}, {"length", s.length}}; }
+  Json operator()(const ConvexHull& s) const {
+    Json points = Json::array();
+    for (const Vector3& point : s.points) points.push_back(write(point));
+    return {{"type", "convex_hull"}, {"points", points}};
+  }
+};
+
+struct RegionWriter {
+  Json write_region(const Region& region) const { return std::visit(*this, region.expression()); }
+
+  template <typename Primitive>
+  Json with_body(const char* type, const Primitive& primitive, Json more) const {
+    Json json = {{"type", type}, {"body", primitive.body}};
+    json.update(more);
+    if (!primitive.frame.empty()) json["frame"] = primitive.frame;
+    return json;
+  }
+  Json list(const char* type, const std::vector<Region>& of) const {
+    Json json = {{"type", type}, {"of", Json::array()}};
+    for (const Region& region : of) json["of"].push_back(write_region(region));
+    return json;
+  }
+
+  Json operator()(const regions::Ball& r) const {
+    return with_body("ball", r, {{"center", write(r.center)}, {"radius", r.radius}});
+  }
+  Json operator()(const regions::Box& r) const {
+    const Json size = {write_size(r.size.x()), write_size(r.size.y()), write_size(r.size.z())};
+    return with_body("box", r, {{"center", write(r.center)}, {"size", size}});
+  }
+  Json operator()(const regions::Disc& r) const {
+    return with_body("disc", r, {{"center", write(r.center)}, {"radius", r.radius}});
+  }
+  Json operator()(const regions::AnnularSector& r) const {
+    return with_body("annular_sector", r,
+                     {{"center", write(r.center)},
+                      {"radius", r.radius},
+                      {"half_width", r.half_width},
+                      {"start_angle", r.start_angle},
+                      {"sweep", r.sweep}});
+  }
+  Json operator()(const regions::Swept& r) const {
+    Json json = {{"type", "swept"},
+                 {"body", r.body},
+                 {"by", r.by},
+                 {"half_width", r.half_width},
+                 {"behind", r.behind},
+                 {"ahead", r.ahead},
+                 {"least_speed", r.least_speed},
+                 {"disc_radius", r.disc_radius}};
+    if (r.at) {
+      json["at"] = {
+          {"position", write(r.at->position)}, {"velocity", write(r.at->velocity)}, {"yaw_rate", r.at->yaw_rate}};
+    }
+    return json;
+  }
+  Json operator()(const regions::HalfSpace& r) const {
+    return with_body("half_space", r, {{"normal", write(r.normal)}, {"offset", r.offset}});
+  }
+  Json operator()(const regions::Speed& r) const {
+    return with_body("speed", r, {{"limit", r.limit}, {"point", write(r.point)}});
+  }
+  Json operator()(const regions::Tilt& r) const {
+    return with_body("tilt", r, {{"axis", write(r.axis)}, {"reference", write(r.reference)}, {"limit", r.limit}});
+  }
+  Json operator()(const regions::Predicate&) const {
+    throw std::invalid_argument("a region made of a Predicate has no file format; build it from em.regions");
+  }
+  Json operator()(const regions::Intersection& r) const { return list("and", r.of); }
+  Json operator()(const regions::Union& r) const { return list("or", r.of); }
+  Json operator()(const regions::Complement& r) const { return list("not", r.of); }
+};
+
+Json write(const Region& region) { return RegionWriter{}.write_region(region); }
+
+Json write(const Body& body) {
+  return {{"name", body.name},
+          {"shape", std::visit(ShapeWriter{}, body.shape)},
+          {"mass", body.mass},
+          {"position", write(body.state.position)},
+          {"orientation", write(body.state.orientation)},
+          {"velocity", write(body.state.velocity)},
+          {"angular_velocity", write(body.state.angular_velocity)},
+          {"friction", body.friction},
+          {"role", name_of(roles, body.role)},
+          {"linear_factor", write(body.linear_factor)},
+          {"angular_factor", write(body.angular_factor)}};
+}
+
+Json write(const Scene& scene) {
+  const Stepping& stepping = scene.stepping();
+  Json json = {{"gravity", write(scene.gravity())},
+               {"step", stepping.step},
+               {"solver_iterations", stepping.iterations},
+               {"solver_tolerance", stepping.tolerance}};
+  if (stepping.margin) json["margin"] = *stepping.margin;
+  json["bodies"] = Json::array();
+  for (const Body& body : scene.bodies()) json["bodies"].push_back(write(body));
+  return json;
+}
+
+Json write(const Contact& contact) {
+  return {{"body_a", contact.body_a},
+          {"body_b", contact.body_b},
+          {"position", write(contact.position)},
+          {"normal", write(contact.normal)},
+          {"distance", contact.distance},
+          {"normal_force", contact.normal_force},
+          {"tangential_force", write(contact.tangential_force)},
+          {"friction", contact.friction}};
+}
+
+}  // namespace
+
+Json write_problem(const Problem& problem) {
+  Json json = {{"format", format_name}, {"version", problem_format_version}};
+  json["scene"] = write(problem.scene);
+  json["state"] = std::vector<double>(problem.state.begin(), problem.state.end());
+  json["force"] = write(problem.force);
+  json["torque"] = write(problem.torque);
+  json["duration"] = problem.duration;
+  json["captured"] = write(problem.captured);
+  if (problem.succeeded) json["succeeded"] = write(*problem.succeeded);
+  if (problem.within) json["within"] = write(*problem.within);
+  json["effector"] = name_of(effectors, problem.effector);
+  json["rate"] = problem.rate;
+  if (problem.contacts) {
+    json["contacts"] = Json::array();
+    for (const Contact& contact : *problem.contacts) json["contacts"].push_back(write(contact));
+  }
+  return json;
+}
+
+}  // namespace energymargin::problem_io
