@@ -1,11 +1,35 @@
 #include "energymargin/search/rrt.hpp"
 
+#include <ompl/datastructures/NearestNeighborsGNAT.h>
+
+#include <algorithm>
+#include <vector>
+
 namespace energymargin::search {
+namespace {
+
+// Of equally near motions the one made first. Which of them OMPL's tree finds depends on pivots that it draws from a
+// global seed, and rollouts that leave the object where it is make many such ties.
+template <typename Motion>
+class FirstNearest : public ompl::NearestNeighborsGNAT<Motion> {
+ public:
+  Motion nearest(const Motion& target) const override {
+    using Gnat = ompl::NearestNeighborsGNAT<Motion>;
+    const Motion any = Gnat::nearest(target);
+    std::vector<Motion> ties;
+    Gnat::nearestR(target, this->distFun_(target, any), ties);
+    return *std::min_element(ties.begin(), ties.end(), [](const Motion& a, const Motion& b) {
+      return a->state->template as<CostSpace::StateType>()->node < b->state->template as<CostSpace::StateType>()->node;
+    });
+  }
+};
+
+}  // namespace
 
 Rrt::Rrt(const BoundedProblem& problem, std::uint64_t seed) : RRT(problem.space_information()) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
   setProblemDefinition(problem.definition());
-  setup();
+  setNearestNeighbors<FirstNearest>();
 }
 
 void Rrt::prune(double bound) {
