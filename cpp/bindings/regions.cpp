@@ -1,6 +1,7 @@
 // Sets of states for Python.
 
 #include "door.hpp"
+#include "energymargin/membership.hpp"
 #include "energymargin/region.hpp"
 
 namespace energymargin::door {

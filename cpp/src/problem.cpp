@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "check.hpp"
+#include "energymargin/membership.hpp"
 
 namespace energymargin {
 namespace {

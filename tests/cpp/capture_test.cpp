@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "energymargin/membership.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/search/bounded_problem.hpp"
 #include "scenes.hpp"

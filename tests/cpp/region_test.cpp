@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "energymargin/membership.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 

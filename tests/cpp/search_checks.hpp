@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "energymargin/membership.hpp"
 #include "energymargin/search/escape.hpp"
 #include "energymargin/world.hpp"
 #include "expect.hpp"

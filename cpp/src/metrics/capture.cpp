@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../check.hpp"
+#include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/search/est.hpp"

@@ -6,6 +6,7 @@
 #include <ompl/util/Console.h>
 
 #include "../check.hpp"
+#include "energymargin/membership.hpp"
 #include "energymargin/random.hpp"
 
 namespace energymargin::search {

@@ -11,7 +11,11 @@ int main() {
   ball.mass = 1.0;
   ball.role = energymargin::Role::object;
   scene.add_body(ball);
-  energymargin::Problem problem{scene, energymargin::pack(scene), {1.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.5,
+  energymargin::Problem problem{scene,
+                                energymargin::pack(scene),
+                                {1.0, 0.0, 0.0},
+                                {0.0, 0.0, 0.0},
+                                0.5,
                                 energymargin::regions::Ball{"ball", {0.0, 0.0, 0.0}, 0.01}};
   energymargin::CaptureOptions options;
   options.nodes = 50;
