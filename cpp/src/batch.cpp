@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "check.hpp"
 #include "energymargin/metrics/capture.hpp"
@@ -55,9 +56,11 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
   const std::uint64_t seed = stream(options.seed, index);
   ScoreRow row;
   row.index = index;
+  bool tree_scored = false;
   for (const std::string& metric : options.metrics) {
-    if (row.scores.count(metric) != 0) continue;
-    if (metric == "capture" || metric == "success") add_capture(problem, options, seed, stop, row);
+    if ((metric == "capture" || metric == "success") && !std::exchange(tree_scored, true)) {
+      add_capture(problem, options, seed, stop, row);
+    }
     if (metric == "effort/est") add_effort(problem, "est", options, seed, stop, row);
     if (metric == "effort/rrt") add_effort(problem, "rrt", options, seed, stop, row);
     if (metric == "force") row.scores["force"] = force_score(problem).force;

@@ -68,16 +68,25 @@ void validate(const Problem& problem) {
     reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
   }
   const double step = problem.scene.stepping().step;
-  if (!(std::isfinite(problem.duration) && problem.duration >= step)) {
-    reject("duration", text(problem.duration), "a finite time of at least one step, " + text(step) + " s");
+  if (!(problem.duration >= step && problem.duration <= most_steps * step)) {
+    reject("duration", text(problem.duration),
+           "at least one step, " + text(step) + " s, and at most " + std::to_string(most_steps) + " steps");
   }
   require_not_negative("rate", problem.rate);
   require_region("captured", problem.captured, problem.scene);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem.scene);
-  if (problem.within) require_region("within", *problem.within, problem.scene);
+  if (problem.within) {
+    require_region("within", *problem.within, problem.scene);
+    if (!Membership(*problem.within, problem.scene)(problem.state)) {
+      reject("state", "outside of the bounds `within`", "a start inside, or no bounds");
+    }
+  }
   for (const Contact& contact : problem.contacts.value_or(std::vector<Contact>{})) {
     problem.scene.index(contact.body_a);
     problem.scene.index(contact.body_b);
+    require_finite("contact position", contact.position);
+    require_finite("contact normal", contact.normal);
+    require_finite("contact distance", contact.distance);
     require_not_negative("contact friction", contact.friction);
     require_finite("contact normal_force", contact.normal_force);
     require_finite("contact tangential_force", contact.tangential_force);

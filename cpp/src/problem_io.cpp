@@ -8,6 +8,12 @@
 #include "problem_io/json.hpp"
 
 namespace energymargin {
+namespace {
+
+// Far more than a problem needs, and far less than a stack holds.
+constexpr int most_depth = 256;
+
+}  // namespace
 
 std::string to_json(const Problem& problem) {
   validate(problem);
@@ -15,10 +21,19 @@ std::string to_json(const Problem& problem) {
 }
 
 Problem from_json(const std::string& text) {
-  problem_io::Json json;
+  using problem_io::Json;
+  const auto limit_depth = [](int depth, Json::parse_event_t, Json&) {
+    if (depth > most_depth) {
+      throw std::invalid_argument("more than " + std::to_string(most_depth) + " levels of lists and objects");
+    }
+    return true;
+  };
+  Json json;
   try {
-    json = problem_io::Json::parse(text);
-  } catch (const problem_io::Json::parse_error& error) {
+    json = Json::parse(text, limit_depth);
+  } catch (const Json::out_of_range& error) {
+    throw std::invalid_argument(std::string("a number beyond all bounds: ") + error.what());
+  } catch (const Json::parse_error& error) {
     throw std::invalid_argument("not valid JSON, or cut off, at byte " + std::to_string(error.byte) + " of " +
                                 std::to_string(text.size()));
   }

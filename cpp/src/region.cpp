@@ -60,17 +60,37 @@ struct Validator {
   void operator()(const regions::Predicate& predicate) const {
     if (!predicate.contains) reject("predicate", "empty", "a function of an (N, n) array of states");
   }
-  void operator()(const regions::Intersection&) const {}
-  void operator()(const regions::Union&) const {}
-  void operator()(const regions::Complement&) const {}
+  void operator()(const regions::Intersection& all) const { require_some(all.of); }
+  void operator()(const regions::Union& any) const { require_some(any.of); }
+  void operator()(const regions::Complement& negated) const {
+    if (negated.of.size() != 1) reject("of", std::to_string(negated.of.size()) + " regions", "exactly one");
+  }
+  static void require_some(const std::vector<Region>& of) {
+    if (of.empty()) reject("of", "empty", "at least one region");
+  }
 };
+
+// A chain a & b & c is one intersection of three, not nested ones.
+template <typename Combination>
+Region combined(const Region& a, const Region& b) {
+  std::vector<Region> of;
+  for (const Region& region : {a, b}) {
+    const auto* same = std::get_if<Combination>(&region.expression());
+    if (same == nullptr) {
+      of.push_back(region);
+    } else {
+      of.insert(of.end(), same->of.begin(), same->of.end());
+    }
+  }
+  return Combination{std::move(of)};
+}
 
 }  // namespace
 
 void Region::validate() const { std::visit(Validator{}, *expression_); }
 
-Region operator&(const Region& a, const Region& b) { return regions::Intersection{{a, b}}; }
-Region operator|(const Region& a, const Region& b) { return regions::Union{{a, b}}; }
+Region operator&(const Region& a, const Region& b) { return combined<regions::Intersection>(a, b); }
+Region operator|(const Region& a, const Region& b) { return combined<regions::Union>(a, b); }
 Region operator~(const Region& a) { return regions::Complement{{a}}; }
 
 }  // namespace energymargin

@@ -10,6 +10,9 @@
 
 namespace energymargin {
 
+//! Longest rollout [steps].
+inline constexpr int most_steps = 1000000;
+
 //! What one rollout leads to.
 struct Rollout {
   State state;          //!< at the end

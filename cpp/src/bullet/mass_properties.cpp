@@ -34,7 +34,8 @@ struct Moments {
 Moments moments(const std::vector<Vector3>& points) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
-  const auto vertex = [&](int i) { return Vector3(hull.vertices[i].x(), hull.vertices[i].y(), hull.vertices[i].z()); };
+  // The hull's own vertices are rounded.
+  const auto vertex = [&](int i) { return points[static_cast<std::size_t>(hull.original_vertex_index[i])]; };
   Moments total;
   for (int face = 0; face < hull.faces.size(); ++face) {
     const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];

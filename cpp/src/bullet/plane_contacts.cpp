@@ -1,6 +1,6 @@
 #include "plane_contacts.hpp"
 
-#include <btBulletCollisionCommon.h>
+#include <btBulletDynamicsCommon.h>
 
 namespace energymargin {
 namespace {
@@ -48,38 +48,40 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
+bool is_plane(const btCollisionObjectWrapper& object) {
+  return object.getCollisionShape()->getShapeType() == STATIC_PLANE_PROXYTYPE;
+}
+
+// The solid always comes first: Bullet finds a point of the last step again by its place in the first body's frame, and
+// there a point of the solid stays where it is while the solid slides.
 class PlaneContacts : public btCollisionAlgorithm {
  public:
-  PlaneContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* solid,
-                const btCollisionObjectWrapper* plane)
+  PlaneContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+                const btCollisionObjectWrapper* b)
       : btCollisionAlgorithm(info),
-        manifold_(m_dispatcher->getNewManifold(solid->getCollisionObject(), plane->getCollisionObject())) {}
+        manifold_(m_dispatcher->getNewManifold((is_plane(*b) ? a : b)->getCollisionObject(),
+                                               (is_plane(*b) ? b : a)->getCollisionObject())) {}
 
   ~PlaneContacts() override { m_dispatcher->releaseManifold(manifold_); }
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                         btManifoldResult* result) override {
-    const bool solid_first = b->getCollisionShape()->getShapeType() == STATIC_PLANE_PROXYTYPE;
-    const btCollisionObjectWrapper* solid = solid_first ? a : b;
-    const btCollisionObjectWrapper* ground = solid_first ? b : a;
-    const auto& plane = static_cast<const btStaticPlaneShape&>(*ground->getCollisionShape());
-    const btVector3 normal = ground->getWorldTransform().getBasis() * plane.getPlaneNormal();
-    const double offset = plane.getPlaneConstant() + normal.dot(ground->getWorldTransform().getOrigin());
+    const btCollisionObjectWrapper& solid = is_plane(*b) ? *a : *b;
+    const btCollisionObjectWrapper& ground = is_plane(*b) ? *b : *a;
+    const auto& plane = static_cast<const btStaticPlaneShape&>(*ground.getCollisionShape());
+    const btVector3 normal = ground.getWorldTransform().getBasis() * plane.getPlaneNormal();
+    const double offset = plane.getPlaneConstant() + normal.dot(ground.getWorldTransform().getOrigin());
     const double reach = manifold_->getContactBreakingThreshold() + result->m_closestPointDistanceThreshold;
+    const bool fresh = manifold_->getNumContacts() == 0;
     result->setPersistentManifold(manifold_);
-    const btTransform& pose = solid->getWorldTransform();
-    for_each_low_point(*solid->getCollisionShape(), -normal * pose.getBasis(), [&](const btVector3& point) {
+    const btTransform& pose = solid.getWorldTransform();
+    for_each_low_point(*solid.getCollisionShape(), -normal * pose.getBasis(), [&](const btVector3& point) {
       const btVector3 on_solid = pose * point;
       const double distance = normal.dot(on_solid) - offset;
-      if (distance >= reach) return;
-      // The result takes a point of its second body and a normal from there to the first.
-      if (solid_first) {
-        result->addContactPoint(normal, on_solid - normal * distance, distance);
-      } else {
-        result->addContactPoint(-normal, on_solid, distance);
-      }
+      if (distance < reach) result->addContactPoint(normal, on_solid - normal * distance, distance);
     });
     result->refreshContactPoints();
+    if (fresh) share_load(*solid.getCollisionObject(), normal);
   }
 
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
@@ -90,6 +92,18 @@ class PlaneContacts : public btCollisionAlgorithm {
   void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
 
  private:
+  // The solver starts from an even share of the load. A body that cannot tilt leaves the shares open, and a solver that
+  // starts from nothing would stand it on its first corner.
+  void share_load(const btCollisionObject& solid, const btVector3& normal) {
+    const btRigidBody& body = static_cast<const btRigidBody&>(solid);
+    const double approach = -normal.dot(body.getLinearVelocity());
+    if (body.getInvMass() == 0.0 || approach <= 0.0) return;
+    const int count = manifold_->getNumContacts();
+    for (int i = 0; i < count; ++i) {
+      manifold_->getContactPoint(i).m_appliedImpulse = approach / body.getInvMass() / count;
+    }
+  }
+
   btPersistentManifold* manifold_;
 };
 

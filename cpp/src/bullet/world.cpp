@@ -114,6 +114,7 @@ void World::Bullet::configure() {
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.stepping().iterations;
   info.m_leastSquaresResidualThreshold = scene.stepping().tolerance;
+  info.m_warmstartingFactor = 1.0;
   // Penetration is resolved by moving bodies apart, not by speeding them up: no energy out of nothing.
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0.0;
@@ -131,6 +132,10 @@ void World::Bullet::add(std::size_t index) {
   btRigidBody& rigid = *bodies_.back();
   rigid.setLinearFactor(to_bullet(body.linear_factor));
   rigid.setAngularFactor(to_bullet(body.angular_factor));
+  if (body.angular_factor != Vector3::Ones()) {
+    // Bullet's gyroscopic term would turn the body about its locked axes.
+    rigid.setFlags(rigid.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
+  }
   rigid.setUserIndex(static_cast<int>(index));
   world_.addRigidBody(&rigid);
   if (body.fixed()) return;
@@ -173,6 +178,7 @@ void World::Bullet::read(State& state) const {
                         from_bullet(body.rigid->getLinearVelocity()), from_bullet(body.rigid->getAngularVelocity())},
                        state.data() + body.offset);
   }
+  if (!state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
 }
 
 // Gravity enters as a change of velocity before the step, as wrenches do: Bullet aims friction against the velocity it
@@ -257,6 +263,9 @@ Rollout World::rollout(const State& state, const Wrench& wrench, double duration
   require_finite("wrench force", wrench.force);
   require_finite("wrench torque", wrench.torque);
   require_not_negative("duration", duration);
+  if (duration > most_steps * bullet_->scene.stepping().step) {
+    reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
+  }
   Rollout result = rollout_unchecked(state, wrench, bullet_->whole_steps(duration));
   result.energy = bullet_->energy(result.state);
   return result;
@@ -283,7 +292,6 @@ Rollout World::rollout_unchecked(const State& state, const Wrench& wrench, int s
     result.work += power * step;
   }
   bullet_->read(result.state);
-  if (!result.state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
   return result;
 }
 

@@ -91,7 +91,7 @@ regions::Swept read_swept(const Place& place) {
 }
 
 Region read_region(const Place& place, int depth = 0) {
-  if (depth > 64) place.fail("at most 64 levels of \"and\", \"or\", \"not\"");
+  if (depth > most_levels) place.fail("at most " + std::to_string(most_levels) + " levels of \"and\", \"or\", \"not\"");
   const std::string type = place["type"].word();
   if (type == "and" || type == "or" || type == "not") {
     place.only({"type", "of"});

@@ -34,6 +34,8 @@ struct ShapeWriter {
 };
 
 struct RegionWriter {
+  int depth = 0;
+
   Json write_region(const Region& region) const { return std::visit(*this, region.expression()); }
 
   template <typename Primitive>
@@ -44,8 +46,12 @@ struct RegionWriter {
     return json;
   }
   Json list(const char* type, const std::vector<Region>& of) const {
+    if (depth > most_levels) {
+      throw std::invalid_argument("a region nests more than " + std::to_string(most_levels) +
+                                  " levels of & | ~, and no problem file has more");
+    }
     Json json = {{"type", type}, {"of", Json::array()}};
-    for (const Region& region : of) json["of"].push_back(write_region(region));
+    for (const Region& region : of) json["of"].push_back(RegionWriter{depth + 1}.write_region(region));
     return json;
   }
 

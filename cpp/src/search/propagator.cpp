@@ -70,12 +70,7 @@ Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Probl
       world_(problem.scene),
       object_(world_.layout().offset(*problem.scene.with_role(Role::object))),
       step_(problem.scene.stepping().step) {
-  const Eigen::Index rows = nodes + 1;
-  tree_.states.resize(rows, world_.layout().dimension());
-  tree_.costs.resize(rows);
-  tree_.parents.resize(rows);
-  tree_.controls.resize(rows, Eigen::NoChange);
-  tree_.durations.resize(rows);
+  make_room(nodes + 1);
   tree_.states.row(0) = problem.state.transpose();
   tree_.costs[0] = 0.0;
   tree_.parents[0] = -1;
@@ -93,6 +88,7 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   const double cost = parent->cost + rollout.effort;
 
   const int node = ++nodes_;
+  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());  // some planners go on a little after the end
   tree_.states.row(node) = rollout.state.transpose();
   tree_.costs[node] = cost;
   tree_.parents[node] = parent_node;
@@ -105,13 +101,16 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   result->node = node;
 }
 
-Tree Propagator::take_tree() {
-  const Eigen::Index rows = nodes_ + 1;
-  tree_.states.conservativeResize(rows, Eigen::NoChange);
+void Propagator::make_room(Eigen::Index rows) const {
+  tree_.states.conservativeResize(rows, world_.layout().dimension());
   tree_.costs.conservativeResize(rows);
   tree_.parents.conservativeResize(rows);
   tree_.controls.conservativeResize(rows, Eigen::NoChange);
   tree_.durations.conservativeResize(rows);
+}
+
+Tree Propagator::take_tree() {
+  make_room(nodes_ + 1);
   return std::move(tree_);
 }
 

@@ -17,11 +17,16 @@ class FirstNearest : public ompl::NearestNeighborsGNAT<Motion> {
     using Gnat = ompl::NearestNeighborsGNAT<Motion>;
     const Motion any = Gnat::nearest(target);
     std::vector<Motion> ties;
-    Gnat::nearestR(target, this->distFun_(target, any), ties);
-    return *std::min_element(ties.begin(), ties.end(), [](const Motion& a, const Motion& b) {
-      return a->state->template as<CostSpace::StateType>()->node < b->state->template as<CostSpace::StateType>()->node;
-    });
+    Gnat::nearestR(target, this->distFun_(target, any) * (1.0 + rounding) + rounding, ties);
+    ties.push_back(any);
+    return *std::min_element(ties.begin(), ties.end(),
+                             [](const Motion& a, const Motion& b) { return node_of(a) < node_of(b); });
   }
+
+ private:
+  static constexpr double rounding = 1e-12;
+
+  static int node_of(const Motion& motion) { return motion->state->template as<CostSpace::StateType>()->node; }
 };
 
 }  // namespace

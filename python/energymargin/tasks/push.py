@@ -138,6 +138,8 @@ class PushTask:
                 "pass params=trajectory.params, or make the task with a friction"
             )
         scale = friction / FRICTION_MIDDLE
+        # A box that has left the workspace has no bounds left to keep.
+        workspace = _between("x", *WORKSPACE) & _between("y", *WORKSPACE)
         return Problem(
             scene(friction),
             state,
@@ -146,7 +148,7 @@ class PushTask:
             duration=LONGEST_EDGE,
             captured=self.captured(state),
             succeeded=self.succeeded(),
-            within=_between("x", *WORKSPACE) & _between("y", *WORKSPACE),
+            within=workspace if workspace.contains(self._layout, state) else None,
             effector=self._effector,
             rate=RATE,
             contacts=None if contacts is None else list(contacts),

@@ -30,7 +30,7 @@ class WrenchSpace : public ompl::control::RealVectorControlSpace {
 //! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout.
 class Propagator : public ompl::control::StatePropagator {
  public:
-  //! Room for `nodes` rollouts; the world is built here. Keeps a reference to the problem.
+  //! Room for `nodes` rollouts; the world is built here.
   Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes);
 
   //! `duration` is not looked at: the control carries its own.
@@ -48,7 +48,9 @@ class Propagator : public ompl::control::StatePropagator {
   Tree take_tree();
 
  private:
-  const Problem& problem_;
+  void make_room(Eigen::Index rows) const;
+
+  Problem problem_;
   mutable World world_;
   mutable Tree tree_;
   mutable int nodes_ = 0;
