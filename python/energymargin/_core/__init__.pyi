@@ -347,7 +347,7 @@ class Problem:
         """
     def save(self, path: typing.Any) -> None:
         """
-        Write a JSON file, atomically. Raises ValueError if a region is a Predicate.
+        Write a JSON file, atomically. Raises ValueError if a region is a Predicate, OSError if the file cannot be written.
         """
     def to_json(self) -> str:
         """
