@@ -1,11 +1,11 @@
-// EST with pruning.
-
-#include "energymargin/search/est.hpp"
+// What holds for each of our planners, EST and RRT, with pruning.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "energymargin/search/est.hpp"
+#include "energymargin/search/rrt.hpp"
 #include "scenes.hpp"
 #include "search_checks.hpp"
 
@@ -14,39 +14,45 @@ namespace {
 
 using namespace scenes;
 
+template <typename Search>
 Tree grow(const Problem& problem, std::uint64_t seed, int nodes = 150) {
   BoundedProblem bounded(problem, Goal::none, nodes, seed, nullptr);
-  Est planner(bounded, seed);
+  Search planner(bounded, seed);
   planner.solve(bounded.termination());
   return bounded.take_tree();
 }
 
-TEST(Est, GrowsATreeOfRolloutsWithExactlyTheNodesAskedFor) {
+template <typename Search>
+class Planner : public testing::Test {};
+using Searches = testing::Types<Est, Rrt>;
+TYPED_TEST_SUITE(Planner, Searches);
+
+TYPED_TEST(Planner, GrowsATreeOfRolloutsWithExactlyTheNodesAskedFor) {
   const Problem problem = push();
-  const Tree tree = grow(problem, 1);
+  const Tree tree = grow<TypeParam>(problem, 1);
   EXPECT_EQ(tree.size(), 151);
   expect_each_edge_is_a_rollout(tree, problem);
   expect_controls_within_bounds(tree, problem);
 }
 
-TEST(Est, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
-  EXPECT_TRUE(same_bits(grow(push(), 1), grow(push(), 1)));
-  EXPECT_FALSE(same_bits(grow(push(), 1), grow(push(), 2)));
+TYPED_TEST(Planner, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
+  EXPECT_TRUE(same_bits(grow<TypeParam>(push(), 1), grow<TypeParam>(push(), 1)));
+  EXPECT_FALSE(same_bits(grow<TypeParam>(push(), 1), grow<TypeParam>(push(), 2)));
 }
 
-TEST(Est, SameSeedGivesTheSameBitsAlsoWhereManyNodesAreTheSameState) {
+TYPED_TEST(Planner, SameSeedGivesTheSameBitsAlsoWhereManyNodesAreTheSameState) {
   // Most of these forces are below friction and leave the block exactly where it is.
   const Scene scene = rough_table();
   const Problem stuck{scene, pack(scene), {5.0, 5.0, 0.0}, Vector3::Zero(), 0.3, regions::Disc{"object"}};
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
-    EXPECT_TRUE(same_bits(grow(stuck, seed, 600), grow(stuck, seed, 600))) << "seed " << seed;
+    EXPECT_TRUE(same_bits(grow<TypeParam>(stuck, seed, 600), grow<TypeParam>(stuck, seed, 600))) << "seed " << seed;
   }
 }
 
-TEST(Est, AfterPruningNothingGrowsFromANodeThatIsNotBelowTheBound) {
+TYPED_TEST(Planner, AfterPruningNothingGrowsFromANodeThatIsNotBelowTheBound) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, Goal::none, 300, 4, nullptr);
-  Est planner(bounded, 4);
+  TypeParam planner(bounded, 4);
   const auto until = [&](int nodes) {
     return ompl::base::PlannerTerminationCondition([&bounded, nodes] { return bounded.nodes() >= nodes; });
   };
