@@ -1,5 +1,6 @@
 #include "door.hpp"
 
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -47,6 +48,23 @@ Value named(const std::string& what, const std::string& name, const std::vector<
 }
 
 }  // namespace
+
+std::uint64_t seed(const std::string& name, const WholeNumber& number) {
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(number.value.ptr()));
+  const std::uint64_t value = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;
+  if (PyErr_Occurred() == nullptr) return value;
+  PyErr_Clear();
+  reject(name, repr(number.value), "a whole number from 0 to 2^64 - 1");
+}
+
+int count(const std::string& name, const WholeNumber& number, int least) {
+  const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(number.value.ptr()));
+  const long value = index ? PyLong_AsLong(index.ptr()) : 0;
+  const bool fits = PyErr_Occurred() == nullptr && value >= least && value <= std::numeric_limits<int>::max();
+  PyErr_Clear();
+  if (!fits) reject(name, repr(number.value), "a whole number of at least " + std::to_string(least));
+  return static_cast<int>(value);
+}
 
 States matrix(const std::string& name, const ArrayLike& array, Eigen::Index rows, Eigen::Index columns) {
   const Numbers in = numbers(name, array);

@@ -22,6 +22,11 @@ struct ArrayLike {
   py::object value;
 };
 
+//! Anything that says it is a whole number.
+struct WholeNumber {
+  py::object value;
+};
+
 //! A function of states (N, n) that answers with N truth values.
 struct StatesPredicate {
   py::function value;
@@ -31,6 +36,12 @@ struct StatesPredicate {
 struct BodyDicts {
   py::dict value;
 };
+
+//! Throws std::invalid_argument that names the argument unless it is a whole number from 0 to 2^64 - 1.
+std::uint64_t seed(const std::string& name, const WholeNumber& number);
+
+//! The same for a whole number from `least` to 2^31 - 1.
+int count(const std::string& name, const WholeNumber& number, int least = 1);
 
 //! (rows, columns) numbers; -1 accepts any size. Throws std::invalid_argument that names the argument, the shape and
 //! what was expected.
@@ -85,6 +96,10 @@ struct named_object_caster {
 template <>
 struct type_caster<energymargin::door::ArrayLike> : named_object_caster<energymargin::door::ArrayLike, object> {
   static constexpr auto name = const_name("numpy.typing.ArrayLike");
+};
+template <>
+struct type_caster<energymargin::door::WholeNumber> : named_object_caster<energymargin::door::WholeNumber, object> {
+  static constexpr auto name = const_name("int");
 };
 template <>
 struct type_caster<energymargin::door::StatesPredicate>

@@ -35,15 +35,30 @@ auto interruptible(Search search) {
   return result.get();
 }
 
-CaptureScore capture(const Problem& problem, int nodes, std::uint64_t seed, std::optional<double> rate, int trees,
-                     int threads) {
-  return interruptible(
-      [&](const std::atomic<bool>* stop) { return capture_score(problem, {nodes, seed, rate, trees, threads, stop}); });
+CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const WholeNumber& seed_given,
+                     std::optional<double> rate, const WholeNumber& trees, const WholeNumber& threads) {
+  CaptureOptions options;
+  options.nodes = count("nodes", nodes);
+  options.seed = seed("seed", seed_given);
+  options.rate = rate;
+  options.trees = count("trees", trees);
+  options.threads = count("threads", threads);
+  return interruptible([&](const std::atomic<bool>* stop) {
+    options.stop = stop;
+    return capture_score(problem, options);
+  });
 }
 
-Escape effort(const Problem& problem, const std::string& planner, int nodes, std::uint64_t seed) {
-  return interruptible(
-      [&](const std::atomic<bool>* stop) { return escape_effort(problem, {planner, nodes, seed, stop}); });
+Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
+              const WholeNumber& seed_given) {
+  EffortOptions options;
+  options.planner = planner;
+  options.nodes = count("nodes", nodes);
+  options.seed = seed("seed", seed_given);
+  return interruptible([&](const std::atomic<bool>* stop) {
+    options.stop = stop;
+    return escape_effort(problem, options);
+  });
 }
 
 void bind_tree(py::module_& module) {

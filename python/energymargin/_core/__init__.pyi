@@ -573,11 +573,11 @@ class ScoreRun:
     @property
     def finished(self) -> bool:
         ...
-def capture_score(problem: Problem, nodes: typing.SupportsInt | typing.SupportsIndex = 1000, seed: typing.SupportsInt | typing.SupportsIndex = 0, rate: typing.SupportsFloat | typing.SupportsIndex | None = None, trees: typing.SupportsInt | typing.SupportsIndex = 1, threads: typing.SupportsInt | typing.SupportsIndex = 1) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: typing.SupportsFloat | typing.SupportsIndex | None = None, trees: int = 1, threads: int = 1) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: typing.SupportsInt | typing.SupportsIndex = 1000, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0) -> EscapeEffort:
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     """
