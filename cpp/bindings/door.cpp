@@ -29,12 +29,13 @@ std::string shape_text(const Numbers& numbers) {
 std::string size_text(Eigen::Index size) { return size < 0 ? "N" : std::to_string(size); }
 
 Numbers numbers(const std::string& name, const ArrayLike& array) {
-  Numbers converted = Numbers::ensure(array.value);
-  if (!converted) {
-    PyErr_Clear();
-    reject(name, repr(array.value), "an array of numbers");
+  // As numpy sees it first: a cast would read numbers out of strings, and drop what is imaginary.
+  const py::array seen = py::array::ensure(array.value);
+  PyErr_Clear();
+  if (!seen || std::string("iuf").find(seen.dtype().kind()) == std::string::npos) {
+    reject(name, repr(array.value), "an array of real numbers");
   }
-  return converted;
+  return Numbers::ensure(seen);
 }
 
 template <typename Value>

@@ -17,6 +17,10 @@ actuated, or 'drive', each edge of the search starts with the velocity that it h
 rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
 a state in deep penetration.)";
 
+std::string file_path(const py::object& path) {
+  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
+}
+
 }  // namespace
 
 void bind_problem(py::module_& module) {
@@ -49,7 +53,8 @@ void bind_problem(py::module_& module) {
            py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"), py::arg("torque"), py::arg("duration"),
            py::arg("captured"), py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
            py::arg("effector") = "coast", py::arg("rate") = 5.0, py::arg("contacts") = py::none())
-      .def_readonly("scene", &Problem::scene)
+      .def_property_readonly(
+          "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
       .def_readonly("state", &Problem::state, "z_init, shape (n,).")
       .def_readonly("force", &Problem::force, "Largest |force| along each axis, shape (3,) [N].")
       .def_readonly("torque", &Problem::torque, "Largest |torque| about each axis, shape (3,) [N m].")
@@ -61,12 +66,14 @@ void bind_problem(py::module_& module) {
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
       .def(
-          "save", [](const Problem& problem, const py::object& path) { save(problem, py::str(path)); }, py::arg("path"),
+          "save", [](const Problem& problem, const py::object& path) { save(problem, file_path(path)); },
+          py::arg("path"),
           "Write a JSON file, atomically. Raises ValueError if a region is a Predicate, OSError if the file cannot be "
           "written.")
       .def_static(
-          "load", [](const py::object& path) { return load(py::str(path)); }, py::arg("path"),
-          "Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.")
+          "load", [](const py::object& path) { return load(file_path(path)); }, py::arg("path"),
+          "Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place "
+          "in it and what was expected.")
       .def(
           "edge_start",
           [](const Problem& problem, const ArrayLike& node) {

@@ -17,17 +17,19 @@ regions::Predicate python_predicate(py::function function) {
   });
   return {[shared](const States& states) {
     const py::gil_scoped_acquire acquire;
-    py::array_t<bool, py::array::c_style | py::array::forcecast> answer;
+    py::array answer;
     try {
-      answer = (*shared)(py::cast(states));
+      answer = py::array::ensure((*shared)(py::cast(states)));
     } catch (py::error_already_set& error) {
       throw std::runtime_error(std::string("the predicate failed: ") + error.what());
     }
-    if (answer.ndim() != 1 || answer.shape(0) != states.rows()) {
-      throw std::invalid_argument("the predicate's answer has another shape than (" + std::to_string(states.rows()) +
-                                  ",), one bool a state");
+    PyErr_Clear();
+    if (!answer || answer.dtype().kind() != 'b' || answer.ndim() != 1 || answer.shape(0) != states.rows()) {
+      throw std::invalid_argument("the predicate's answer is not an array of bool of shape (" +
+                                  std::to_string(states.rows()) + ",), one a state");
     }
-    return Mask(Eigen::Map<const Mask>(answer.data(), states.rows()));
+    const auto mask = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(answer);
+    return Mask(Eigen::Map<const Mask>(mask.data(), states.rows()));
   }};
 }
 

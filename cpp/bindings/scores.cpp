@@ -8,6 +8,7 @@
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/random.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -110,6 +111,15 @@ void bind_results(py::module_& module) {
       });
 }
 
+// Lets go of the GIL while the threads end: they may wait for it in a predicate.
+struct JoinWithoutGil {
+  void operator()(Batch* batch) const {
+    const py::gil_scoped_release release;
+    delete batch;
+  }
+};
+using HeldBatch = std::unique_ptr<Batch, JoinWithoutGil>;
+
 void bind_batch(py::module_& module) {
   py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
       .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
@@ -118,11 +128,11 @@ void bind_batch(py::module_& module) {
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.");
-  py::class_<Batch>(module, "ScoreRun", "A running batch of problems on a pool of threads.")
+  py::class_<Batch, HeldBatch>(module, "ScoreRun", "A running batch of problems on a pool of threads.")
       .def(py::init([](const std::vector<Problem>& problems, const std::vector<std::string>& metrics, int nodes,
                        std::uint64_t seed, int threads, const std::optional<std::vector<std::size_t>>& indices) {
-             return std::make_unique<Batch>(
-                 problems, BatchOptions{metrics, nodes, seed, threads, indices.value_or(std::vector<std::size_t>{})});
+             return HeldBatch(new Batch(
+                 problems, BatchOptions{metrics, nodes, seed, threads, indices.value_or(std::vector<std::size_t>{})}));
            }),
            py::arg("problems"), py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"),
            py::arg("indices") = py::none(), "Starts at once; indices are the problems' stream indices.")
@@ -139,6 +149,10 @@ void bind_scores(py::module_& module) {
   bind_tree(module);
   bind_results(module);
   bind_batch(module);
+  module.def(
+      "stream",
+      [](const WholeNumber& seed_given, std::uint64_t number) { return stream(seed("seed", seed_given), number); },
+      py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
   module.def("capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
              py::arg("rate") = py::none(), py::arg("trees") = 1, py::arg("threads") = 1,
              "Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` "

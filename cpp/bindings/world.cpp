@@ -2,6 +2,8 @@
 
 #include "energymargin/world.hpp"
 
+#include <mutex>
+
 #include "door.hpp"
 
 namespace energymargin::door {
@@ -13,25 +15,43 @@ struct Recording {
   std::vector<std::vector<Contact>> contacts;
 };
 
-Recording simulate(World& world, const ArrayLike& state, int steps, const std::map<std::string, ArrayLike>& drives,
+// A world that several Python threads may ask: one after the other.
+class SharedWorld {
+ public:
+  explicit SharedWorld(const Scene& scene) : world_(scene) {}
+
+  const World& world() const { return world_; }
+
+  //! Runs `question` on the world without the GIL.
+  template <typename Question>
+  auto ask(const Question& question) {
+    const py::gil_scoped_release release;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return question(world_);
+  }
+
+ private:
+  World world_;
+  std::mutex mutex_;
+};
+
+Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumber& steps_given,
+                   const std::map<std::string, ArrayLike>& drives,
                    const std::optional<std::vector<int>>& record_given) {
   std::vector<Drive> wrenches;
   for (const auto& [body, rows] : drives) {
     wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
   }
   const State start = vector("state", state, -1);
+  const int steps = count("steps", steps_given);
   std::vector<int> record = record_given.value_or(std::vector<int>{});
   if (!record_given) {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
-  std::vector<Frame> frames;
-  {
-    const py::gil_scoped_release release;
-    frames = world.simulate(start, wrenches, steps, record);
-  }
+  std::vector<Frame> frames = shared.ask([&](World& world) { return world.simulate(start, wrenches, steps, record); });
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
-  recording.states.resize(static_cast<Eigen::Index>(frames.size()), world.layout().dimension());
+  recording.states.resize(static_cast<Eigen::Index>(frames.size()), shared.world().layout().dimension());
   for (Eigen::Index i = 0; i < recording.times.size(); ++i) {
     Frame& frame = frames[static_cast<std::size_t>(i)];
     recording.times[i] = frame.time;
@@ -80,37 +100,48 @@ void bind_world(py::module_& module) {
       .def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
       .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
-  py::class_<World>(module, "World", "One simulation of a Scene. Every answer is a pure function of its arguments.")
+  py::class_<SharedWorld>(
+      module, "World",
+      "One simulation of a Scene. Every answer is a pure function of its arguments; threads may share "
+      "a world, which answers one at a time.")
       .def(py::init<const Scene&>(), py::arg("scene"))
       .def(
           "rollout",
-          [](World& world, const ArrayLike& state, const ArrayLike& wrench_given, double duration) {
+          [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, double duration) {
             const State start = vector("state", state, -1);
             const Wrench push = wrench("wrench", wrench_given);
-            const py::gil_scoped_release release;
-            return world.rollout(start, push, duration);
+            return shared.ask([&](World& world) { return world.rollout(start, push, duration); });
           },
           py::arg("state"), py::arg("wrench"), py::arg("duration"),
           "Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.")
-      .def("simulate", &simulate, py::arg("state"), py::arg("steps"),
-           py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(),
-           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a "
-           "frame is "
-           "recorded, ascending, from 0, the start, to steps; by default after each.")
       .def(
-          "energy", [](const World& world, const ArrayLike& state) { return world.energy(vector("state", state, -1)); },
+          "simulate", &simulate, py::arg("state"), py::arg("steps"),
+          py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(),
+          "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a frame "
+          "is recorded, ascending, from 0, the start, to steps; by default after each.")
+      .def(
+          "energy",
+          [](SharedWorld& shared, const ArrayLike& state) {
+            const State at = vector("state", state, -1);
+            return shared.ask([&](World& world) { return world.energy(at); });
+          },
           py::arg("state"), "Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].")
       .def(
-          "contacts", [](World& world, const ArrayLike& state) { return world.contacts(vector("state", state, -1)); },
+          "contacts",
+          [](SharedWorld& shared, const ArrayLike& state) {
+            const State at = vector("state", state, -1);
+            return shared.ask([&](World& world) { return world.contacts(at); });
+          },
           py::arg("state"), "Contacts at a state, with the forces that one step without wrench shows.")
       .def(
           "distance",
-          [](World& world, const ArrayLike& state, const std::string& a, const std::string& b) {
-            return world.distance(vector("state", state, -1), a, b);
+          [](SharedWorld& shared, const ArrayLike& state, const std::string& a, const std::string& b) {
+            const State at = vector("state", state, -1);
+            return shared.ask([&](World& world) { return world.distance(at, a, b); });
           },
           py::arg("state"), py::arg("body_a"), py::arg("body_b"),
           "Least distance between two bodies, negative in penetration [m].")
-      .def_property_readonly("scene", [](const World& world) { return world.scene(); });
+      .def_property_readonly("scene", [](const SharedWorld& shared) { return shared.world().scene(); });
 }
 
 }  // namespace energymargin::door

@@ -19,6 +19,13 @@ void require_bounds(const std::string& name, const Vector3& bounds) {
   }
 }
 
+// A disturbance along a locked axis does nothing, and would pass for robustness.
+void require_free(const std::string& name, const Vector3& bounds, const Vector3& factor) {
+  if (((bounds.array() > 0.0) && (factor.array() == 0.0)).any()) {
+    reject(name, text(bounds), "0 on the axes that are locked for the object, whose factors are " + text(factor));
+  }
+}
+
 void require_roles(const Scene& scene, Effector effector) {
   const auto count = [&](Role role) {
     return std::count_if(scene.bodies().begin(), scene.bodies().end(),
@@ -67,6 +74,9 @@ void validate(const Problem& problem) {
   if (problem.force.isZero(0.0) && problem.torque.isZero(0.0)) {
     reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
   }
+  const Body& object = problem.scene.bodies()[*problem.scene.with_role(Role::object)];
+  require_free("force", problem.force, object.linear_factor);
+  require_free("torque", problem.torque, object.angular_factor);
   const double step = problem.scene.stepping().step;
   if (!(problem.duration >= step && problem.duration <= most_steps * step)) {
     reject("duration", text(problem.duration),

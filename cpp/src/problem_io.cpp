@@ -61,6 +61,7 @@ void save(const Problem& problem, const std::string& path) {
 
 Problem load(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
+  if (!file) throw FileError("problem file '" + path + "' cannot be opened");
   std::ostringstream text;
   text << file.rdbuf();
   if (!file || text.str().empty())

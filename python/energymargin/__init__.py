@@ -1,5 +1,8 @@
 """How robust is a manipulation, right now? An answer in joules."""
 
+from importlib import import_module
+from types import ModuleType
+
 from energymargin import datasets, evaluation, regions, store, tasks
 from energymargin._core import (
     Body,
@@ -22,6 +25,7 @@ from energymargin._core import (
     capture_score,
     escape_effort,
     force_score,
+    stream,
 )
 from energymargin.scoring import ScoreTable, score
 
@@ -52,5 +56,13 @@ __all__ = [
     "regions",
     "score",
     "store",
+    "stream",
     "tasks",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """`plots` needs the extra [plots], and is imported when it is first asked for."""
+    if name == "plots":
+        return import_module("energymargin.plots")
+    raise AttributeError(f"module 'energymargin' has no attribute {name!r}")

@@ -44,7 +44,14 @@ class _Commands(TyperGroup):
         except KeyboardInterrupt:
             _say("[yellow]stopped[/]")
             raise typer.Exit(INTERRUPTED) from None
-        except (ValueError, OSError, ImportError, sqlite3.Error) as error:
+        except (
+            ValueError,
+            OSError,
+            ImportError,
+            MemoryError,
+            RuntimeError,
+            sqlite3.Error,
+        ) as error:
             _say(f"[red]error:[/] {escape(_one_line(error))}")
             raise typer.Exit(BAD_INPUT) from None
 
@@ -281,14 +288,15 @@ def _draw(dataset: Dataset, store: ScoreStore, output: Path, nodes: int, seed: i
     from energymargin import tasks as registry
 
     chosen = _one_of_each(dataset)
+    labelled = store.labelled_scores()
     plots.figure_qualitative(
         registry.make(dataset.task, **dataset.parameters),
         {name: dataset.trajectories[t] for name, t in chosen.items()},
         nodes=nodes,
         seed=seed,
+        first_states={name: int(labelled.by_trajectory()[t][0]) for name, t in chosen.items()},
     ).savefig(output / "qualitative.png")
 
-    labelled = store.labelled_scores()
     columns = {}
     for name, t in chosen.items():
         states = labelled.by_trajectory()[t]

@@ -2,8 +2,9 @@
 
 The file holds one group a trajectory, and says in its root what made it:
 
-    format, version, task, parameters (JSON), seed trajectories/0000/  times (K,)  states (K, n)
-    captured (K,)  contacts (C,)  attributes: success, seed, params (JSON)
+    attributes          format, version, task, parameters (JSON), seed, count (of trajectories)
+    trajectories/0000/  times (K,), states (K, n), captured (K,), contacts (C,)
+                        attributes: success, seed, params (JSON)
 """
 
 from __future__ import annotations
@@ -129,13 +130,17 @@ def generate(
     """
     made = tasks.make(task) if isinstance(task, str) else task
     trajectories = whole_number("trajectories", trajectories, 1)
-    seed = whole_number("seed", seed, 0)
+    seed = whole_number("seed", seed, 0, 2**63 - 1)
     recorded = []
     for index in range(trajectories):
         recorded.append(made.rollout(_stream(seed, index), frames))
         if progress is not None:
             progress(index + 1, trajectories)
     return Dataset(made.name, made.parameters, seed, recorded)
+
+
+class _Other(ValueError):
+    """A file that is whole, but none of ours."""
 
 
 def load(path: str | os.PathLike[str]) -> Dataset:
@@ -153,7 +158,9 @@ def load(path: str | os.PathLike[str]) -> Dataset:
         with h5py.File(path, "r") as file:
             _check_format(path, file)
             return _read(file)
-    except (OSError, KeyError, TypeError, RuntimeError, json.JSONDecodeError) as error:
+    except _Other:
+        raise
+    except (OSError, LookupError, TypeError, RuntimeError, ValueError) as error:
         raise ValueError(f"{path} is damaged or cut short: {_one_line(error)}") from error
 
 
@@ -171,6 +178,7 @@ def _write(dataset: Dataset, file: h5py.File) -> None:
         task=dataset.task,
         parameters=json.dumps(dataset.parameters),
         seed=dataset.seed,
+        count=len(dataset.trajectories),
     )
     root = file.create_group("trajectories")
     for index, trajectory in enumerate(dataset.trajectories):
@@ -189,10 +197,12 @@ def _check_format(path: Path, file: h5py.File) -> None:
     found = file.attrs.get("format")
     if found != FORMAT:
         what = "an HDF5 file of something else" if found is None else repr(found)
-        raise ValueError(f"{path} is not a dataset: it is {what}")
+        raise _Other(f"{path} is not a dataset: it is {what}")
     version = int(file.attrs["version"])
+    if version < 1:
+        raise ValueError(f"its version is {version}")
     if version > VERSION:
-        raise ValueError(
+        raise _Other(
             f"{path} has version {version} of the dataset format, "
             f"and this energymargin reads up to {VERSION}: update it"
         )
@@ -200,6 +210,8 @@ def _check_format(path: Path, file: h5py.File) -> None:
 
 def _read(file: h5py.File) -> Dataset:
     groups = file["trajectories"]
+    if len(groups) != file.attrs["count"] or len(groups) == 0:
+        raise ValueError(f"it has {len(groups)} of {file.attrs['count']} trajectories")
     return Dataset(
         task=str(file.attrs["task"]),
         parameters=json.loads(file.attrs["parameters"]),
@@ -209,12 +221,17 @@ def _read(file: h5py.File) -> Dataset:
 
 
 def _read_trajectory(group: h5py.Group) -> Trajectory:
-    times = group["times"][()]
+    times, states, captured = (group[name][()] for name in ("times", "states", "captured"))
+    frames = len(times)
+    if not (times.shape == captured.shape == (frames,) and states.shape[:1] == (frames,)):
+        raise ValueError(f"{group.name} has arrays of different lengths")
+    if states.ndim != 2 or frames == 0 or captured.dtype != bool:
+        raise ValueError(f"{group.name} has no states (K, n), or labels that are not true or false")
     return Trajectory(
         times=times,
-        states=group["states"][()],
-        contacts=_read_contacts(group["contacts"][()], len(times)),
-        captured=group["captured"][()],
+        states=states,
+        contacts=_read_contacts(group["contacts"][()], frames),
+        captured=captured,
         success=bool(group.attrs["success"]),
         params=json.loads(group.attrs["params"]),
         seed=int(group.attrs["seed"]),
@@ -224,6 +241,8 @@ def _read_trajectory(group: h5py.Group) -> Trajectory:
 def _read_contacts(rows: NDArray[np.void], frames: int) -> list[list[Contact]]:
     contacts: list[list[Contact]] = [[] for _ in range(frames)]
     for row in rows:
+        if not 0 <= row["frame"] < frames:
+            raise ValueError(f"a contact is of frame {row['frame']}, and there are {frames}")
         values = {name: row[name] for name in _CONTACT.names or () if name != "frame"}
         values["body_a"], values["body_b"] = values["body_a"].decode(), values["body_b"].decode()
         contacts[row["frame"]].append(Contact(**values))

@@ -158,7 +158,8 @@ class Evaluation:
         rows = {
             score: [_stacked(c) for c in cells.values()] for score, cells in self.states.items()
         }
-        rows[SUCCESS] = [_stacked(self.success), *[""] * (len(self.horizons) - 1)]
+        if self.success is not None:
+            rows[SUCCESS] = [_stacked(self.success), *[""] * (len(self.horizons) - 1)]
         return [(score, cells, _paper(self.task, score)) for score, cells in rows.items()]
 
     def _caption(self) -> str:

@@ -38,6 +38,7 @@ from energymargin._core import (
     Scene,
     Sphere,
     capture_score,
+    stream,
 )
 from energymargin.regions import Region
 from energymargin.tasks.base import Task, Trajectory
@@ -144,15 +145,19 @@ def figure_qualitative(
     frames: Sequence[int] | None = None,
     nodes: int = 100,
     seed: int = 0,
+    first_states: Mapping[str, int] | None = None,
 ) -> Figure:
     """Search trees in some frames of each trajectory: a row a trajectory, named as in the mapping.
 
     `frames` are numbers of frames; None takes three of them, from the first on, a third of the
-    trajectory apart. The trees are grown here, with `nodes` nodes each.
+    trajectory apart. The trees are grown here, with `nodes` nodes each. `first_states` are the
+    numbers of the trajectories' first states in their dataset: with them the trees, and so the
+    scores, are those that the dataset gets from the same nodes and seed.
     """
+    numbers = first_states or dict.fromkeys(trajectories, 0)
     rows = {
         name: [
-            _panel(task, trajectory, k, nodes, seed)
+            _panel(task, trajectory, k, nodes, stream(seed, numbers[name] + k))
             for k in (_three(len(trajectory)) if frames is None else frames)
         ]
         for name, trajectory in trajectories.items()

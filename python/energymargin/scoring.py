@@ -19,6 +19,7 @@ from energymargin.tasks.base import whole_number
 __all__ = ["METRICS", "ScoreError", "ScoreTable", "check_settings", "score"]
 
 METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
+MOST_NODES = 10**9
 
 # How long an interrupt may stay unnoticed [s].
 POLL = 0.05
@@ -83,7 +84,8 @@ def score(
     `metrics` are of METRICS, `nodes` is the size of each search tree, `threads` None takes all
     cores this process may use. `progress(done, total)` and `on_rows(rows)` are called as scores
     come in. `indices` are the problems' stream indices, 0 to N-1 if not given: a part of the
-    problems with their own indices gets the scores it has in the whole.
+    problems with their own indices gets the scores it has in the whole. Each index has a stream of
+    its own: `capture_score(problem, seed=stream(seed, index))` grows the tree of that problem here.
 
     Ctrl-C stops within 0.1 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
@@ -93,7 +95,7 @@ def score(
     if "success" in metrics and any(problem.succeeded is None for problem in problems):
         raise ValueError("metrics has 'success', but not every problem has a success set")
     threads = len(os.sched_getaffinity(0)) if threads is None else threads
-    run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
+    whole_number("threads", threads, 1)
     done: list[ScoreRow] = []
     errors: dict[int, str] = {}
 
@@ -107,6 +109,7 @@ def score(
             progress(len(done) + len(errors), len(problems))
 
     with _held_interrupts() as interrupted:
+        run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
         try:
             while not run.finished and not interrupted.is_set():
                 deliver(run.take(POLL))
@@ -127,7 +130,7 @@ def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
     if unknown or not metrics:
         what = repr(unknown[0]) if unknown else "empty"
         raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
-    whole_number("nodes", nodes, 1)
+    whole_number("nodes", nodes, 1, MOST_NODES)
     whole_number("seed", seed, 0, 2**64 - 1)
 
 

@@ -273,9 +273,11 @@ def _create(path: Path, settings: dict[str, Any], dataset: Dataset) -> None:
                 ],
             )
         database.execute("PRAGMA journal_mode = WAL")
+        database.close()
+        os.replace(temporary, path)
     finally:
         database.close()
-    os.replace(temporary, path)
+        temporary.unlink(missing_ok=True)
 
 
 def _say(name: str) -> str:

@@ -133,7 +133,7 @@ TEST_F(App, WrongArgumentsAreOneClearLine) {
 }
 
 TEST_F(App, BrokenFilesAreOneClearLineThatNamesTheFile) {
-  expect_error("/no/such/file.json", {"/no/such/file.json", "cannot be read"});
+  expect_error("/no/such/file.json", {"/no/such/file.json", "cannot be opened"});
   const std::string text = to_json(push());
   std::ofstream(problem) << text.substr(0, text.size() / 2);
   expect_error(problem, {problem, "cut off"});

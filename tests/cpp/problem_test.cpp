@@ -107,5 +107,21 @@ TEST(Problem, MeasuredContactsAreChecked) {
   EXPECT_TRUE(rejects(with(nowhere), {"position", "nan"}));
 }
 
+TEST(Problem, DisturbanceAlongALockedAxisIsRejected) {
+  Body planar = body("planar", Box{}, 1.0, {9.0, 0.0, 0.0});
+  Scene locked(Vector3::Zero());
+  planar.role = Role::object;
+  planar.linear_factor = {1.0, 1.0, 0.0};
+  planar.angular_factor = {0.0, 0.0, 1.0};
+  locked.add_body(planar);
+  Problem flat{locked, pack(locked), {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, 0.5, regions::Ball{"planar", {9.0, 0.0, 0.0}}};
+  EXPECT_NO_THROW(validate(flat));
+  flat.force.z() = 1.0;
+  EXPECT_TRUE(rejects([&] { validate(flat); }, {"force", "locked"}));
+  flat.force.z() = 0.0;
+  flat.torque.x() = 1.0;
+  EXPECT_TRUE(rejects([&] { validate(flat); }, {"torque", "locked"}));
+}
+
 }  // namespace
 }  // namespace energymargin

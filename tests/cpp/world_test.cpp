@@ -460,5 +460,18 @@ TEST(World, DurationOfMoreStepsThanCanBeCountedIsRejected) {
   EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), {}, counter_full_twice); }, {"duration", "1.78957e+07"}));
 }
 
+TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {
+  for (const Vector3& size : {Vector3(1.0, 1.0, 0.01), Vector3(0.0856, 0.054, 0.00076), Vector3(0.3, 0.2, 0.003)}) {
+    Scene scene;
+    Body ground;
+    ground.name = "ground";
+    ground.shape = Plane{};
+    scene.add_body(ground);
+    scene.add_body(body("plate", Box{size}, 1.0, {0.0, 0.0, 0.5 * size.z()}, Role::object));
+    const State end = World(scene).rollout(pack(scene), {}, 1.0).state;
+    EXPECT_NEAR(end[2], 0.5 * size.z(), 1e-5) << size.transpose();
+  }
+}
+
 }  // namespace
 }  // namespace energymargin

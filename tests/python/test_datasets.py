@@ -109,3 +109,37 @@ def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(dataset, saved):
         broken.save(saved)
     assert datasets.load(saved).digest() == dataset.digest()
     assert [path.name for path in saved.parent.iterdir()] == ["push.h5"]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda file: file["trajectories/0000/contacts"].write_direct(
+            np.array(
+                [(-1, *row.tolist()[1:]) for row in file["trajectories/0000/contacts"][()]],
+                dtype=file["trajectories/0000/contacts"].dtype,
+            )
+        ),
+        lambda file: _replace(file, "trajectories/0000/captured", np.ones(2, dtype=bool)),
+        lambda file: _replace(file, "trajectories/0000/captured", np.full(4, np.nan)),
+        lambda file: _replace(file, "trajectories/0000/states", np.zeros((3, 26))),
+        lambda file: file.__delitem__("trajectories/0002"),
+        lambda file: file.attrs.__setitem__("version", 0),
+        lambda file: file.attrs.__setitem__("version", "new"),
+    ],
+)
+def test_a_file_with_something_missing_or_odd_is_refused_by_its_name(saved, damage):
+    with h5py.File(saved, "a") as file:
+        damage(file)
+    with pytest.raises(ValueError, match=r"push\.h5 is damaged"):
+        datasets.load(saved)
+
+
+def _replace(file, name, values):
+    del file[name]
+    file[name] = values
+
+
+def test_a_seed_that_no_file_can_hold_is_refused_before_anything_is_computed():
+    with pytest.raises(ValueError, match="seed is"):
+        datasets.generate("push", seed=2**64)

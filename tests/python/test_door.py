@@ -1,5 +1,9 @@
 """What comes through the Python door: errors that name the argument, and regions of one's own."""
 
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -91,10 +95,45 @@ def test_a_predicate_that_fails_ends_the_search_with_its_own_words(problem):
         em.capture_score(with_captured(problem, em.regions.Predicate(fails)), nodes=10)
 
 
-def test_a_predicate_of_another_shape_is_refused(problem):
-    region = em.regions.Predicate(lambda states: np.ones(len(states) + 1, dtype=bool))
-    with pytest.raises(ValueError, match=r"another shape than \(11,\)"):
-        em.capture_score(with_captured(problem, region), nodes=10)
+@pytest.mark.parametrize("answer", [lambda z: np.ones(len(z) + 1, dtype=bool), lambda z: z[:, 0]])
+def test_a_predicate_that_does_not_answer_with_a_bool_a_state_is_refused(problem, answer):
+    with pytest.raises(ValueError, match=r"not an array of bool of shape \(11,\)"):
+        em.capture_score(with_captured(problem, em.regions.Predicate(answer)), nodes=10)
+
+
+@pytest.mark.parametrize("wrong", [("1", "1", "1"), (1j, 1, 1), (True, True, True), "1"])
+def test_what_is_no_real_number_is_not_read_as_one(wrong):
+    with pytest.raises(ValueError, match="size is .* expected an array of real numbers"):
+        em.Box(wrong)
+
+
+def test_two_threads_that_share_a_world_get_the_answers_of_one(problem):
+    world = em.World(problem.scene)
+    wrenches = np.random.default_rng(0).uniform(-0.5, 0.5, (60, 6)) * (1, 1, 0, 0, 0, 0.1)
+    alone = [world.rollout(problem.state, wrench, 0.2).state for wrench in wrenches]
+    with ThreadPoolExecutor(4) as pool:
+        shared = pool.map(lambda wrench: world.rollout(problem.state, wrench, 0.2).state, wrenches)
+        assert all(np.array_equal(a, b) for a, b in zip(alone, shared, strict=True))
+
+
+def test_what_is_done_to_the_scene_of_a_problem_does_not_reach_the_problem(problem):
+    bodies = len(problem.scene.bodies)
+    problem.scene.add_body("late", em.Sphere(0.1), mass=0, position=(9, 9, 9))
+    assert len(problem.scene.bodies) == bodies
+
+
+def test_a_run_that_is_dropped_while_a_predicate_is_asked_ends():
+    script = """
+import energymargin as em, energymargin._core as core, numpy as np, time
+task = em.tasks.make("push", friction=0.3)
+p = task.problem(task.rollout(1).states[1])
+inside = em.regions.Predicate(lambda z: np.ones(len(z), dtype=bool))
+q = em.Problem(p.scene, p.state, force=p.force, torque=p.torque, duration=0.5, captured=inside)
+run = core.ScoreRun([q] * 20, ["effort/est"], 200, 0, 2)
+time.sleep(0.2)
+del run
+"""
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60)
 
 
 def test_a_saved_problem_has_the_same_scores_and_a_predicate_cannot_be_saved(problem, tmp_path):

@@ -7,8 +7,9 @@ README = Path(__file__).parents[2] / "README.md"
 EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(), flags=re.DOTALL)
 
 
-def test_the_readme_has_examples():
+def test_the_readme_has_examples_and_no_gap():
     assert len(EXAMPLES) == 2
+    assert "TABLE" not in README.read_text()
 
 
 @pytest.mark.parametrize("example", EXAMPLES)

@@ -17,7 +17,7 @@ std::string to_json(const Problem& problem);
 //! Reads JSON text and validates the problem. Throws std::invalid_argument that names the place and what was expected.
 Problem from_json(const std::string& text);
 
-//! A file cannot be written.
+//! A file cannot be opened or written.
 class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -25,7 +25,7 @@ class FileError : public std::runtime_error {
 //! Writes atomically. Throws FileError if the file cannot be written.
 void save(const Problem& problem, const std::string& path);
 
-//! Throws std::invalid_argument, naming the file, if it cannot be read or is no problem file.
+//! Throws FileError if the file cannot be opened, std::invalid_argument, naming it, if it is no problem file.
 Problem load(const std::string& path);
 
 }  // namespace energymargin

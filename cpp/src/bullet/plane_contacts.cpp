@@ -75,7 +75,9 @@ class PlaneContacts : public btCollisionAlgorithm {
     const bool fresh = manifold_->getNumContacts() == 0;
     result->setPersistentManifold(manifold_);
     const btTransform& pose = solid.getWorldTransform();
-    for_each_low_point(*solid.getCollisionShape(), -normal * pose.getBasis(), [&](const btVector3& point) {
+    const btVector3 down = -normal * pose.getBasis();
+    for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
+      if (down.dot(point) < 0.0) return;  // the top of a thin body is in reach too, and must not carry it
       const btVector3 on_solid = pose * point;
       const double distance = normal.dot(on_solid) - offset;
       if (distance < reach) result->addContactPoint(normal, on_solid - normal * distance, distance);

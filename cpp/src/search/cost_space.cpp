@@ -15,7 +15,8 @@ namespace {
 constexpr double sample_reach = 6.0;
 // The cost counts as much as one longest edge over the whole of [0, c].
 constexpr double cost_weight = 1.0;
-constexpr double smallest_scale = 1e-6;
+// Where nothing pushes, a longest edge counts as this share of the object's smallest half extent.
+constexpr double smallest_reach = 0.01;
 
 Vector3 rotation_vector(const Quaternion& rotation) {
   const Eigen::AngleAxisd turn(rotation.w() < 0.0 ? Quaternion(-rotation.coeffs()) : rotation);
@@ -75,8 +76,8 @@ Scales::Scales(const Problem& problem) {
   const double inertia = mass_properties(object.shape, object.mass).inertia.maxCoeff();
   const double angular_acceleration = problem.torque.norm() / inertia;
   const double gyration = std::max(std::sqrt(inertia / object.mass), radius);
-  position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_scale);
-  velocity = std::max(speed + acceleration * time, smallest_scale);
+  position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
+  velocity = std::max(speed + acceleration * time, position / time);
   angular_velocity = start.angular_velocity.norm() + velocity / gyration + angular_acceleration * time;
   orientation = start.angular_velocity.norm() * time + position / gyration + 0.5 * angular_acceleration * time * time;
 }

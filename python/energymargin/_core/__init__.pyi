@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Contact', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'regions']
+__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Contact', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'regions', 'stream']
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -273,7 +273,7 @@ class Simulation:
         """
 class World:
     """
-    One simulation of a Scene. Every answer is a pure function of its arguments.
+    One simulation of a Scene. Every answer is a pure function of its arguments; threads may share a world, which answers one at a time.
     """
     def __init__(self, scene: Scene) -> None:
         ...
@@ -293,7 +293,7 @@ class World:
         """
         Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.
         """
-    def simulate(self, state: numpy.typing.ArrayLike, steps: typing.SupportsInt | typing.SupportsIndex, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
+    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
         """
         One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each.
         """
@@ -333,7 +333,7 @@ class Problem:
     @staticmethod
     def load(path: typing.Any) -> Problem:
         """
-        Read a JSON file. Raises ValueError that names the file, the place in it and what was expected.
+        Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place in it and what was expected.
         """
     def __getstate__(self) -> str:
         ...
@@ -383,7 +383,9 @@ class Problem:
         """
     @property
     def scene(self) -> Scene:
-        ...
+        """
+        A copy.
+        """
     @property
     def state(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
@@ -584,4 +586,8 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
 def force_score(problem: Problem, engage: typing.SupportsFloat | typing.SupportsIndex = 1.0, stick: typing.SupportsFloat | typing.SupportsIndex = 1.0, distance: typing.SupportsFloat | typing.SupportsIndex = 10.0) -> ForceScore:
     """
     Weighted sum of engaging score [1/N], sticking score [1/N] and, taken off, distance [1/m].
+    """
+def stream(seed: int, number: typing.SupportsInt | typing.SupportsIndex) -> int:
+    """
+    The seed of one of a seed's own streams.
     """
