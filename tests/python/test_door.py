@@ -103,7 +103,7 @@ def test_a_predicate_that_does_not_answer_with_a_bool_a_state_is_refused(problem
 
 @pytest.mark.parametrize("wrong", [("1", "1", "1"), (1j, 1, 1), (True, True, True), "1"])
 def test_what_is_no_real_number_is_not_read_as_one(wrong):
-    with pytest.raises(ValueError, match="size is .* expected an array of real numbers"):
+    with pytest.raises(ValueError, match=r"size is .* expected an array of real numbers"):
         em.Box(wrong)
 
 

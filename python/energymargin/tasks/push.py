@@ -73,26 +73,35 @@ class PushTask:
 
     name = "push"
 
-    def __init__(self, friction: float | None = None, effector: str = "drive") -> None:
+    def __init__(
+        self, friction: float | None = None, effector: str = "drive", follow: bool = True
+    ) -> None:
         """A task of these parameters; raises ValueError on others.
 
         `friction` is the coefficient of all bodies; None draws one for each trajectory.
         `effector`: while the box is disturbed, the pusher carries on at its velocity ("drive"), or
-        is not actuated ("coast").
+        is not actuated ("coast"). `follow`: the capture set also moves with the pusher.
         """
         number = isinstance(friction, (int, float)) and math.isfinite(friction)
         if friction is not None and not (number and friction > 0):
             raise ValueError(f"friction is {friction!r}, expected a positive number or None")
         if effector not in ("coast", "drive"):
             raise ValueError(f"effector is {effector!r}, expected 'coast' or 'drive'")
+        if not isinstance(follow, bool):
+            raise ValueError(f"follow is {follow!r}, expected true or false")
         self._friction = friction
+        self._follow = follow
         self._effector = effector
         self._layout = scene(FRICTION_MIDDLE)
 
     @property
     def parameters(self) -> dict[str, Any]:
         """The keywords that make this task again."""
-        return {"friction": self._friction, "effector": self._effector}
+        return {
+            "friction": self._friction,
+            "effector": self._effector,
+            "follow": self._follow,
+        }
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:
         """One scripted push of 2.5 s, with frames evenly spaced over it, from its start to its end.
@@ -157,8 +166,9 @@ class PushTask:
     def captured(self, state: NDArray[np.float64]) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
 
-        The box lies in what the pusher was about to sweep at z (the paper's set), and still does
-        from where the pusher has come to: a box that was passed by is lost, wherever it lies.
+        The box lies in what the pusher was about to sweep at z (the paper's set) and, if the task
+        is to `follow`, still does from where the pusher has come to: a box that was passed by is
+        lost, wherever it lies. At z itself, which the labels ask for, both are the same.
         """
         pusher = self._layout.unpack(state)["effector"]
         motion = {
@@ -166,7 +176,7 @@ class PushTask:
             "velocity": pusher["velocity"][:2],
             "yaw_rate": pusher["angular_velocity"][2],
         }
-        return _swept(at=motion) & _swept()
+        return _swept(at=motion) & _swept() if self._follow else _swept(at=motion)
 
     def succeeded(self) -> regions.Region:
         """Z_suc: the box lies with its long side at the wall."""
