@@ -8,7 +8,7 @@ def test_a_task_is_found_by_its_name_and_takes_its_parameters():
     assert "push" in tasks.names()
     task = tasks.make("push", friction=0.3, effector="coast")
     assert isinstance(task, PushTask)
-    assert task.parameters == {"friction": 0.3, "effector": "coast"}
+    assert task.parameters == {"friction": 0.3, "effector": "coast", "follow": True}
 
 
 def test_an_unknown_task_is_refused_with_the_names_of_those_that_exist():
