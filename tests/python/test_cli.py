@@ -73,7 +73,11 @@ def test_the_parameters_of_a_task_are_set_by_name(folder):
         cwd=folder,
     )
     assert done.returncode == 0, done.stderr
-    assert datasets.load(folder / "p.h5").parameters == {"friction": 0.3, "effector": "coast", "follow": True}
+    assert datasets.load(folder / "p.h5").parameters == {
+        "friction": 0.3,
+        "effector": "coast",
+        "follow": True,
+    }
 
 
 def test_tasks_and_help_show_what_there_is(folder):

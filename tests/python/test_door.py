@@ -1,7 +1,10 @@
 """What comes through the Python door: errors that name the argument, and regions of one's own."""
 
+import os
+import signal
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -151,3 +154,11 @@ def test_several_trees_have_a_standard_error_and_one_has_none(problem):
     assert one.capture_stderr is None and four.capture_stderr > 0
     assert len(four.trees) == 4
     assert four.likelihoods.sum() == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("score", [em.capture_score, em.escape_effort])
+def test_ctrl_c_ends_a_long_search(problem, score):
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        score(problem, nodes=100_000)

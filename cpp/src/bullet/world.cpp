@@ -1,4 +1,4 @@
-// A Scene as a Bullet world. Decision 1 of the contract, rollouts as pure functions, is `Bullet::restore`.
+// A Scene as a Bullet world. What makes rollouts pure functions is `Bullet::restore`.
 
 #include "energymargin/world.hpp"
 
@@ -63,7 +63,7 @@ class World::Bullet {
   void restore(const State& state);
   void read(State& state) const;
   void step();
-  std::vector<Contact> contacts() const;
+  std::vector<Contact> contacts();
   PairPoints pair(std::size_t a, std::size_t b, double reach);
   double energy(const State& state) const;
   btRigidBody& rigid(std::size_t body) { return *bodies_[body]; }
@@ -190,11 +190,10 @@ void World::Bullet::step() {
   world_.stepSimulation(step_, 0);
 }
 
-std::vector<Contact> World::Bullet::contacts() const {
+std::vector<Contact> World::Bullet::contacts() {
   std::vector<Contact> contacts;
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
-    const btPersistentManifold* manifold =
-        const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(i);
+    const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
     const Body& a = scene.bodies()[static_cast<std::size_t>(manifold->getBody0()->getUserIndex())];
     const Body& b = scene.bodies()[static_cast<std::size_t>(manifold->getBody1()->getUserIndex())];
     for (int j = 0; j < manifold->getNumContacts(); ++j) {
