@@ -50,6 +50,18 @@ Value named(const std::string& what, const std::string& name, const std::vector<
 
 }  // namespace
 
+double real(const std::string& name, const Number& number) {
+  const double value = py::isinstance<py::str>(number.value) ? 0.0 : PyFloat_AsDouble(number.value.ptr());
+  if (PyErr_Occurred() == nullptr && !py::isinstance<py::str>(number.value)) return value;
+  PyErr_Clear();
+  reject(name, repr(number.value), "a real number");
+}
+
+std::optional<double> real(const std::string& name, const std::optional<Number>& number) {
+  if (!number) return std::nullopt;
+  return real(name, *number);
+}
+
 std::uint64_t seed(const std::string& name, const WholeNumber& number) {
   const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(number.value.ptr()));
   const std::uint64_t value = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;

@@ -27,6 +27,11 @@ struct WholeNumber {
   py::object value;
 };
 
+//! Anything that says it is a real number.
+struct Number {
+  py::object value;
+};
+
 //! A function of states (N, n) that answers with N truth values.
 struct StatesPredicate {
   py::function value;
@@ -36,6 +41,10 @@ struct StatesPredicate {
 struct BodyDicts {
   py::dict value;
 };
+
+//! Throws std::invalid_argument that names the argument unless it is a real number.
+double real(const std::string& name, const Number& number);
+std::optional<double> real(const std::string& name, const std::optional<Number>& number);
 
 //! Throws std::invalid_argument that names the argument unless it is a whole number from 0 to 2^64 - 1.
 std::uint64_t seed(const std::string& name, const WholeNumber& number);
@@ -100,6 +109,10 @@ struct type_caster<energymargin::door::ArrayLike> : named_object_caster<energyma
 template <>
 struct type_caster<energymargin::door::WholeNumber> : named_object_caster<energymargin::door::WholeNumber, object> {
   static constexpr auto name = const_name("int");
+};
+template <>
+struct type_caster<energymargin::door::Number> : named_object_caster<energymargin::door::Number, object> {
+  static constexpr auto name = const_name("float");
 };
 template <>
 struct type_caster<energymargin::door::StatesPredicate>

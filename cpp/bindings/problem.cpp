@@ -33,19 +33,19 @@ void bind_problem(py::module_& module) {
   });
   py::class_<Problem>(module, "Problem", problem_doc)
       .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
-                       double duration, const Region& captured, const std::optional<Region>& succeeded,
-                       const std::optional<Region>& within, const std::string& mode, double rate,
+                       const Number& duration, const Region& captured, const std::optional<Region>& succeeded,
+                       const std::optional<Region>& within, const std::string& mode, const Number& rate,
                        const std::optional<std::vector<Contact>>& contacts) {
              Problem problem{scene,
                              vector("state", state, -1),
                              vector3("force", force),
                              vector3("torque", torque),
-                             duration,
+                             real("duration", duration),
                              captured,
                              succeeded,
                              within,
                              effector(mode),
-                             rate,
+                             real("rate", rate),
                              contacts};
              validate(problem);
              return problem;

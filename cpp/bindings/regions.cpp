@@ -51,8 +51,8 @@ regions::PlanarMotion planar_motion(const std::map<std::string, ArrayLike>& at) 
 void bind_primitives(py::module_& module) {
   module.def(
       "Ball",
-      [](std::string body, const ArrayLike& center, double radius, const Frame& frame) -> Region {
-        return regions::Ball{std::move(body), vector3("center", center), radius, frame.value_or("")};
+      [](std::string body, const ArrayLike& center, const Number& radius, const Frame& frame) -> Region {
+        return regions::Ball{std::move(body), vector3("center", center), real("radius", radius), frame.value_or("")};
       },
       py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("frame") = py::none(),
       "|position - center| <= radius [m].");
@@ -65,17 +65,22 @@ void bind_primitives(py::module_& module) {
       "Position inside a box along the frame's axes; full edge lengths [m], inf for no limit.");
   module.def(
       "Disc",
-      [](std::string body, const ArrayLike& center, double radius, const Frame& frame) -> Region {
-        return regions::Disc{std::move(body), vector2("center", center), radius, frame.value_or("")};
+      [](std::string body, const ArrayLike& center, const Number& radius, const Frame& frame) -> Region {
+        return regions::Disc{std::move(body), vector2("center", center), real("radius", radius), frame.value_or("")};
       },
       py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("frame") = py::none(),
       "Distance from the center (2,) in x and y <= radius [m].");
   module.def(
       "AnnularSector",
-      [](std::string body, const ArrayLike& center, double radius, double half_width, double start_angle, double sweep,
-         const Frame& frame) -> Region {
-        return regions::AnnularSector{std::move(body), vector2("center", center), radius, half_width, start_angle,
-                                      sweep,           frame.value_or("")};
+      [](std::string body, const ArrayLike& center, const Number& radius, const Number& half_width,
+         const Number& start_angle, const Number& sweep, const Frame& frame) -> Region {
+        return regions::AnnularSector{std::move(body),
+                                      vector2("center", center),
+                                      real("radius", radius),
+                                      real("half_width", half_width),
+                                      real("start_angle", start_angle),
+                                      real("sweep", sweep),
+                                      frame.value_or("")};
       },
       py::arg("body"), py::arg("center"), py::arg("radius"), py::arg("half_width"), py::arg("start_angle"),
       py::arg("sweep"), py::arg("frame") = py::none(),
@@ -83,11 +88,17 @@ void bind_primitives(py::module_& module) {
       "[rad], positive counter-clockwise.");
   module.def(
       "Swept",
-      [](std::string body, std::string by, double half_width, double behind, double ahead, double least_speed,
-         double disc_radius, const std::optional<std::map<std::string, ArrayLike>>& at) -> Region {
-        return regions::Swept{
-            std::move(body), std::move(by), half_width,  behind,
-            ahead,           least_speed,   disc_radius, at ? std::make_optional(planar_motion(*at)) : std::nullopt};
+      [](std::string body, std::string by, const Number& half_width, const Number& behind, const Number& ahead,
+         const Number& least_speed, const Number& disc_radius,
+         const std::optional<std::map<std::string, ArrayLike>>& at) -> Region {
+        return regions::Swept{std::move(body),
+                              std::move(by),
+                              real("half_width", half_width),
+                              real("behind", behind),
+                              real("ahead", ahead),
+                              real("least_speed", least_speed),
+                              real("disc_radius", disc_radius),
+                              at ? std::make_optional(planar_motion(*at)) : std::nullopt};
       },
       py::arg("body"), py::arg("by"), py::kw_only(), py::arg("half_width"), py::arg("behind"), py::arg("ahead"),
       py::arg("least_speed"), py::arg("disc_radius"), py::arg("at") = py::none(),
@@ -97,24 +108,25 @@ void bind_primitives(py::module_& module) {
       "a motion to fix the sweep in the world; by default the state's own.");
   module.def(
       "HalfSpace",
-      [](std::string body, const ArrayLike& normal, double offset, const Frame& frame) -> Region {
-        return regions::HalfSpace{std::move(body), vector3("normal", normal), offset, frame.value_or("")};
+      [](std::string body, const ArrayLike& normal, const Number& offset, const Frame& frame) -> Region {
+        return regions::HalfSpace{std::move(body), vector3("normal", normal), real("offset", offset),
+                                  frame.value_or("")};
       },
       py::arg("body"), py::arg("normal"), py::arg("offset"), py::arg("frame") = py::none(),
       "normal . position <= offset [m]; the normal is a unit vector.");
   module.def(
       "Speed",
-      [](std::string body, double limit, const ArrayLike& point, const Frame& frame) -> Region {
-        return regions::Speed{std::move(body), limit, vector3("point", point), frame.value_or("")};
+      [](std::string body, const Number& limit, const ArrayLike& point, const Frame& frame) -> Region {
+        return regions::Speed{std::move(body), real("limit", limit), vector3("point", point), frame.value_or("")};
       },
       py::arg("body"), py::arg("limit"), py::arg("point") = py::make_tuple(0.0, 0.0, 0.0),
       py::arg("frame") = py::none(), "|velocity of a point of the body| <= limit [m/s]; the point is in its frame.");
   module.def(
       "Tilt",
-      [](std::string body, const ArrayLike& axis, const ArrayLike& reference, double limit,
+      [](std::string body, const ArrayLike& axis, const ArrayLike& reference, const Number& limit,
          const Frame& frame) -> Region {
-        return regions::Tilt{std::move(body), vector3("axis", axis), vector3("reference", reference), limit,
-                             frame.value_or("")};
+        return regions::Tilt{std::move(body), vector3("axis", axis), vector3("reference", reference),
+                             real("limit", limit), frame.value_or("")};
       },
       py::arg("body"), py::arg("axis"), py::arg("reference"), py::arg("limit"), py::arg("frame") = py::none(),
       "The angle between the body's axis and the reference is at most limit [rad].");

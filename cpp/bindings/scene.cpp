@@ -87,16 +87,20 @@ void bind_shapes(py::module_& module) {
       .def(py::init([](const ArrayLike& size) { return validated(Box{vector3("size", size)}); }), py::arg("size"))
       .def_readonly("size", &Box::size);
   py::class_<Sphere>(module, "Sphere", "A sphere of `radius` [m].")
-      .def(py::init([](double radius) { return validated(Sphere{radius}); }), py::arg("radius"))
+      .def(py::init([](const Number& radius) { return validated(Sphere{real("radius", radius)}); }), py::arg("radius"))
       .def_readonly("radius", &Sphere::radius);
   py::class_<Cylinder>(module, "Cylinder", "A cylinder about its own z axis, `radius` and full `length` [m].")
-      .def(py::init([](double radius, double length) { return validated(Cylinder{radius, length}); }),
+      .def(py::init([](const Number& radius, const Number& length) {
+             return validated(Cylinder{real("radius", radius), real("length", length)});
+           }),
            py::arg("radius"), py::arg("length"))
       .def_readonly("radius", &Cylinder::radius)
       .def_readonly("length", &Cylinder::length);
   py::class_<Capsule>(module, "Capsule", "A capsule about its own z axis; `length` is that of its tube [m].")
-      .def(py::init([](double radius, double length) { return validated(Capsule{radius, length}); }), py::arg("radius"),
-           py::arg("length"))
+      .def(py::init([](const Number& radius, const Number& length) {
+             return validated(Capsule{real("radius", radius), real("length", length)});
+           }),
+           py::arg("radius"), py::arg("length"))
       .def_readonly("radius", &Capsule::radius)
       .def_readonly("length", &Capsule::length);
   py::class_<ConvexHull>(module, "ConvexHull",
@@ -140,37 +144,41 @@ void bind_scene(py::module_& module) {
   bind_shapes(module);
   bind_body(module);
   py::class_<Scene>(module, "Scene", "What there is: bodies under gravity [m/s^2], and how the physics is stepped.")
-      .def(py::init([](const ArrayLike& gravity, double step, int solver_iterations, double solver_tolerance,
-                       std::optional<double> margin) {
-             return Scene(vector3("gravity", gravity), Stepping{step, solver_iterations, solver_tolerance, margin});
+      .def(py::init([](const ArrayLike& gravity, const Number& step, const WholeNumber& solver_iterations,
+                       const Number& solver_tolerance, const std::optional<Number>& margin) {
+             return Scene(vector3("gravity", gravity),
+                          Stepping{real("step", step), count("solver_iterations", solver_iterations),
+                                   real("solver_tolerance", solver_tolerance), real("margin", margin)});
            }),
            py::arg("gravity") = py::make_tuple(0.0, 0.0, -9.81), py::arg("step") = Stepping{}.step,
            py::arg("solver_iterations") = Stepping{}.iterations, py::arg("solver_tolerance") = Stepping{}.tolerance,
            py::arg("margin") = py::none())
       .def(
           "add_plane",
-          [](Scene& scene, const std::string& name, const ArrayLike& normal, double offset, double friction) {
+          [](Scene& scene, const std::string& name, const ArrayLike& normal, const Number& offset,
+             const Number& friction) {
             Body body;
             body.name = name;
-            body.shape = Plane{vector3("normal", normal), offset};
-            body.friction = friction;
+            body.shape = Plane{vector3("normal", normal), real("offset", offset)};
+            body.friction = real("friction", friction);
             scene.add_body(body);
           },
           py::arg("name"), py::kw_only(), py::arg("normal") = py::make_tuple(0.0, 0.0, 1.0), py::arg("offset") = 0.0,
           py::arg("friction") = 0.5, "Add the fixed half space below a plane; by default z <= 0.")
       .def(
           "add_body",
-          [](Scene& scene, const std::string& name, const Shape& shape, double mass, const ArrayLike& position,
-             const std::optional<ArrayLike>& quaternion_xyzw, std::optional<double> yaw, const ArrayLike& velocity,
-             const ArrayLike& angular_velocity, double friction, const std::string& role_given,
-             const ArrayLike& linear_factor, const ArrayLike& angular_factor) {
+          [](Scene& scene, const std::string& name, const Shape& shape, const Number& mass, const ArrayLike& position,
+             const std::optional<ArrayLike>& quaternion_xyzw, const std::optional<Number>& yaw,
+             const ArrayLike& velocity, const ArrayLike& angular_velocity, const Number& friction,
+             const std::string& role_given, const ArrayLike& linear_factor, const ArrayLike& angular_factor) {
             Body body;
             body.name = name;
             body.shape = shape;
-            body.mass = mass;
-            body.state = {vector3("position", position), orientation("", quaternion_xyzw, yaw, Quaternion::Identity()),
+            body.mass = real("mass", mass);
+            body.state = {vector3("position", position),
+                          orientation("", quaternion_xyzw, real("yaw", yaw), Quaternion::Identity()),
                           vector3("velocity", velocity), vector3("angular_velocity", angular_velocity)};
-            body.friction = friction;
+            body.friction = real("friction", friction);
             body.role = role(role_given);
             body.linear_factor = vector3("linear_factor", linear_factor);
             body.angular_factor = vector3("angular_factor", angular_factor);

@@ -37,11 +37,11 @@ auto interruptible(Search search) {
 }
 
 CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const WholeNumber& seed_given,
-                     std::optional<double> rate, const WholeNumber& trees, const WholeNumber& threads) {
+                     const std::optional<Number>& rate, const WholeNumber& trees, const WholeNumber& threads) {
   CaptureOptions options;
   options.nodes = count("nodes", nodes);
   options.seed = seed("seed", seed_given);
-  options.rate = rate;
+  options.rate = real("rate", rate);
   options.trees = count("trees", trees);
   options.threads = count("threads", threads);
   return interruptible([&](const std::atomic<bool>* stop) {
@@ -162,8 +162,8 @@ void bind_scores(py::module_& module) {
              "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.");
   module.def(
       "force_score",
-      [](const Problem& problem, double engage, double stick, double distance) {
-        return force_score(problem, {engage, stick, distance});
+      [](const Problem& problem, const Number& engage, const Number& stick, const Number& distance) {
+        return force_score(problem, {real("engage", engage), real("stick", stick), real("distance", distance)});
       },
       py::arg("problem"), py::arg("engage") = ForceWeights{}.engage, py::arg("stick") = ForceWeights{}.stick,
       py::arg("distance") = ForceWeights{}.distance,

@@ -64,15 +64,16 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
 void bind_contact(py::module_& module) {
   py::class_<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.")
       .def(py::init([](std::string body_a, std::string body_b, const ArrayLike& position, const ArrayLike& normal,
-                       double distance, double normal_force, const ArrayLike& tangential_force, double friction) {
+                       const Number& distance, const Number& normal_force, const ArrayLike& tangential_force,
+                       const Number& friction) {
              return Contact{std::move(body_a),
                             std::move(body_b),
                             vector3("position", position),
                             vector3("normal", normal),
-                            distance,
-                            normal_force,
+                            real("distance", distance),
+                            real("normal_force", normal_force),
                             vector3("tangential_force", tangential_force),
-                            friction};
+                            real("friction", friction)};
            }),
            py::kw_only(), py::arg("body_a"), py::arg("body_b"), py::arg("position"), py::arg("normal"),
            py::arg("distance"), py::arg("normal_force"), py::arg("tangential_force"), py::arg("friction"))
@@ -107,10 +108,11 @@ void bind_world(py::module_& module) {
       .def(py::init<const Scene&>(), py::arg("scene"))
       .def(
           "rollout",
-          [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, double duration) {
+          [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration) {
             const State start = vector("state", state, -1);
             const Wrench push = wrench("wrench", wrench_given);
-            return shared.ask([&](World& world) { return world.rollout(start, push, duration); });
+            const double seconds = real("duration", duration);
+            return shared.ask([&](World& world) { return world.rollout(start, push, seconds); });
           },
           py::arg("state"), py::arg("wrench"), py::arg("duration"),
           "Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.")

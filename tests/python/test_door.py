@@ -33,6 +33,9 @@ def test_a_number_that_cannot_be_is_refused_by_name_and_value(problem, score, ar
     [
         ({"mass": -1}, "mass is -1, expected"),
         ({"mass": float("nan")}, "mass is nan, expected"),
+        ({"mass": "1"}, "mass is '1', expected a real number"),
+        ({"mass": 1, "yaw": "left"}, "yaw is 'left', expected a real number"),
+        ({"mass": 1, "friction": [0.3]}, r"friction is \[0.3\], expected a real number"),
         ({"mass": 1, "position": (0, 0)}, r"position is an array of shape \(2,\), expected"),
         ({"mass": 1, "orientation": (0, 0, 0, 2)}, r"orientation is \(0, 0, 0, 2\), expected"),
         ({"mass": 1, "friction": -0.1}, "friction is -0.1, expected"),

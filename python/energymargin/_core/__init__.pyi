@@ -35,7 +35,7 @@ class Sphere:
     """
     A sphere of `radius` [m].
     """
-    def __init__(self, radius: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def __init__(self, radius: float) -> None:
         ...
     @property
     def radius(self) -> float:
@@ -44,7 +44,7 @@ class Cylinder:
     """
     A cylinder about its own z axis, `radius` and full `length` [m].
     """
-    def __init__(self, radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def __init__(self, radius: float, length: float) -> None:
         ...
     @property
     def length(self) -> float:
@@ -56,7 +56,7 @@ class Capsule:
     """
     A capsule about its own z axis; `length` is that of its tube [m].
     """
-    def __init__(self, radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def __init__(self, radius: float, length: float) -> None:
         ...
     @property
     def length(self) -> float:
@@ -129,9 +129,9 @@ class Scene:
     """
     What there is: bodies under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: typing.SupportsFloat | typing.SupportsIndex = 0.004166666666666667, solver_iterations: typing.SupportsInt | typing.SupportsIndex = 50, solver_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-07, margin: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, margin: float | None = None) -> None:
         ...
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull, *, mass: typing.SupportsFloat | typing.SupportsIndex, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: typing.SupportsFloat | typing.SupportsIndex | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: typing.SupportsFloat | typing.SupportsIndex = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0)) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull, *, mass: float, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0)) -> None:
         """
         Add a body.
         
@@ -140,7 +140,7 @@ class Scene:
         that disturbances act on), 'effector' or 'none'. The factors lock axes: 0 locked, 1 free; linear_factor=(1, 1, 0),
         angular_factor=(0, 0, 1) makes a planar body. Raises ValueError on bad values.
         """
-    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: typing.SupportsFloat | typing.SupportsIndex = 0.0, friction: typing.SupportsFloat | typing.SupportsIndex = 0.5) -> None:
+    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5) -> None:
         """
         Add the fixed half space below a plane; by default z <= 0.
         """
@@ -187,7 +187,7 @@ class Contact:
     """
     One point where two bodies touch, and the forces there over the last step.
     """
-    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: typing.SupportsFloat | typing.SupportsIndex, normal_force: typing.SupportsFloat | typing.SupportsIndex, tangential_force: numpy.typing.ArrayLike, friction: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
         ...
     @property
     def body_a(self) -> str:
@@ -289,7 +289,7 @@ class World:
         """
         Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].
         """
-    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: typing.SupportsFloat | typing.SupportsIndex) -> Rollout:
+    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float) -> Rollout:
         """
         Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.
         """
@@ -337,7 +337,7 @@ class Problem:
         """
     def __getstate__(self) -> str:
         ...
-    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: typing.SupportsFloat | typing.SupportsIndex, captured: Region, succeeded: Region | None = None, within: Region | None = None, effector: str = 'coast', rate: typing.SupportsFloat | typing.SupportsIndex = 5.0, contacts: collections.abc.Sequence[Contact] | None = None) -> None:
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: Region, succeeded: Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, contacts: collections.abc.Sequence[Contact] | None = None) -> None:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
@@ -575,7 +575,7 @@ class ScoreRun:
     @property
     def finished(self) -> bool:
         ...
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: typing.SupportsFloat | typing.SupportsIndex | None = None, trees: int = 1, threads: int = 1) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int = 1, threads: int = 1) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.
     """
@@ -583,7 +583,7 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     """
-def force_score(problem: Problem, engage: typing.SupportsFloat | typing.SupportsIndex = 1.0, stick: typing.SupportsFloat | typing.SupportsIndex = 1.0, distance: typing.SupportsFloat | typing.SupportsIndex = 10.0) -> ForceScore:
+def force_score(problem: Problem, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0) -> ForceScore:
     """
     Weighted sum of engaging score [1/N], sticking score [1/N] and, taken off, distance [1/m].
     """
