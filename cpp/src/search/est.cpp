@@ -2,7 +2,9 @@
 
 #include <ompl/base/ProjectionEvaluator.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace energymargin::search {
 namespace {

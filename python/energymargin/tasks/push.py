@@ -79,8 +79,9 @@ class PushTask:
         """A task of these parameters; raises ValueError on others.
 
         `friction` is the coefficient of all bodies; None draws one for each trajectory.
-        `effector`: while the box is disturbed, the pusher carries on at its velocity ("drive"), or
-        is not actuated ("coast"). `follow`: the capture set also moves with the pusher.
+        `effector`: "drive", each edge of the search starts with the pusher at its velocity of the
+        start state, or "coast", it is not actuated. `follow`: the capture set also moves with the
+        pusher.
         """
         number = isinstance(friction, (int, float)) and math.isfinite(friction)
         if friction is not None and not (number and friction > 0):
