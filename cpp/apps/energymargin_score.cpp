@@ -124,7 +124,13 @@ Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
 
 Json force(const energymargin::Problem& problem) {
   const energymargin::ForceScore score = energymargin::force_score(problem);
-  return {{"force", score.force}, {"engage", score.engage}, {"stick", score.stick}, {"distance", score.distance}};
+  const auto margins = [](const energymargin::ContactMargins& of) {
+    return Json{{"engage", of.engage}, {"stick", of.stick}};
+  };
+  return {{"force", score.force},
+          {"effector", margins(score.effector)},
+          {"ground", margins(score.ground)},
+          {"distance", score.distance}};
 }
 
 Json score(const Arguments& arguments) {

@@ -133,6 +133,17 @@ std::string role_name(Role role) {
   return role == Role::effector ? "effector" : "none";
 }
 
+JointType joint_type(const std::string& name) {
+  return named<JointType>(
+      "type", name,
+      {{"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}});
+}
+
+std::string joint_type_name(JointType type) {
+  if (type == JointType::fixed) return "fixed";
+  return type == JointType::revolute ? "revolute" : "prismatic";
+}
+
 Effector effector(const std::string& name) {
   return named<Effector>("effector", name, {{"coast", Effector::coast}, {"drive", Effector::drive}});
 }

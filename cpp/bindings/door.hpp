@@ -37,7 +37,7 @@ struct StatesPredicate {
   py::function value;
 };
 
-//! Bodies by name, each a dict of position, orientation, yaw, velocity and angular_velocity.
+//! Bodies by name, each a dict of position, orientation, yaw, velocity and angular_velocity; joints under "joints".
 struct BodyDicts {
   py::dict value;
 };
@@ -68,6 +68,8 @@ bool is_single(const std::string& name, const ArrayLike& array);
 
 Role role(const std::string& name);
 std::string role_name(Role role);
+JointType joint_type(const std::string& name);
+std::string joint_type_name(JointType type);
 Effector effector(const std::string& name);
 std::string effector_name(Effector effector);
 

@@ -14,8 +14,14 @@ scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,)
 object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
 succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast', it is not
 actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
-rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
+rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
 a state in deep penetration.)";
+
+constexpr const char* force_weights_doc = R"(Weights of the force score, Section V-B.
+
+engage [1/N]: of the normal forces between effector and object; stick [1/N]: of their distances to the friction cones'
+edges; distance [1/m]: taken off per metre between object and effector. ground_engage and ground_stick: the same for the
+object's contacts with all that is not the effector, of use where the object is meant to stick there.)";
 
 std::string file_path(const py::object& path) {
   return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
@@ -31,11 +37,25 @@ void bind_problem(py::module_& module) {
       py::set_error(PyExc_OSError, failed.what());
     }
   });
+  py::class_<ForceWeights>(module, "ForceWeights", force_weights_doc)
+      .def(py::init([](const Number& engage, const Number& stick, const Number& distance, const Number& ground_engage,
+                       const Number& ground_stick) {
+             return ForceWeights{real("engage", engage), real("stick", stick), real("distance", distance),
+                                 real("ground_engage", ground_engage), real("ground_stick", ground_stick)};
+           }),
+           py::arg("engage") = ForceWeights{}.engage, py::arg("stick") = ForceWeights{}.stick,
+           py::arg("distance") = ForceWeights{}.distance, py::arg("ground_engage") = ForceWeights{}.ground_engage,
+           py::arg("ground_stick") = ForceWeights{}.ground_stick)
+      .def_readonly("engage", &ForceWeights::engage)
+      .def_readonly("stick", &ForceWeights::stick)
+      .def_readonly("distance", &ForceWeights::distance)
+      .def_readonly("ground_engage", &ForceWeights::ground_engage)
+      .def_readonly("ground_stick", &ForceWeights::ground_stick);
   py::class_<Problem>(module, "Problem", problem_doc)
       .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
                        const Number& duration, const Region& captured, const std::optional<Region>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, const Number& rate,
-                       const std::optional<std::vector<Contact>>& contacts) {
+                       const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts) {
              Problem problem{scene,
                              vector("state", state, -1),
                              vector3("force", force),
@@ -46,13 +66,15 @@ void bind_problem(py::module_& module) {
                              within,
                              effector(mode),
                              real("rate", rate),
+                             force_weights,
                              contacts};
              validate(problem);
              return problem;
            }),
            py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"), py::arg("torque"), py::arg("duration"),
            py::arg("captured"), py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
-           py::arg("effector") = "coast", py::arg("rate") = 5.0, py::arg("contacts") = py::none())
+           py::arg("effector") = "coast", py::arg("rate") = 5.0,
+           py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none())
       .def_property_readonly(
           "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
       .def_readonly("state", &Problem::state, "z_init, shape (n,).")
@@ -64,6 +86,7 @@ void bind_problem(py::module_& module) {
       .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
       .def_property_readonly("effector", [](const Problem& problem) { return effector_name(problem.effector); })
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")
+      .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
       .def(
           "save", [](const Problem& problem, const py::object& path) { save(problem, file_path(path)); },
@@ -79,7 +102,7 @@ void bind_problem(py::module_& module) {
           [](const Problem& problem, const ArrayLike& node) {
             const State state = vector("node", node, -1);
             validate(problem.scene, state, "node");
-            return edge_start(problem, state);
+            return EdgeStart(problem)(state);
           },
           py::arg("node"),
           "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "

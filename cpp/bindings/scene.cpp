@@ -37,31 +37,64 @@ BodyState body_state(const std::string& name, const py::dict& dict, BodyState st
   return state;
 }
 
-State pack_dicts(const Scene& scene, const py::KWArgs<py::typing::Dict<py::str, py::object>>& bodies) {
-  std::map<std::string, BodyState> states;
-  for (const auto& item : bodies) {
+// A joint's state from a number, its position, or a dict of position and velocity.
+JointState joint_state(const std::string& name, const py::handle& given, JointState state) {
+  if (!py::isinstance<py::dict>(given)) {
+    state.position = real(name, Number{py::reinterpret_borrow<py::object>(given)});
+    return state;
+  }
+  for (const auto& [key, value] : given.cast<py::dict>()) {
+    const auto word = py::str(key).cast<std::string>();
+    if (word != "position" && word != "velocity") {
+      throw std::invalid_argument(name + " has '" + word + "', expected position or velocity");
+    }
+    (word == "position" ? state.position : state.velocity) =
+        real(name + ": " + word, Number{py::reinterpret_borrow<py::object>(value)});
+  }
+  return state;
+}
+
+State pack_dicts(const Scene& scene, const std::optional<py::dict>& joints_given,
+                 const py::KWArgs<py::typing::Dict<py::str, py::object>>& bodies_given) {
+  std::map<std::string, BodyState> bodies;
+  for (const auto& item : bodies_given) {
     const auto name = item.first.cast<std::string>();
     if (!py::isinstance<py::dict>(item.second)) {
       throw std::invalid_argument(name + " is not a dict, expected dict(position=..., velocity=..., ...)");
     }
-    const Body& body = scene.body(name);
-    states[name] = body_state(name, item.second.cast<py::dict>(), body.state);
+    bodies[name] = body_state(name, item.second.cast<py::dict>(), scene.body(name).state);
   }
-  return pack(scene, states);
+  std::map<std::string, JointState> joints;
+  for (const auto& item : joints_given.value_or(py::dict())) {
+    const auto name = py::str(item.first).cast<std::string>();
+    joints[name] = joint_state("joint '" + name + "'", item.second, scene.joints()[scene.joint_index(name)].state);
+  }
+  return pack(scene, bodies, joints);
 }
 
 BodyDicts unpack_dicts(const Scene& scene, const ArrayLike& state) {
-  py::dict bodies;
-  for (const auto& [name, body] : unpack(scene, vector("state", state, -1))) {
+  const Unpacked unpacked = unpack(scene, vector("state", state, -1));
+  py::dict dicts;
+  for (const auto& [name, body] : unpacked.bodies) {
     py::dict dict;
     dict["position"] = body.position;
     dict["orientation"] = Eigen::Vector4d(body.orientation.coeffs());
     dict["velocity"] = body.velocity;
     dict["angular_velocity"] = body.angular_velocity;
     dict["yaw"] = yaw_of(body.orientation);
-    bodies[py::str(name)] = dict;
+    dicts[py::str(name)] = dict;
   }
-  return {bodies};
+  if (!unpacked.joints.empty()) {
+    py::dict joints;
+    for (const auto& [name, joint] : unpacked.joints) {
+      py::dict dict;
+      dict["position"] = joint.position;
+      dict["velocity"] = joint.velocity;
+      joints[py::str(name)] = dict;
+    }
+    dicts["joints"] = joints;
+  }
+  return {dicts};
 }
 
 template <typename S>
@@ -128,31 +161,107 @@ void bind_body(py::module_& module) {
           "velocity", [](const Body& body) { return body.state.velocity; }, "Shape (3,) [m/s].")
       .def_property_readonly(
           "angular_velocity", [](const Body& body) { return body.state.angular_velocity; }, "Shape (3,) [rad/s].")
+      .def_readonly("linear_factor", &Body::linear_factor, "1: free along the axis, 0: locked; shape (3,).")
+      .def_readonly("angular_factor", &Body::angular_factor, "1: free about the axis, 0: locked; shape (3,).")
+      .def_readonly("force", &Body::force, "Acts all the time, in the world's axes, shape (3,) [N].")
       .def_property_readonly("fixed", &Body::fixed);
 }
+
+void bind_joints(py::module_& module) {
+  const auto position_of = [](Pose Joint::*pose) {
+    return [pose](const Joint& joint) { return (joint.*pose).position; };
+  };
+  const auto orientation_of = [](Pose Joint::*pose) {
+    return [pose](const Joint& joint) { return Eigen::Vector4d((joint.*pose).orientation.coeffs()); };
+  };
+  py::class_<Joint>(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.")
+      .def_readonly("name", &Joint::name)
+      .def_property_readonly(
+          "type", [](const Joint& joint) { return joint_type_name(joint.type); }, "'revolute', 'prismatic' or 'fixed'.")
+      .def_readonly("parent", &Joint::parent)
+      .def_readonly("child", &Joint::child)
+      .def_property_readonly("origin", position_of(&Joint::in_parent), "In the parent's frame, shape (3,) [m].")
+      .def_property_readonly("orientation", orientation_of(&Joint::in_parent), "Unit quaternion x, y, z, w.")
+      .def_property_readonly("child_origin", position_of(&Joint::in_child), "In the child's frame, shape (3,) [m].")
+      .def_property_readonly("child_orientation", orientation_of(&Joint::in_child), "Unit quaternion x, y, z, w.")
+      .def_readonly("axis", &Joint::axis, "In the joint's frame, shape (3,).")
+      .def_property_readonly(
+          "limits", [](const Joint& joint) { return std::pair(joint.lower, joint.upper); }, "[rad].")
+      .def_property_readonly(
+          "start", [](const Joint& joint) { return joint.state.position; }, "[rad].")
+      .def_property_readonly(
+          "start_velocity", [](const Joint& joint) { return joint.state.velocity; }, "[rad/s].")
+      .def_readonly("held", &Joint::held, "Whether it keeps the position it has, whatever the load.")
+      .def_readonly("target", &Joint::target, "[rad].")
+      .def_readonly("target_velocity", &Joint::target_velocity, "[rad/s].")
+      .def_readonly("stiffness", &Joint::stiffness, "[N m/rad].")
+      .def_readonly("damping", &Joint::damping, "[N m s/rad].")
+      .def_readonly("torque_limit", &Joint::torque_limit, "[N m].");
+  py::class_<Spring>(module, "Spring", "A spring between two bodies.")
+      .def_readonly("body_a", &Spring::body_a)
+      .def_readonly("body_b", &Spring::body_b)
+      .def_readonly("point_a", &Spring::point_a, "In the frame of body_a, shape (3,) [m].")
+      .def_readonly("point_b", &Spring::point_b, "In the frame of body_b, shape (3,) [m].")
+      .def_readonly("stiffness", &Spring::stiffness, "[N/m].")
+      .def_readonly("rest_length", &Spring::rest_length, "[m].")
+      .def_readonly("damping", &Spring::damping, "Along the spring [N s/m].");
+}
+
+constexpr const char* add_joint_doc = R"(Hang the body `child` on the body `parent`, which makes it a link.
+
+type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at
+origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
+the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
+position and velocity do, and start and start_velocity are theirs when nothing else is said.
+
+The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
+(target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
+it has in the state, whatever the load. A joint with neither moves freely.
+
+The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
+locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.)";
+
+constexpr const char* add_spring_doc =
+    R"(Add a spring between a point of one body and a point of another, in their frames.
+
+It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
+a spring too stiff for the scene's step.)";
+
+constexpr const char* scene_doc = R"(An empty scene.
+
+gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most; the solver stops early below
+solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
+also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
+where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
+extent.)";
 
 constexpr const char* add_body_doc = R"(Add a body.
 
 position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its centre of mass;
 velocity [m/s] and angular_velocity [rad/s] are in the world's axes. mass [kg] of 0 fixes it. role is 'object' (the body
 that disturbances act on), 'effector' or 'none'. The factors lock axes: 0 locked, 1 free; linear_factor=(1, 1, 0),
-angular_factor=(0, 0, 1) makes a planar body. Raises ValueError on bad values.)";
+angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
+or a motor does. Raises ValueError on bad values.)";
 
 }  // namespace
 
 void bind_scene(py::module_& module) {
   bind_shapes(module);
   bind_body(module);
-  py::class_<Scene>(module, "Scene", "What there is: bodies under gravity [m/s^2], and how the physics is stepped.")
+  bind_joints(module);
+  py::class_<Scene>(module, "Scene",
+                    "What there is: bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.")
       .def(py::init([](const ArrayLike& gravity, const Number& step, const WholeNumber& solver_iterations,
-                       const Number& solver_tolerance, const std::optional<Number>& margin) {
+                       const Number& solver_tolerance, const WholeNumber& friction_directions,
+                       const std::optional<Number>& margin) {
              return Scene(vector3("gravity", gravity),
                           Stepping{real("step", step), count("solver_iterations", solver_iterations),
-                                   real("solver_tolerance", solver_tolerance), real("margin", margin)});
+                                   real("solver_tolerance", solver_tolerance),
+                                   count("friction_directions", friction_directions), real("margin", margin)});
            }),
            py::arg("gravity") = py::make_tuple(0.0, 0.0, -9.81), py::arg("step") = Stepping{}.step,
            py::arg("solver_iterations") = Stepping{}.iterations, py::arg("solver_tolerance") = Stepping{}.tolerance,
-           py::arg("margin") = py::none())
+           py::arg("friction_directions") = Stepping{}.friction_directions, py::arg("margin") = py::none(), scene_doc)
       .def(
           "add_plane",
           [](Scene& scene, const std::string& name, const ArrayLike& normal, const Number& offset,
@@ -170,7 +279,8 @@ void bind_scene(py::module_& module) {
           [](Scene& scene, const std::string& name, const Shape& shape, const Number& mass, const ArrayLike& position,
              const std::optional<ArrayLike>& quaternion_xyzw, const std::optional<Number>& yaw,
              const ArrayLike& velocity, const ArrayLike& angular_velocity, const Number& friction,
-             const std::string& role_given, const ArrayLike& linear_factor, const ArrayLike& angular_factor) {
+             const std::string& role_given, const ArrayLike& linear_factor, const ArrayLike& angular_factor,
+             const ArrayLike& force) {
             Body body;
             body.name = name;
             body.shape = shape;
@@ -182,6 +292,7 @@ void bind_scene(py::module_& module) {
             body.role = role(role_given);
             body.linear_factor = vector3("linear_factor", linear_factor);
             body.angular_factor = vector3("angular_factor", angular_factor);
+            body.force = vector3("force", force);
             scene.add_body(body);
           },
           py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass"),
@@ -189,31 +300,100 @@ void bind_scene(py::module_& module) {
           py::arg("yaw") = py::none(), py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
           py::arg("angular_velocity") = py::make_tuple(0.0, 0.0, 0.0), py::arg("friction") = 0.5,
           py::arg("role") = "none", py::arg("linear_factor") = py::make_tuple(1.0, 1.0, 1.0),
-          py::arg("angular_factor") = py::make_tuple(1.0, 1.0, 1.0), add_body_doc)
-      .def("pack", &pack_dicts,
-           "State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...)). What is left out has "
-           "the scene's own value. Raises ValueError on unknown bodies or keys and bad values.")
+          py::arg("angular_factor") = py::make_tuple(1.0, 1.0, 1.0), py::arg("force") = py::make_tuple(0.0, 0.0, 0.0),
+          add_body_doc)
+      .def(
+          "add_joint",
+          [](Scene& scene, const std::string& name, const std::string& parent, const std::string& child,
+             const std::string& type, const ArrayLike& origin, const std::optional<ArrayLike>& orientation_given,
+             const ArrayLike& child_origin, const std::optional<ArrayLike>& child_orientation, const ArrayLike& axis,
+             const std::pair<Number, Number>& limits, const Number& start, const Number& start_velocity, bool held,
+             const std::optional<Number>& target, const Number& target_velocity, const Number& stiffness,
+             const Number& damping, const Number& torque_limit) {
+            const auto pose = [](const std::string& prefix, const ArrayLike& position,
+                                 const std::optional<ArrayLike>& quaternion_xyzw) {
+              return Pose{vector3(prefix + "origin", position),
+                          orientation(prefix, quaternion_xyzw, std::nullopt, Quaternion::Identity())};
+            };
+            Joint joint;
+            joint.name = name;
+            joint.type = joint_type(type);
+            joint.parent = parent;
+            joint.child = child;
+            joint.in_parent = pose("", origin, orientation_given);
+            joint.in_child = pose("child_", child_origin, child_orientation);
+            joint.axis = vector3("axis", axis);
+            joint.lower = real("limits[0]", limits.first);
+            joint.upper = real("limits[1]", limits.second);
+            joint.state = {real("start", start), real("start_velocity", start_velocity)};
+            joint.held = held;
+            joint.target = real("target", target).value_or(joint.state.position);
+            joint.target_velocity = real("target_velocity", target_velocity);
+            joint.stiffness = real("stiffness", stiffness);
+            joint.damping = real("damping", damping);
+            joint.torque_limit = real("torque_limit", torque_limit);
+            scene.add_joint(std::move(joint));
+          },
+          py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"), py::arg("type") = "revolute",
+          py::arg("origin") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none(),
+          py::arg("child_origin") = py::make_tuple(0.0, 0.0, 0.0), py::arg("child_orientation") = py::none(),
+          py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
+          py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("start") = 0.0,
+          py::arg("start_velocity") = 0.0, py::arg("held") = false, py::arg("target") = py::none(),
+          py::arg("target_velocity") = 0.0, py::arg("stiffness") = 0.0, py::arg("damping") = 0.0,
+          py::arg("torque_limit") = Joint{}.torque_limit, add_joint_doc)
+      .def(
+          "add_spring",
+          [](Scene& scene, const std::string& body_a, const std::string& body_b, const Number& stiffness,
+             const Number& rest_length, const Number& damping, const ArrayLike& point_a, const ArrayLike& point_b) {
+            scene.add_spring({body_a, body_b, vector3("point_a", point_a), vector3("point_b", point_b),
+                              real("stiffness", stiffness), real("rest_length", rest_length),
+                              real("damping", damping)});
+          },
+          py::arg("body_a"), py::arg("body_b"), py::kw_only(), py::arg("stiffness"), py::arg("rest_length") = 0.0,
+          py::arg("damping") = 0.0, py::arg("point_a") = py::make_tuple(0.0, 0.0, 0.0),
+          py::arg("point_b") = py::make_tuple(0.0, 0.0, 0.0), add_spring_doc)
+      .def("pack", &pack_dicts, py::kw_only(), py::arg("joints") = py::none(),
+           "State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, "
+           "ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on "
+           "unknown bodies, joints or keys and bad values.")
       .def("unpack", &unpack_dicts, py::arg("state"),
-           "Dict of dicts by body: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw.")
+           "Dict of dicts by body, links included: position (3,), orientation (4,), velocity (3,), angular_velocity "
+           "(3,), yaw; and, if there are joints, under 'joints' a dict of dicts by joint: position, velocity.")
       .def(
           "slice",
           [](const Scene& scene, const std::string& name) {
             const int offset = StateLayout(scene).offset(scene.index(name));
-            if (offset < 0) throw std::invalid_argument("body '" + name + "' is fixed, expected one that can move");
+            if (offset < 0) {
+              throw std::invalid_argument("body '" + name + "' is fixed or a link, expected a free one");
+            }
             return py::slice(offset, offset + StateLayout::numbers_per_body, 1);
           },
           py::arg("name"),
-          "Where a body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.")
+          "Where a free body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.")
+      .def(
+          "joint_slice",
+          [](const Scene& scene, const std::string& name) {
+            const int offset = StateLayout(scene).joint_offset(scene.joint_index(name));
+            if (offset < 0) throw std::invalid_argument("joint '" + name + "' is fixed, expected one that moves");
+            return py::slice(offset, offset + StateLayout::numbers_per_joint, 1);
+          },
+          py::arg("name"), "Where a joint's position and velocity stand in a state.")
       .def_property_readonly(
           "dimension", [](const Scene& scene) { return StateLayout(scene).dimension(); },
           "n, numbers in a state vector.")
       .def_property_readonly("bodies", [](const Scene& scene) { return scene.bodies(); })
+      .def_property_readonly("joints", [](const Scene& scene) { return scene.joints(); })
+      .def_property_readonly("springs", [](const Scene& scene) { return scene.springs(); })
       .def_property_readonly("gravity", [](const Scene& scene) { return scene.gravity(); })
       .def_property_readonly(
           "step", [](const Scene& scene) { return scene.stepping().step; }, "[s]")
       .def_property_readonly("solver_iterations", [](const Scene& scene) { return scene.stepping().iterations; })
+      .def_property_readonly("friction_directions",
+                             [](const Scene& scene) { return scene.stepping().friction_directions; })
       .def_property_readonly("solver_tolerance", [](const Scene& scene) { return scene.stepping().tolerance; })
-      .def_property_readonly("margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");
+      .def_property_readonly(
+          "margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");
 }
 
 }  // namespace energymargin::door

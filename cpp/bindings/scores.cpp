@@ -101,10 +101,13 @@ void bind_results(py::module_& module) {
       .def("__repr__", [](const Escape& escape) {
         return "EscapeEffort(effort=" + py::repr(py::cast(escape.effort)).cast<std::string>() + ")";
       });
+  py::class_<ContactMargins>(module, "ContactMargins", "What the object's contacts with one kind of body can bear.")
+      .def_readonly("engage", &ContactMargins::engage, "Sum of the normal forces [N].")
+      .def_readonly("stick", &ContactMargins::stick, "Sum of the distances to the friction cones' edges [N].");
   py::class_<ForceScore>(module, "ForceScore", "The wrench-based baseline, Section V-B.")
       .def_readonly("force", &ForceScore::force, "Omega_force, the weighted sum.")
-      .def_readonly("engage", &ForceScore::engage, "Sum of the normal forces [N].")
-      .def_readonly("stick", &ForceScore::stick, "Sum of the distances to the friction cones' edges [N].")
+      .def_readonly("effector", &ForceScore::effector, "Over the contacts with all bodies of the effector.")
+      .def_readonly("ground", &ForceScore::ground, "Over the contacts with all other bodies.")
       .def_readonly("distance", &ForceScore::distance, "Least distance between object and effector [m].")
       .def("__repr__", [](const ForceScore& score) {
         return "ForceScore(force=" + py::repr(py::cast(score.force)).cast<std::string>() + ")";
@@ -162,12 +165,16 @@ void bind_scores(py::module_& module) {
              "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.");
   module.def(
       "force_score",
-      [](const Problem& problem, const Number& engage, const Number& stick, const Number& distance) {
-        return force_score(problem, {real("engage", engage), real("stick", stick), real("distance", distance)});
+      [](const Problem& problem, const std::optional<ForceWeights>& weights) {
+        if (!weights) return force_score(problem);
+        Problem weighted = problem;
+        weighted.force_weights = *weights;
+        return force_score(weighted);
       },
-      py::arg("problem"), py::arg("engage") = ForceWeights{}.engage, py::arg("stick") = ForceWeights{}.stick,
-      py::arg("distance") = ForceWeights{}.distance,
-      "Weighted sum of engaging score [1/N], sticking score [1/N] and, taken off, distance [1/m].");
+      py::arg("problem"), py::arg("weights") = py::none(),
+      "The wrench-based baseline: the weighted sum of engaging score, sticking score and, taken off, distance. "
+      "weights: "
+      "by default the problem's.");
 }
 
 }  // namespace energymargin::door

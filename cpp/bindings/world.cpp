@@ -36,11 +36,14 @@ class SharedWorld {
 };
 
 Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumber& steps_given,
-                   const std::map<std::string, ArrayLike>& drives,
+                   const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets,
                    const std::optional<std::vector<int>>& record_given) {
-  std::vector<Drive> wrenches;
+  Script script;
   for (const auto& [body, rows] : drives) {
-    wrenches.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
+    script.drives.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
+  }
+  for (const auto& [joint, positions] : targets) {
+    script.targets.push_back({joint, vector("targets['" + joint + "']", positions, -1)});
   }
   const State start = vector("state", state, -1);
   const int steps = count("steps", steps_given);
@@ -48,7 +51,7 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   if (!record_given) {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
-  std::vector<Frame> frames = shared.ask([&](World& world) { return world.simulate(start, wrenches, steps, record); });
+  std::vector<Frame> frames = shared.ask([&](World& world) { return world.simulate(start, script, steps, record); });
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
   recording.states.resize(static_cast<Eigen::Index>(frames.size()), shared.world().layout().dimension());
@@ -118,8 +121,10 @@ void bind_world(py::module_& module) {
           "Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.")
       .def(
           "simulate", &simulate, py::arg("state"), py::arg("steps"),
-          py::arg("drives") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(),
-          "One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a frame "
+          py::arg("drives") = std::map<std::string, ArrayLike>{},
+          py::arg("targets") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(),
+          "One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints "
+          "under position control, shape (steps,) [rad] or [m]. record: after which steps a frame "
           "is recorded, ascending, from 0, the start, to steps; by default after each.")
       .def(
           "energy",
@@ -127,7 +132,10 @@ void bind_world(py::module_& module) {
             const State at = vector("state", state, -1);
             return shared.ask([&](World& world) { return world.energy(at); });
           },
-          py::arg("state"), "Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].")
+          py::arg("state"),
+          "Mechanical energy [J]: kinetic energy of all bodies that move, links included; potential energy of gravity "
+          "and of the bodies' constant forces, zero at the world's origin; energy of the springs, and of the joints' "
+          "compliance, zero at their targets.")
       .def(
           "contacts",
           [](SharedWorld& shared, const ArrayLike& state) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <memory>
+
+#include "energymargin/kinematics.hpp"
 
 namespace energymargin {
 namespace {
@@ -12,37 +14,36 @@ constexpr double straight = 1000.0;  // radius from which on a path counts as st
 
 using Test = std::function<bool(const double*)>;
 
-// Reads one body out of a state vector; a fixed body is where the scene says.
+// Reads one body out of a state vector.
 class BodyReader {
  public:
-  BodyReader(const Scene& scene, const StateLayout& layout, const std::string& name)
-      : offset_(layout.offset(scene.index(name))), fixed_(scene.body(name).state) {}
+  BodyReader(const Scene& scene, std::shared_ptr<const Kinematics> kinematics, const std::string& name)
+      : kinematics_(std::move(kinematics)), body_(scene.index(name)) {}
 
-  BodyState operator()(const double* state) const { return offset_ < 0 ? fixed_ : StateLayout::read(state + offset_); }
+  BodyState operator()(const double* state) const { return (*kinematics_)(state, body_); }
 
  private:
-  int offset_;
-  BodyState fixed_;
+  std::shared_ptr<const Kinematics> kinematics_;
+  std::size_t body_;
 };
 
-// A body as seen from a frame.
+// A body as seen from a frame: that of another body or, without a name, the world's.
 class RelativeReader {
  public:
-  RelativeReader(const Scene& scene, const StateLayout& layout, const std::string& body, const std::string& frame)
-      : body_(scene, layout, body) {
-    if (!frame.empty()) frame_.emplace(scene, layout, frame);
-  }
+  RelativeReader(const Scene& scene, const std::shared_ptr<const Kinematics>& kinematics, const std::string& body,
+                 const std::string& frame)
+      : body_(scene, kinematics, body), in_world_(frame.empty()), frame_(scene, kinematics, in_world_ ? body : frame) {}
 
   Vector3 position(const double* state) const {
     const Vector3 position = body_(state).position;
-    if (!frame_) return position;
-    const BodyState frame = (*frame_)(state);
+    if (in_world_) return position;
+    const BodyState frame = frame_(state);
     return frame.orientation.conjugate() * (position - frame.position);
   }
 
   Vector3 direction(const double* state, const Vector3& axis) const {
     const Vector3 direction = body_(state).orientation * axis;
-    return frame_ ? (*frame_)(state).orientation.conjugate() * direction : direction;
+    return in_world_ ? direction : Vector3(frame_(state).orientation.conjugate() * direction);
   }
 
   //! Velocity of a point of the body, as seen by somebody who moves with the frame.
@@ -50,15 +51,16 @@ class RelativeReader {
     const BodyState body = body_(state);
     const Vector3 arm = body.orientation * point;
     const Vector3 velocity = body.velocity + body.angular_velocity.cross(arm);
-    if (!frame_) return velocity;
-    const BodyState frame = (*frame_)(state);
+    if (in_world_) return velocity;
+    const BodyState frame = frame_(state);
     const Vector3 carried = frame.velocity + frame.angular_velocity.cross(body.position + arm - frame.position);
     return frame.orientation.conjugate() * (velocity - carried);
   }
 
  private:
   BodyReader body_;
-  std::optional<BodyReader> frame_;
+  bool in_world_;
+  BodyReader frame_;
 };
 
 bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
@@ -92,7 +94,8 @@ regions::PlanarMotion planar_motion(const BodyState& body) {
 
 class Compiler {
  public:
-  explicit Compiler(const Scene& scene) : scene_(scene), layout_(scene) {}
+  explicit Compiler(const Scene& scene)
+      : scene_(scene), kinematics_(std::make_shared<Kinematics>(scene)), size_(StateLayout(scene).dimension()) {}
 
   Test compile(const Region& region) const { return std::visit(*this, region.expression()); }
 
@@ -115,8 +118,8 @@ class Compiler {
     return [sector, seen = reader(sector)](const double* state) { return in_sector(sector, seen.position(state)); };
   }
   Test operator()(const regions::Swept& swept) const {
-    return [swept, body = BodyReader(scene_, layout_, swept.body),
-            by = BodyReader(scene_, layout_, swept.by)](const double* state) {
+    return [swept, body = BodyReader(scene_, kinematics_, swept.body),
+            by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
       return in_sweep(swept, swept.at ? *swept.at : planar_motion(by(state)), body(state).position);
     };
   }
@@ -137,7 +140,7 @@ class Compiler {
     };
   }
   Test operator()(const regions::Predicate& predicate) const {
-    return [predicate, size = layout_.dimension()](const double* state) {
+    return [predicate, size = size_](const double* state) {
       const Mask mask = predicate.contains(Eigen::Map<const States>(state, 1, size));
       return static_cast<bool>(mask(0));
     };
@@ -159,7 +162,7 @@ class Compiler {
  private:
   template <typename Primitive>
   RelativeReader reader(const Primitive& primitive) const {
-    return {scene_, layout_, primitive.body, primitive.frame};
+    return {scene_, kinematics_, primitive.body, primitive.frame};
   }
 
   std::vector<Test> compile_each(const std::vector<Region>& regions) const {
@@ -169,7 +172,8 @@ class Compiler {
   }
 
   const Scene& scene_;
-  StateLayout layout_;
+  std::shared_ptr<const Kinematics> kinematics_;
+  int size_;
 };
 
 }  // namespace

@@ -27,18 +27,18 @@ void require_free(const std::string& name, const Vector3& bounds, const Vector3&
 }
 
 void require_roles(const Scene& scene, Effector effector) {
-  const auto count = [&](Role role) {
-    return std::count_if(scene.bodies().begin(), scene.bodies().end(),
-                         [role](const Body& body) { return body.role == role; });
-  };
-  if (count(Role::object) != 1) {
-    reject("scene", "with " + std::to_string(count(Role::object)) + " bodies of role \"object\"", "exactly one");
+  const std::vector<std::size_t> objects = scene.with_role(Role::object);
+  if (objects.size() != 1) {
+    reject("scene", "with " + std::to_string(objects.size()) + " bodies of role \"object\"", "exactly one");
   }
-  if (count(Role::effector) > 1) {
-    reject("scene", "with " + std::to_string(count(Role::effector)) + " bodies of role \"effector\"", "at most one");
+  if (scene.jointed(objects.front())) {
+    reject("scene", "with the object '" + scene.bodies()[objects.front()].name + "' on a joint",
+           "an object that is one free body");
   }
-  const auto driven = scene.with_role(Role::effector);
-  if (effector == Effector::drive && (!driven || scene.bodies()[*driven].fixed())) {
+  const std::vector<std::size_t> effectors = scene.with_role(Role::effector);
+  const bool moves =
+      std::any_of(effectors.begin(), effectors.end(), [&](std::size_t body) { return !scene.bodies()[body].fixed(); });
+  if (effector == Effector::drive && !moves) {
     reject("effector", "\"drive\"", "a scene with a body of role \"effector\" that can move, or \"coast\"");
   }
 }
@@ -74,7 +74,7 @@ void validate(const Problem& problem) {
   if (problem.force.isZero(0.0) && problem.torque.isZero(0.0)) {
     reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
   }
-  const Body& object = problem.scene.bodies()[*problem.scene.with_role(Role::object)];
+  const Body& object = problem.scene.bodies()[problem.scene.with_role(Role::object).front()];
   require_free("force", problem.force, object.linear_factor);
   require_free("torque", problem.torque, object.angular_factor);
   const double step = problem.scene.stepping().step;
@@ -83,6 +83,14 @@ void validate(const Problem& problem) {
            "at least one step, " + text(step) + " s, and at most " + std::to_string(most_steps) + " steps");
   }
   require_not_negative("rate", problem.rate);
+  const ForceWeights& weights = problem.force_weights;
+  for (const auto& [name, weight] : {std::pair{"engage", weights.engage},
+                                     {"stick", weights.stick},
+                                     {"distance", weights.distance},
+                                     {"ground_engage", weights.ground_engage},
+                                     {"ground_stick", weights.ground_stick}}) {
+    require_finite(std::string("force weight ") + name, weight);
+  }
   require_region("captured", problem.captured, problem.scene);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem.scene);
   if (problem.within) {
@@ -104,15 +112,21 @@ void validate(const Problem& problem) {
   require_no_deep_penetration(problem.scene, problem.state);
 }
 
-State edge_start(const Problem& problem, const State& node) {
-  if (problem.effector == Effector::coast) return node;
-  const int effector = StateLayout(problem.scene).offset(*problem.scene.with_role(Role::effector));
-  BodyState body = StateLayout::read(node.data() + effector);
-  const BodyState start = StateLayout::read(problem.state.data() + effector);
-  body.velocity = start.velocity;
-  body.angular_velocity = start.angular_velocity;
+EdgeStart::EdgeStart(const Problem& problem) {
+  if (problem.effector == Effector::coast) return;
+  const Scene& scene = problem.scene;
+  const StateLayout layout(scene);
+  const auto drive = [&](int first, int count) { driven_.emplace_back(first, problem.state.segment(first, count)); };
+  for (const std::size_t body : scene.with_role(Role::effector)) {
+    if (layout.offset(body) >= 0) drive(layout.offset(body) + StateLayout::velocities_of_body, 6);
+    const auto joint = scene.joint_to(body);
+    if (joint && layout.joint_offset(*joint) >= 0) drive(layout.joint_offset(*joint) + 1, 1);
+  }
+}
+
+State EdgeStart::operator()(const State& node) const {
   State state = node;
-  StateLayout::write(body, state.data() + effector);
+  for (const auto& [first, velocities] : driven_) state.segment(first, velocities.size()) = velocities;
   return state;
 }
 

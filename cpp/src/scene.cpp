@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "check.hpp"
+#include "energymargin/kinematics.hpp"
 #include "energymargin/state.hpp"
 
 namespace energymargin {
@@ -20,6 +21,7 @@ void validate_body(const Body& body) {
     validate(body.shape);
     require_not_negative("mass", body.mass);
     require_not_negative("friction", body.friction);
+    require_finite("force", body.force);
     validate_factor("linear_factor", body.linear_factor);
     validate_factor("angular_factor", body.angular_factor);
     validate(body, body.state, "");
@@ -39,6 +41,49 @@ void validate_body(const Body& body) {
   }
 }
 
+void validate_joint(const Joint& joint) {
+  if (joint.name.empty()) reject("name", "empty", "a name that no other joint has");
+  for (const auto& [name, pose] : {std::pair{"in_parent", joint.in_parent}, {"in_child", joint.in_child}}) {
+    require_finite(std::string(name) + " position", pose.position);
+    if (!(std::abs(pose.orientation.norm() - 1.0) < 1e-6)) {
+      reject(std::string(name) + " orientation", "of length " + text(pose.orientation.norm()), "a unit quaternion");
+    }
+  }
+  require_unit("axis", joint.axis);
+  if (!(joint.lower < joint.upper)) {
+    reject("lower limit", text(joint.lower), "a number below the upper limit, " + text(joint.upper));
+  }
+  if (joint.type == JointType::fixed && (joint.state.position != 0.0 || joint.state.velocity != 0.0)) {
+    reject("position and velocity", "not 0", "0: the joint is fixed");
+  }
+  validate(joint, joint.state, "");
+  require_finite("target", joint.target);
+  require_finite("target_velocity", joint.target_velocity);
+  require_not_negative("stiffness", joint.stiffness);
+  require_not_negative("damping", joint.damping);
+  if (!(joint.torque_limit >= 0.0)) reject("torque_limit", text(joint.torque_limit), "a number of at least 0");
+}
+
+// Bullet's articulated bodies move freely or along their joints; they know no locked axes.
+void require_hangable(const Body& body, const std::string& what) {
+  if (body.fixed()) reject(what, "'" + body.name + "'", "a body with a mass above 0; this one is fixed");
+  if (body.linear_factor != Vector3::Ones() || body.angular_factor != Vector3::Ones()) {
+    reject(what, "'" + body.name + "'", "a body without locked axes");
+  }
+}
+
+double inverse_mass(const Body& body) { return body.fixed() ? 0.0 : 1.0 / body.mass; }
+
+template <typename Named>
+std::size_t find(const std::vector<Named>& all, const std::string& name, const std::string& what) {
+  std::string names;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].name == name) return i;
+    names += (i == 0 ? "'" : ", '") + all[i].name + "'";
+  }
+  reject(what, "'" + name + "'", all.empty() ? "a " + what + ", but the scene has none" : "one of " + names);
+}
+
 }  // namespace
 
 Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravity), stepping_(stepping) {
@@ -46,11 +91,15 @@ Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravit
   require_positive("step", stepping.step);
   require_at_least("solver_iterations", stepping.iterations, 1);
   require_not_negative("solver_tolerance", stepping.tolerance);
+  if (stepping.friction_directions != 1 && stepping.friction_directions != 2) {
+    reject("friction_directions", std::to_string(stepping.friction_directions), "1 or 2");
+  }
   if (stepping.margin) require_positive("margin", *stepping.margin);
 }
 
 std::size_t Scene::add_body(Body body) {
   if (body.name.empty()) reject("name", "empty", "a name that no other body of the scene has");
+  if (body.name == "joints") reject("name", "'joints'", "another name: a state calls its joints so");
   for (const Body& other : bodies_) {
     if (other.name == body.name) reject("name", "'" + body.name + "'", "a name that no other body of the scene has");
   }
@@ -59,19 +108,91 @@ std::size_t Scene::add_body(Body body) {
   return bodies_.size() - 1;
 }
 
-std::size_t Scene::index(const std::string& name) const {
-  std::string names;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].name == name) return i;
-    names += (i == 0 ? "'" : ", '") + bodies_[i].name + "'";
+std::size_t Scene::add_joint(Joint joint) {
+  const std::string where = "joint '" + joint.name + "': ";
+  try {
+    validate_joint(joint);
+    if (stepping_.friction_directions != 2)
+      reject("friction_directions of the scene", "1", "2 for a scene with joints");
+    for (const Joint& other : joints_) {
+      if (other.name == joint.name) reject("name", "'" + joint.name + "'", "a name that no other joint has");
+    }
+    const std::size_t parent = index(joint.parent);
+    const std::size_t child = index(joint.child);
+    require_hangable(bodies_[child], "child");
+    if (!bodies_[parent].fixed()) require_hangable(bodies_[parent], "parent");
+    if (joint_to(child)) reject("child", "'" + joint.child + "'", "a body that no other joint carries");
+    for (std::optional<std::size_t> above = parent; above;) {
+      if (*above == child) reject("parent", "'" + joint.parent + "'", "a body that the child does not carry");
+      const auto up = joint_to(*above);
+      above = up ? std::optional(index(joints_[*up].parent)) : std::nullopt;
+    }
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(where + error.what());
   }
-  reject("body", "'" + name + "'", bodies_.empty() ? "a body, but the scene has none" : "one of " + names);
+  joints_.push_back(std::move(joint));
+  place_links();
+  return joints_.size() - 1;
 }
 
-std::optional<std::size_t> Scene::with_role(Role role) const {
-  const auto found = std::find_if(bodies_.begin(), bodies_.end(), [&](const Body& body) { return body.role == role; });
-  if (found == bodies_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - bodies_.begin());
+void Scene::place_links() {
+  const Kinematics kinematics(*this);
+  const State state = pack(*this);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (joint_to(i)) bodies_[i].state = kinematics(state.data(), i);
+  }
+}
+
+void Scene::add_spring(Spring spring) {
+  const std::string where = "spring '" + spring.body_a + "' - '" + spring.body_b + "': ";
+  try {
+    const std::size_t a = index(spring.body_a);
+    const std::size_t b = index(spring.body_b);
+    if (a == b) reject("body_b", "'" + spring.body_b + "'", "another body than body_a");
+    require_finite("point_a", spring.point_a);
+    require_finite("point_b", spring.point_b);
+    require_not_negative("stiffness", spring.stiffness);
+    require_not_negative("rest_length", spring.rest_length);
+    require_not_negative("damping", spring.damping);
+    const double light = inverse_mass(bodies_[a]) + inverse_mass(bodies_[b]);
+    if (light == 0.0) reject("body_b", "'" + spring.body_b + "'", "at most one fixed body");
+    // A spring is stepped explicitly; beyond these it would swing itself up.
+    const double most = 1.0 / (light * stepping_.step * stepping_.step);
+    if (spring.stiffness > most) {
+      reject("stiffness", text(spring.stiffness), "at most " + text(most) + " N/m at this step, or a shorter step");
+    }
+    if (spring.damping > most * stepping_.step) {
+      reject("damping", text(spring.damping), "at most " + text(most * stepping_.step) + " N s/m at this step");
+    }
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(where + error.what());
+  }
+  springs_.push_back(std::move(spring));
+}
+
+std::size_t Scene::index(const std::string& name) const { return find(bodies_, name, "body"); }
+
+std::size_t Scene::joint_index(const std::string& name) const { return find(joints_, name, "joint"); }
+
+std::optional<std::size_t> Scene::joint_to(std::size_t body) const {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    if (joints_[i].child == bodies_[body].name) return i;
+  }
+  return std::nullopt;
+}
+
+bool Scene::jointed(std::size_t body) const {
+  const std::string& name = bodies_[body].name;
+  return std::any_of(joints_.begin(), joints_.end(),
+                     [&](const Joint& joint) { return joint.parent == name || joint.child == name; });
+}
+
+std::vector<std::size_t> Scene::with_role(Role role) const {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i].role == role) found.push_back(i);
+  }
+  return found;
 }
 
 }  // namespace energymargin

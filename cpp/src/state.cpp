@@ -1,13 +1,25 @@
 #include "energymargin/state.hpp"
 
 #include "check.hpp"
+#include "energymargin/kinematics.hpp"
 
 namespace energymargin {
+namespace {
+
+// A simulated joint yields a little at its stop: this much [rad or m] is no mistake.
+constexpr double stop_slack = 0.05;
+
+}  // namespace
 
 StateLayout::StateLayout(const Scene& scene) {
-  for (const Body& body : scene.bodies()) {
-    offsets_.push_back(body.fixed() ? -1 : dimension_);
-    if (!body.fixed()) dimension_ += numbers_per_body;
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const bool free = !scene.bodies()[i].fixed() && !scene.joint_to(i);
+    offsets_.push_back(free ? dimension_ : -1);
+    if (free) dimension_ += numbers_per_body;
+  }
+  for (const Joint& joint : scene.joints()) {
+    joint_offsets_.push_back(joint.moves() ? dimension_ : -1);
+    if (joint.moves()) dimension_ += numbers_per_joint;
   }
 }
 
@@ -22,29 +34,52 @@ void StateLayout::write(const BodyState& body, double* numbers) {
   all << body.position, body.orientation.coeffs(), body.velocity, body.angular_velocity;
 }
 
-State pack(const Scene& scene, const std::map<std::string, BodyState>& bodies) {
+State pack(const Scene& scene, const std::map<std::string, BodyState>& bodies,
+           const std::map<std::string, JointState>& joints) {
   const StateLayout layout(scene);
   State state(layout.dimension());
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (layout.offset(i) >= 0) StateLayout::write(scene.bodies()[i].state, state.data() + layout.offset(i));
   }
+  const auto write_joint = [&](std::size_t joint, const JointState& at) {
+    state.segment<StateLayout::numbers_per_joint>(layout.joint_offset(joint)) << at.position, at.velocity;
+  };
+  for (std::size_t i = 0; i < scene.joints().size(); ++i) {
+    if (scene.joints()[i].moves()) write_joint(i, scene.joints()[i].state);
+  }
   for (const auto& [name, body] : bodies) {
-    const int offset = layout.offset(scene.index(name));
-    if (offset < 0) reject("body", "'" + name + "'", "a body that can move; this one is fixed");
+    const std::size_t index = scene.index(name);
+    const int offset = layout.offset(index);
+    if (offset < 0) {
+      reject("body", "'" + name + "'",
+             scene.joint_to(index) ? "a body that no joint carries; this one follows from the joints"
+                                   : "a body that can move; this one is fixed");
+    }
     validate(scene.body(name), body, name + ": ");
     StateLayout::write(body, state.data() + offset);
+  }
+  for (const auto& [name, joint] : joints) {
+    const std::size_t index = scene.joint_index(name);
+    if (!scene.joints()[index].moves()) reject("joint", "'" + name + "'", "a joint that moves; this one is fixed");
+    validate(scene.joints()[index], joint, "joint '" + name + "': ");
+    write_joint(index, joint);
   }
   return state;
 }
 
-std::map<std::string, BodyState> unpack(const Scene& scene, const State& state) {
+Unpacked unpack(const Scene& scene, const State& state) {
   validate(scene, state);
   const StateLayout layout(scene);
-  std::map<std::string, BodyState> bodies;
+  const Kinematics kinematics(scene);
+  Unpacked unpacked;
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    if (layout.offset(i) >= 0) bodies[scene.bodies()[i].name] = StateLayout::read(state.data() + layout.offset(i));
+    if (!scene.bodies()[i].fixed()) unpacked.bodies[scene.bodies()[i].name] = kinematics(state.data(), i);
   }
-  return bodies;
+  for (std::size_t i = 0; i < scene.joints().size(); ++i) {
+    const int offset = layout.joint_offset(i);
+    if (offset >= 0) unpacked.joints[scene.joints()[i].name] = {state[offset], state[offset + 1]};
+  }
+  return unpacked;
 }
 
 void validate(const Body& body, const BodyState& state, const std::string& name) {
@@ -70,16 +105,31 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
   }
 }
 
+void validate(const Joint& joint, const JointState& state, const std::string& name) {
+  require_finite(name + "position", state.position);
+  require_finite(name + "velocity", state.velocity);
+  if (state.position < joint.lower - stop_slack || state.position > joint.upper + stop_slack) {
+    reject(name + "position", text(state.position), "from " + text(joint.lower) + " to " + text(joint.upper));
+  }
+  if (joint.held && state.velocity != 0.0) reject(name + "velocity", text(state.velocity), "0: the joint is held");
+}
+
 void validate(const Scene& scene, const State& state, const std::string& name) {
   const StateLayout layout(scene);
   if (state.size() != layout.dimension()) {
     reject(name, "a vector of " + std::to_string(state.size()) + " numbers",
-           std::to_string(layout.dimension()) + " numbers, 13 for each moving body");
+           std::to_string(layout.dimension()) + " numbers, 13 for each free body and 2 for each joint");
   }
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (layout.offset(i) < 0) continue;
     const Body& body = scene.bodies()[i];
     validate(body, StateLayout::read(state.data() + layout.offset(i)), name + ": body '" + body.name + "': ");
+  }
+  for (std::size_t i = 0; i < scene.joints().size(); ++i) {
+    const int offset = layout.joint_offset(i);
+    if (offset < 0) continue;
+    const Joint& joint = scene.joints()[i];
+    validate(joint, {state[offset], state[offset + 1]}, name + ": joint '" + joint.name + "': ");
   }
 }
 

@@ -2,6 +2,7 @@
 // One question: a scene, a start state, the disturbances that may act, and the sets that matter.
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "energymargin/region.hpp"
@@ -16,6 +17,15 @@ enum class Effector {
   drive,  ///< each edge of the search starts with the velocity that it has in the start state; in between it is free
 };
 
+//! Weights of the force score, Section V-B.
+struct ForceWeights {
+  double engage = 1.0;         //!< of the normal forces between effector and object [1/N]
+  double stick = 1.0;          //!< of their distance to the friction cone's edge [1/N]
+  double distance = 10.0;      //!< taken off per metre between object and effector [1/m]
+  double ground_engage = 0.0;  //!< as `engage`, for the object's contacts with all that is not the effector [1/N]
+  double ground_stick = 0.0;   //!< as `stick`, for those; of use where the object is meant to stick there [1/N]
+};
+
 //! The optimal motion planning problem P of Section V-A, with what the scores need besides.
 struct Problem {
   Scene scene;
@@ -27,17 +37,26 @@ struct Problem {
   std::optional<Region> succeeded{};  //!< Z_suc
   std::optional<Region> within{};     //!< Z_b: where the search for an escape may go
   Effector effector = Effector::coast;
-  double rate = 5.0;                               //!< lambda of eq. 4 [1/J]
+  double rate = 5.0;  //!< lambda of eq. 4 [1/J]
+  ForceWeights force_weights{};
   std::optional<std::vector<Contact>> contacts{};  //!< measured at the state, for the force score; unset: simulated
 };
 
 //! Throws std::invalid_argument on a bad state, bounds that are negative or not finite, a duration shorter than a step,
-//! regions on unknown bodies, no object or more than one, "drive" without an effector, or a start state in which
-//! a moving body is deeper in another than a quarter of the smaller one's smallest half extent.
+//! regions on unknown bodies, no object, more than one or one on joints, "drive" without an effector that can move, or
+//! a start state in which a moving body is deeper in another than a quarter of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 
-//! Where an edge from a node with state `node` starts: there or, under Effector::drive, there with the effector at its
-//! velocity of the start state.
-State edge_start(const Problem& problem, const State& node);
+//! Where an edge of the search starts.
+class EdgeStart {
+ public:
+  explicit EdgeStart(const Problem& problem);
+
+  //! At its node's state or, under Effector::drive, there with the effector at its velocities of the start state.
+  State operator()(const State& node) const;
+
+ private:
+  std::vector<std::pair<int, Eigen::VectorXd>> driven_;  // velocities, and where they stand in a state
+};
 
 }  // namespace energymargin

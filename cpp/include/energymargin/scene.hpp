@@ -1,6 +1,8 @@
 #pragma once
-// What there is: bodies, their friction, gravity and the settings of the simulation. Plain values, validated.
+// What there is: bodies, joints and springs between them, friction, gravity and the settings of the simulation. Plain
+// values, validated.
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,10 +16,10 @@ namespace energymargin {
 enum class Role {
   none,      ///< environment
   object,    ///< the body that disturbances act on
-  effector,  ///< the robot
+  effector,  ///< a part of the robot
 };
 
-//! One rigid body.
+//! One rigid body. With a joint to a parent it is a link: then the joints say where it is.
 struct Body {
   std::string name;  //!< unique in its scene
   Shape shape = Box{};
@@ -27,15 +29,61 @@ struct Body {
   Role role = Role::none;
   Vector3 linear_factor = Vector3::Ones();   //!< 1: free along the axis, 0: locked
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked
+  //! Acts at the centre of mass all the time, in the world's axes, as a motor or a counterweight does [N].
+  Vector3 force = Vector3::Zero();
 
   bool fixed() const { return mass == 0.0; }
 };
 
+enum class JointType {
+  fixed,      ///< the two bodies move as one
+  revolute,   ///< turns about its axis
+  prismatic,  ///< slides along its axis: a rail
+};
+
+//! A joint that carries `child` on `parent`. It is driven by position control with compliance: by the torque
+//! stiffness (target - position) + damping (target_velocity - velocity), within its limit. For a prismatic joint read
+//! m for rad and N for N m.
+struct Joint {
+  std::string name;  //!< unique among the scene's joints
+  JointType type = JointType::revolute;
+  std::string parent;                                       //!< body
+  std::string child;                                        //!< body that can move, on no other joint
+  Pose in_parent{};                                         //!< the joint's frame in the parent's
+  Pose in_child{};                                          //!< and in the child's: the two are one at position 0
+  Vector3 axis = Vector3::UnitZ();                          //!< in the joint's frame, unit vector
+  double lower = -std::numeric_limits<double>::infinity();  //!< limit [rad]
+  double upper = std::numeric_limits<double>::infinity();   //!< limit [rad]
+  JointState state{};                                       //!< where it is when nothing else is said
+  bool held = false;             //!< it keeps the position it has, whatever the load; its velocity is 0
+  double target = 0.0;           //!< [rad]
+  double target_velocity = 0.0;  //!< [rad/s]
+  double stiffness = 0.0;        //!< [N m/rad]
+  double damping = 0.0;          //!< [N m s/rad]
+  double torque_limit = std::numeric_limits<double>::infinity();  //!< [N m]
+
+  //! Whether its position and velocity are numbers of the state.
+  bool moves() const { return type != JointType::fixed; }
+};
+
+//! A spring between a point of one body and a point of another.
+struct Spring {
+  std::string body_a, body_b;
+  Vector3 point_a = Vector3::Zero();  //!< in the body's frame [m]
+  Vector3 point_b = Vector3::Zero();
+  double stiffness = 1.0;    //!< [N/m]
+  double rest_length = 0.0;  //!< [m]
+  double damping = 0.0;      //!< along the spring [N s/m]
+};
+
 //! How the physics is stepped.
 struct Stepping {
-  double step = 1.0 / 240.0;       //!< length of one step [s]
-  int iterations = 50;             //!< solver iterations a step, at most
-  double tolerance = 1e-7;         //!< the solver stops early below this squared residual
+  double step = 1.0 / 240.0;  //!< length of one step [s]
+  int iterations = 50;        //!< solver iterations a step, at most
+  double tolerance = 1e-7;    //!< the solver stops early below this squared residual
+  //! 2: friction holds in any direction of the contact plane, also against loads that come through other contacts. 1:
+  //! it acts along the velocity alone, which is right, and cheaper, where bodies slide. Joints need 2.
+  int friction_directions = 2;
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
 
@@ -47,21 +95,43 @@ class Scene {
   //! Adds a body and returns its index; validates shape, mass, state, friction and factors.
   std::size_t add_body(Body body);
 
+  //! Hangs the child on the parent, moves it and all that hangs on it there, and returns the joint's index. A body has
+  //! one parent at most, joints form no loops, and jointed bodies have no locked axes.
+  std::size_t add_joint(Joint joint);
+
+  //! Adds a spring; it has to be soft enough for the simulation's step.
+  void add_spring(Spring spring);
+
   const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]
   const Stepping& stepping() const { return stepping_; }
   const std::vector<Body>& bodies() const { return bodies_; }
+  const std::vector<Joint>& joints() const { return joints_; }
+  const std::vector<Spring>& springs() const { return springs_; }
 
   //! Index of a body by name; the error lists the names that there are.
   std::size_t index(const std::string& name) const;
   const Body& body(const std::string& name) const { return bodies_[index(name)]; }
 
-  //! Index of the only body of a role, or none.
-  std::optional<std::size_t> with_role(Role role) const;
+  //! Index of a joint by name; the error lists the names that there are.
+  std::size_t joint_index(const std::string& name) const;
+
+  //! The joint that carries a body; none for a body that is no link.
+  std::optional<std::size_t> joint_to(std::size_t body) const;
+
+  //! Whether a body is a link or carries one.
+  bool jointed(std::size_t body) const;
+
+  //! Indices of the bodies of a role.
+  std::vector<std::size_t> with_role(Role role) const;
 
  private:
+  void place_links();
+
   Vector3 gravity_;
   Stepping stepping_;
   std::vector<Body> bodies_;
+  std::vector<Joint> joints_;
+  std::vector<Spring> springs_;
 };
 
 }  // namespace energymargin

@@ -1,8 +1,9 @@
 #pragma once
-// The layout of a state vector: which numbers belong to which body. pack / unpack.
+// The layout of a state vector: which numbers belong to which body or joint. pack / unpack.
 //
-// Every body that is not fixed has 13 numbers, in the scene's order: position 3, quaternion 4 (x, y, z, w),
-// velocity 3, angular velocity 3.
+// First come the bodies that are neither fixed nor links, in the scene's order, with 13 numbers each: position 3,
+// quaternion 4 (x, y, z, w), velocity 3, angular velocity 3. Then come the joints, in the scene's order, with their
+// position and velocity; a fixed joint has no numbers.
 
 #include <map>
 #include <string>
@@ -16,13 +17,18 @@ namespace energymargin {
 class StateLayout {
  public:
   static constexpr int numbers_per_body = 13;
+  static constexpr int velocities_of_body = 7;  //!< where the 6 velocities begin
+  static constexpr int numbers_per_joint = 2;
 
   explicit StateLayout(const Scene& scene);
 
   int dimension() const { return dimension_; }
 
-  //! First number of a body by its index in the scene; -1 for a fixed body.
+  //! First number of a body by its index in the scene; -1 for a fixed body or a link.
   int offset(std::size_t body) const { return offsets_[body]; }
+
+  //! First number of a joint by its index in the scene; -1 for a fixed joint.
+  int joint_offset(std::size_t joint) const { return joint_offsets_[joint]; }
 
   //! Reads a body's numbers from a state that starts at `numbers`.
   static BodyState read(const double* numbers);
@@ -30,20 +36,29 @@ class StateLayout {
 
  private:
   std::vector<int> offsets_;
+  std::vector<int> joint_offsets_;
   int dimension_ = 0;
 };
 
-//! The state vector of a scene; bodies that are left out have the scene's own values.
-State pack(const Scene& scene, const std::map<std::string, BodyState>& bodies = {});
+//! The state vector of a scene; bodies and joints that are left out have the scene's own values.
+State pack(const Scene& scene, const std::map<std::string, BodyState>& bodies = {},
+           const std::map<std::string, JointState>& joints = {});
 
-//! The moving bodies' states, by name.
-std::map<std::string, BodyState> unpack(const Scene& scene, const State& state);
+//! What a state says.
+struct Unpacked {
+  std::map<std::string, BodyState> bodies;   //!< of all bodies that are not fixed, links included
+  std::map<std::string, JointState> joints;  //!< of all joints that are not fixed
+};
+Unpacked unpack(const Scene& scene, const State& state);
 
-//! Throws std::invalid_argument unless `state` has the scene's dimension, is finite, has unit quaternions and no
-//! velocity along locked axes. `name` is what the error calls it.
+//! Throws std::invalid_argument unless `state` has the scene's dimension, is finite, has unit quaternions, no
+//! velocity along locked axes or of held joints, and joints within their limits. `name` is what the error calls it.
 void validate(const Scene& scene, const State& state, const std::string& name = "state");
 
 //! The checks of one body's state.
 void validate(const Body& body, const BodyState& state, const std::string& name);
+
+//! The checks of one joint's state. A joint may be a little beyond its limit, as a simulated one is at its stop.
+void validate(const Joint& joint, const JointState& state, const std::string& name);
 
 }  // namespace energymargin

@@ -33,4 +33,16 @@ struct BodyState {
   Vector3 angular_velocity = Vector3::Zero();       //!< [rad/s]
 };
 
+//! A frame in another one.
+struct Pose {
+  Vector3 position = Vector3::Zero();               //!< of its origin [m]
+  Quaternion orientation = Quaternion::Identity();  //!< unit quaternion
+};
+
+//! Where a joint is and how fast it moves: [rad] and [rad/s] about its axis, or [m] and [m/s] along it.
+struct JointState {
+  double position = 0.0;
+  double velocity = 0.0;
+};
+
 }  // namespace energymargin

@@ -39,6 +39,18 @@ struct Drive {
   Wrenches wrenches;
 };
 
+//! Target positions of one joint, one a step [rad] or [m].
+struct Targets {
+  std::string joint;
+  Eigen::VectorXd positions;
+};
+
+//! What a robot does over a simulation.
+struct Script {
+  std::vector<Drive> drives{};
+  std::vector<Targets> targets{};
+};
+
 //! One recorded moment of a simulation.
 struct Frame {
   double time = 0.0;  //!< [s]
@@ -65,12 +77,13 @@ class World {
   //! The same without the checks and without the energy, for callers that made the arguments themselves.
   Rollout rollout_unchecked(const State& state, const Wrench& wrench, int steps);
 
-  //! One unbroken simulation of `steps` steps under the drives' wrenches, recorded after the steps in `record`
-  //! (ascending, from 0, the start, to `steps`). The start's contacts are those of `contacts`.
-  std::vector<Frame> simulate(const State& state, const std::vector<Drive>& drives, int steps,
-                              const std::vector<int>& record);
+  //! One unbroken simulation of `steps` steps under a script, recorded after the steps in `record` (ascending, from 0,
+  //! the start, to `steps`). The start's contacts are those of `contacts`.
+  std::vector<Frame> simulate(const State& state, const Script& script, int steps, const std::vector<int>& record);
 
-  //! Kinetic and gravitational energy of the moving bodies; zero height at the world's origin [J].
+  //! Mechanical energy: the kinetic energy of all bodies that move, links included; the potential energy of gravity and
+  //! of the bodies' constant forces, with its zero at the world's origin; the energy of the springs, and of the joints'
+  //! compliance, which is zero at their targets [J].
   double energy(const State& state) const;
 
   //! Contacts at a state, with the forces that one step without wrench shows.

@@ -97,12 +97,13 @@ class PlaneContacts : public btCollisionAlgorithm {
   // The solver starts from an even share of the load. A body that cannot tilt leaves the shares open, and a solver that
   // starts from nothing would stand it on its first corner.
   void share_load(const btCollisionObject& solid, const btVector3& normal) {
-    const btRigidBody& body = static_cast<const btRigidBody&>(solid);
-    const double approach = -normal.dot(body.getLinearVelocity());
-    if (body.getInvMass() == 0.0 || approach <= 0.0) return;
+    const btRigidBody* body = btRigidBody::upcast(&solid);
+    if (!body || body->getInvMass() == 0.0) return;
+    const double approach = -normal.dot(body->getLinearVelocity());
+    if (approach <= 0.0) return;
     const int count = manifold_->getNumContacts();
     for (int i = 0; i < count; ++i) {
-      manifold_->getContactPoint(i).m_appliedImpulse = approach / body.getInvMass() / count;
+      manifold_->getContactPoint(i).m_appliedImpulse = approach / body->getInvMass() / count;
     }
   }
 

@@ -1,35 +1,40 @@
 #include "energymargin/metrics/force.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../check.hpp"
 
 namespace energymargin {
 
-ForceScore force_score(const Problem& problem, const ForceWeights& weights) {
-  require_finite("engage weight", weights.engage);
-  require_finite("stick weight", weights.stick);
-  require_finite("distance weight", weights.distance);
+ForceScore force_score(const Problem& problem) {
   validate(problem);
   const Scene& scene = problem.scene;
-  const auto effector = scene.with_role(Role::effector);
-  if (!effector)
+  const std::vector<std::size_t> effectors = scene.with_role(Role::effector);
+  if (effectors.empty()) {
     reject("scene", "without an effector", "a body of role \"effector\": the force score is about its contacts");
-  const std::string& object_name = scene.bodies()[*scene.with_role(Role::object)].name;
-  const std::string& effector_name = scene.bodies()[*effector].name;
+  }
+  const std::string& object = scene.bodies()[scene.with_role(Role::object).front()].name;
 
   World world(scene);
   ForceScore score;
   for (const Contact& contact : problem.contacts ? *problem.contacts : world.contacts(problem.state)) {
-    const bool between = (contact.body_a == object_name && contact.body_b == effector_name) ||
-                         (contact.body_a == effector_name && contact.body_b == object_name);
-    if (!between) continue;
+    if (contact.body_a != object && contact.body_b != object) continue;
+    const Body& other = scene.body(contact.body_a == object ? contact.body_b : contact.body_a);
+    ContactMargins& margins = other.role == Role::effector ? score.effector : score.ground;
     const double mu = contact.friction;
-    score.engage += contact.normal_force;
-    score.stick += (mu * contact.normal_force - contact.tangential_force.norm()) * std::cos(std::atan(mu));
+    margins.engage += contact.normal_force;
+    margins.stick += (mu * contact.normal_force - contact.tangential_force.norm()) * std::cos(std::atan(mu));
   }
-  score.distance = world.distance(problem.state, object_name, effector_name);
-  score.force = weights.engage * score.engage + weights.stick * score.stick - weights.distance * score.distance;
+  score.distance = std::numeric_limits<double>::infinity();
+  for (const std::size_t effector : effectors) {
+    score.distance = std::min(score.distance, world.distance(problem.state, object, scene.bodies()[effector].name));
+  }
+  const ForceWeights& weights = problem.force_weights;
+  score.force = weights.engage * score.effector.engage + weights.stick * score.effector.stick +
+                weights.ground_engage * score.ground.engage + weights.ground_stick * score.ground.stick -
+                weights.distance * score.distance;
   return score;
 }
 

@@ -16,6 +16,8 @@ inline constexpr int most_levels = 64;
 
 inline const std::vector<std::pair<const char*, Role>> roles{
     {"none", Role::none}, {"object", Role::object}, {"effector", Role::effector}};
+inline const std::vector<std::pair<const char*, JointType>> joint_types{
+    {"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}};
 inline const std::vector<std::pair<const char*, Effector>> effectors{{"coast", Effector::coast},
                                                                      {"drive", Effector::drive}};
 

@@ -53,8 +53,13 @@ class Place {
   }
   double size() const {
     if (json_.is_string() && json_.get<std::string>() == "inf") return std::numeric_limits<double>::infinity();
-    if (!json_.is_number()) fail("a number or \"inf\"");
+    if (json_.is_string() && json_.get<std::string>() == "-inf") return -std::numeric_limits<double>::infinity();
+    if (!json_.is_number()) fail("a number, \"inf\" or \"-inf\"");
     return json_.get<double>();
+  }
+  bool truth() const {
+    if (!json_.is_boolean()) fail("true or false");
+    return json_.get<bool>();
   }
   int integer() const {
     if (!json_.is_number_integer()) fail("a whole number");

@@ -39,7 +39,7 @@ Shape read_shape(const Place& place) {
 
 Body read_body(const Place& place) {
   place.only({"name", "shape", "mass", "position", "orientation", "velocity", "angular_velocity", "friction", "role",
-              "linear_factor", "angular_factor"});
+              "linear_factor", "angular_factor", "force"});
   Body body;
   body.name = place["name"].word();
   body.shape = read_shape(place["shape"]);
@@ -50,24 +50,79 @@ Body read_body(const Place& place) {
   body.role = place["role"].one_of(roles);
   body.linear_factor = place["linear_factor"].vector3();
   body.angular_factor = place["angular_factor"].vector3();
+  if (place.has("force")) body.force = place["force"].vector3();
   return body;
 }
 
+Pose read_pose(const Place& place) {
+  place.only({"position", "orientation"});
+  return {place["position"].vector3(), place["orientation"].quaternion()};
+}
+
+Joint read_joint(const Place& place) {
+  place.only({"name", "type", "parent", "child", "in_parent", "in_child", "axis", "lower", "upper", "position",
+              "velocity", "held", "target", "target_velocity", "stiffness", "damping", "torque_limit"});
+  Joint joint;
+  joint.name = place["name"].word();
+  joint.type = place["type"].one_of(joint_types);
+  joint.parent = place["parent"].word();
+  joint.child = place["child"].word();
+  joint.in_parent = read_pose(place["in_parent"]);
+  joint.in_child = read_pose(place["in_child"]);
+  joint.axis = place["axis"].vector3();
+  joint.lower = place["lower"].size();
+  joint.upper = place["upper"].size();
+  joint.state = {place["position"].number(), place["velocity"].number()};
+  joint.held = place["held"].truth();
+  joint.target = place["target"].number();
+  joint.target_velocity = place["target_velocity"].number();
+  joint.stiffness = place["stiffness"].number();
+  joint.damping = place["damping"].number();
+  joint.torque_limit = place["torque_limit"].size();
+  return joint;
+}
+
+Spring read_spring(const Place& place) {
+  place.only({"body_a", "body_b", "point_a", "point_b", "stiffness", "rest_length", "damping"});
+  return {place["body_a"].word(),     place["body_b"].word(),      place["point_a"].vector3(),
+          place["point_b"].vector3(), place["stiffness"].number(), place["rest_length"].number(),
+          place["damping"].number()};
+}
+
+ForceWeights read_force_weights(const Place& place) {
+  place.only({"engage", "stick", "distance", "ground_engage", "ground_stick"});
+  return {place["engage"].number(), place["stick"].number(), place["distance"].number(),
+          place["ground_engage"].number(), place["ground_stick"].number()};
+}
+
+// Reads each item of a list and adds it; an error says where.
+template <typename Add>
+void add_each(const Place& list, const Add& add) {
+  for (const Place& item : list.items()) {
+    try {
+      add(item);
+    } catch (const std::invalid_argument& error) {
+      const std::string what = error.what();
+      throw std::invalid_argument(what.rfind(item.path(), 0) == 0 ? what : item.path() + ": " + what);
+    }
+  }
+}
+
 Scene read_scene(const Place& place) {
-  place.only({"gravity", "step", "solver_iterations", "solver_tolerance", "margin", "bodies"});
+  place.only({"gravity", "step", "solver_iterations", "solver_tolerance", "friction_directions", "margin", "bodies",
+              "joints", "springs"});
   Stepping stepping;
   stepping.step = place["step"].number();
   stepping.iterations = place["solver_iterations"].integer();
   stepping.tolerance = place["solver_tolerance"].number();
+  // Files of version 1 come from simulations with one.
+  stepping.friction_directions = place.has("friction_directions") ? place["friction_directions"].integer() : 1;
   if (place.has("margin")) stepping.margin = place["margin"].number();
   Scene scene(place["gravity"].vector3(), stepping);
-  for (const Place& body : place["bodies"].items()) {
-    try {
-      scene.add_body(read_body(body));
-    } catch (const std::invalid_argument& error) {
-      const std::string what = error.what();
-      throw std::invalid_argument(what.rfind(body.path(), 0) == 0 ? what : body.path() + ": " + what);
-    }
+  add_each(place["bodies"], [&](const Place& body) { scene.add_body(read_body(body)); });
+  if (place.has("joints")) add_each(place["joints"], [&](const Place& joint) { scene.add_joint(read_joint(joint)); });
+  if (place.has("springs")) {
+    add_each(place["springs"], [&](const Place& spring) { scene.add_spring(read_spring(spring)); });
   }
   return scene;
 }
@@ -189,7 +244,7 @@ Problem read_problem(const Json& json) {
   const Place place(json, "problem");
   check_header(place);
   place.only({"format", "version", "scene", "state", "force", "torque", "duration", "captured", "succeeded", "within",
-              "effector", "rate", "contacts"});
+              "effector", "rate", "force_weights", "contacts"});
   const std::vector<Place> numbers = place["state"].items();
   State state(static_cast<Eigen::Index>(numbers.size()));
   for (std::size_t i = 0; i < numbers.size(); ++i) state[static_cast<Eigen::Index>(i)] = numbers[i].number();
@@ -200,6 +255,7 @@ Problem read_problem(const Json& json) {
   if (place.has("within")) problem.within = region_at(place["within"]);
   problem.effector = place["effector"].one_of(effectors);
   problem.rate = place["rate"].number();
+  if (place.has("force_weights")) problem.force_weights = read_force_weights(place["force_weights"]);
   if (place.has("contacts")) {
     problem.contacts.emplace();
     for (const Place& contact : place["contacts"].items()) problem.contacts->push_back(read_contact(contact));

@@ -14,7 +14,10 @@ Json write(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 Json write(const Quaternion& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
 // JSON has no infinity; a size without limit is the word.
-Json write_size(double value) { return std::isinf(value) ? Json("inf") : Json(value); }
+Json write_size(double value) {
+  if (!std::isinf(value)) return value;
+  return value > 0.0 ? "inf" : "-inf";
+}
 
 struct ShapeWriter {
   Json operator()(const Plane& s) const {
@@ -118,7 +121,44 @@ Json write(const Body& body) {
           {"friction", body.friction},
           {"role", name_of(roles, body.role)},
           {"linear_factor", write(body.linear_factor)},
-          {"angular_factor", write(body.angular_factor)}};
+          {"angular_factor", write(body.angular_factor)},
+          {"force", write(body.force)}};
+}
+
+Json write(const Pose& pose) { return {{"position", write(pose.position)}, {"orientation", write(pose.orientation)}}; }
+
+Json write(const Joint& joint) {
+  return {{"name", joint.name},
+          {"type", name_of(joint_types, joint.type)},
+          {"parent", joint.parent},
+          {"child", joint.child},
+          {"in_parent", write(joint.in_parent)},
+          {"in_child", write(joint.in_child)},
+          {"axis", write(joint.axis)},
+          {"lower", write_size(joint.lower)},
+          {"upper", write_size(joint.upper)},
+          {"position", joint.state.position},
+          {"velocity", joint.state.velocity},
+          {"held", joint.held},
+          {"target", joint.target},
+          {"target_velocity", joint.target_velocity},
+          {"stiffness", joint.stiffness},
+          {"damping", joint.damping},
+          {"torque_limit", write_size(joint.torque_limit)}};
+}
+
+Json write(const Spring& spring) {
+  return {{"body_a", spring.body_a},          {"body_b", spring.body_b},       {"point_a", write(spring.point_a)},
+          {"point_b", write(spring.point_b)}, {"stiffness", spring.stiffness}, {"rest_length", spring.rest_length},
+          {"damping", spring.damping}};
+}
+
+Json write(const ForceWeights& weights) {
+  return {{"engage", weights.engage},
+          {"stick", weights.stick},
+          {"distance", weights.distance},
+          {"ground_engage", weights.ground_engage},
+          {"ground_stick", weights.ground_stick}};
 }
 
 Json write(const Scene& scene) {
@@ -126,10 +166,15 @@ Json write(const Scene& scene) {
   Json json = {{"gravity", write(scene.gravity())},
                {"step", stepping.step},
                {"solver_iterations", stepping.iterations},
-               {"solver_tolerance", stepping.tolerance}};
+               {"solver_tolerance", stepping.tolerance},
+               {"friction_directions", stepping.friction_directions}};
   if (stepping.margin) json["margin"] = *stepping.margin;
   json["bodies"] = Json::array();
   for (const Body& body : scene.bodies()) json["bodies"].push_back(write(body));
+  json["joints"] = Json::array();
+  for (const Joint& joint : scene.joints()) json["joints"].push_back(write(joint));
+  json["springs"] = Json::array();
+  for (const Spring& spring : scene.springs()) json["springs"].push_back(write(spring));
   return json;
 }
 
@@ -158,6 +203,7 @@ Json write_problem(const Problem& problem) {
   if (problem.within) json["within"] = write(*problem.within);
   json["effector"] = name_of(effectors, problem.effector);
   json["rate"] = problem.rate;
+  json["force_weights"] = write(problem.force_weights);
   if (problem.contacts) {
     json["contacts"] = Json::array();
     for (const Contact& contact : *problem.contacts) json["contacts"].push_back(write(contact));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "energymargin/kinematics.hpp"
 #include "energymargin/random.hpp"
 
 namespace energymargin::search {
@@ -62,14 +63,15 @@ class CostSampler : public ompl::base::StateSampler {
 
 Scales::Scales(const Problem& problem) {
   const Scene& scene = problem.scene;
-  const std::size_t index = *scene.with_role(Role::object);
+  const std::size_t index = scene.with_role(Role::object).front();
   const Body& object = scene.bodies()[index];
-  const StateLayout layout(scene);
-  const auto moving = [&](std::size_t body) { return StateLayout::read(problem.state.data() + layout.offset(body)); };
-  const BodyState start = moving(index);
-  const auto effector = scene.with_role(Role::effector);
-  const bool pushed = effector && !scene.bodies()[*effector].fixed();
-  const double speed = start.velocity.norm() + (pushed ? moving(*effector).velocity.norm() : 0.0);
+  const Kinematics kinematics(scene);
+  const BodyState start = kinematics(problem.state.data(), index);
+  double speed = 0.0;  // of the fastest part of the effector
+  for (const std::size_t effector : scene.with_role(Role::effector)) {
+    speed = std::max(speed, kinematics(problem.state.data(), effector).velocity.norm());
+  }
+  speed += start.velocity.norm();
   const double radius = smallest_half_extent(object.shape);
   const double time = problem.duration;
   const double acceleration = problem.force.norm() / object.mass;
@@ -86,7 +88,7 @@ CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
     : scales_(problem), bound_(std::numeric_limits<double>::infinity()), seed_(seed) {
   setName("StateCost");
   const StateLayout layout(problem.scene);
-  start_ = StateLayout::read(problem.state.data() + layout.offset(*problem.scene.with_role(Role::object)));
+  start_ = StateLayout::read(problem.state.data() + layout.offset(problem.scene.with_role(Role::object).front()));
 }
 
 double CostSpace::distance(const ompl::base::State* a, const ompl::base::State* b) const {

@@ -66,9 +66,9 @@ ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const
 
 Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes)
     : StatePropagator(si),
-      problem_(problem),
       world_(problem.scene),
-      object_(world_.layout().offset(*problem.scene.with_role(Role::object))),
+      edge_start_(problem),
+      object_(world_.layout().offset(problem.scene.with_role(Role::object).front())),
       step_(problem.scene.stepping().step) {
   make_room(nodes + 1);
   tree_.states.row(0) = problem.state.transpose();
@@ -84,7 +84,7 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   const int parent_node = parent->node;
   const Wrench wrench = WrenchSpace::wrench(control);
   const int steps = WrenchSpace::steps(control);
-  const Rollout rollout = world_.rollout_unchecked(edge_start(problem_, tree_.states.row(parent_node)), wrench, steps);
+  const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(parent_node)), wrench, steps);
   const double cost = parent->cost + rollout.effort;
 
   const int node = ++nodes_;

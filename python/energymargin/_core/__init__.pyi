@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Contact', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'regions', 'stream']
+__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'ForceWeights', 'Joint', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'regions', 'stream']
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -82,6 +82,11 @@ class Body:
     One body of a scene.
     """
     @property
+    def angular_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        1: free about the axis, 0: locked; shape (3,).
+        """
+    @property
     def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Shape (3,) [rad/s].
@@ -90,9 +95,19 @@ class Body:
     def fixed(self) -> bool:
         ...
     @property
+    def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Acts all the time, in the world's axes, shape (3,) [N].
+        """
+    @property
     def friction(self) -> float:
         """
         A contact's coefficient is the product of its two bodies'.
+        """
+    @property
+    def linear_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        1: free along the axis, 0: locked; shape (3,).
         """
     @property
     def mass(self) -> float:
@@ -125,36 +140,195 @@ class Body:
         """
         Shape (3,) [m/s].
         """
+class Joint:
+    """
+    A joint of a scene; for a prismatic one read m for rad and N for N m.
+    """
+    @property
+    def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        In the joint's frame, shape (3,).
+        """
+    @property
+    def child(self) -> str:
+        ...
+    @property
+    def child_orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w.
+        """
+    @property
+    def child_origin(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        In the child's frame, shape (3,) [m].
+        """
+    @property
+    def damping(self) -> float:
+        """
+        [N m s/rad].
+        """
+    @property
+    def held(self) -> bool:
+        """
+        Whether it keeps the position it has, whatever the load.
+        """
+    @property
+    def limits(self) -> tuple[float, float]:
+        """
+        [rad].
+        """
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w.
+        """
+    @property
+    def origin(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        In the parent's frame, shape (3,) [m].
+        """
+    @property
+    def parent(self) -> str:
+        ...
+    @property
+    def start(self) -> float:
+        """
+        [rad].
+        """
+    @property
+    def start_velocity(self) -> float:
+        """
+        [rad/s].
+        """
+    @property
+    def stiffness(self) -> float:
+        """
+        [N m/rad].
+        """
+    @property
+    def target(self) -> float:
+        """
+        [rad].
+        """
+    @property
+    def target_velocity(self) -> float:
+        """
+        [rad/s].
+        """
+    @property
+    def torque_limit(self) -> float:
+        """
+        [N m].
+        """
+    @property
+    def type(self) -> str:
+        """
+        'revolute', 'prismatic' or 'fixed'.
+        """
+class Spring:
+    """
+    A spring between two bodies.
+    """
+    @property
+    def body_a(self) -> str:
+        ...
+    @property
+    def body_b(self) -> str:
+        ...
+    @property
+    def damping(self) -> float:
+        """
+        Along the spring [N s/m].
+        """
+    @property
+    def point_a(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        In the frame of body_a, shape (3,) [m].
+        """
+    @property
+    def point_b(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        In the frame of body_b, shape (3,) [m].
+        """
+    @property
+    def rest_length(self) -> float:
+        """
+        [m].
+        """
+    @property
+    def stiffness(self) -> float:
+        """
+        [N/m].
+        """
 class Scene:
     """
-    What there is: bodies under gravity [m/s^2], and how the physics is stepped.
+    What there is: bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, margin: float | None = None) -> None:
-        ...
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull, *, mass: float, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0)) -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None) -> None:
+        """
+        An empty scene.
+        
+        gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most; the solver stops early below
+        solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
+        also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
+        where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
+        extent.
+        """
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull, *, mass: float, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
         Add a body.
         
         position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its centre of mass;
         velocity [m/s] and angular_velocity [rad/s] are in the world's axes. mass [kg] of 0 fixes it. role is 'object' (the body
         that disturbances act on), 'effector' or 'none'. The factors lock axes: 0 locked, 1 free; linear_factor=(1, 1, 0),
-        angular_factor=(0, 0, 1) makes a planar body. Raises ValueError on bad values.
+        angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
+        or a motor does. Raises ValueError on bad values.
+        """
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ...) -> None:
+        """
+        Hang the body `child` on the body `parent`, which makes it a link.
+        
+        type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at
+        origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
+        the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
+        position and velocity do, and start and start_velocity are theirs when nothing else is said.
+        
+        The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
+        (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
+        it has in the state, whatever the load. A joint with neither moves freely.
+        
+        The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
+        locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
     def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5) -> None:
         """
         Add the fixed half space below a plane; by default z <= 0.
         """
-    def pack(self, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def add_spring(self, body_a: str, body_b: str, *, stiffness: float, rest_length: float = 0.0, damping: float = 0.0, point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
-        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...)). What is left out has the scene's own value. Raises ValueError on unknown bodies or keys and bad values.
+        Add a spring between a point of one body and a point of another, in their frames.
+        
+        It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
+        a spring too stiff for the scene's step.
+        """
+    def joint_slice(self, name: str) -> slice:
+        """
+        Where a joint's position and velocity stand in a state.
+        """
+    def pack(self, *, joints: dict | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values.
         """
     def slice(self, name: str) -> slice:
         """
-        Where a body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.
+        Where a free body's 13 numbers stand in a state: position 3, quaternion 4, velocity 3, angular velocity 3.
         """
     def unpack(self, state: numpy.typing.ArrayLike) -> dict[str, dict[str, typing.Any]]:
         """
-        Dict of dicts by body: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw.
+        Dict of dicts by body, links included: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw; and, if there are joints, under 'joints' a dict of dicts by joint: position, velocity.
         """
     @property
     def bodies(self) -> list[Body]:
@@ -165,7 +339,13 @@ class Scene:
         n, numbers in a state vector.
         """
     @property
+    def friction_directions(self) -> int:
+        ...
+    @property
     def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def joints(self) -> list[Joint]:
         ...
     @property
     def margin(self) -> float | None:
@@ -177,6 +357,9 @@ class Scene:
         ...
     @property
     def solver_tolerance(self) -> float:
+        ...
+    @property
+    def springs(self) -> list[Spring]:
         ...
     @property
     def step(self) -> float:
@@ -287,15 +470,15 @@ class World:
         """
     def energy(self, state: numpy.typing.ArrayLike) -> float:
         """
-        Kinetic and gravitational energy of the moving bodies; zero at the world's origin [J].
+        Mechanical energy [J]: kinetic energy of all bodies that move, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs, and of the joints' compliance, zero at their targets.
         """
     def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float) -> Rollout:
         """
         Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.
         """
-    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
+    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
         """
-        One unbroken simulation; drives gives wrenches by body, shape (steps, 6). record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each.
+        One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each.
         """
     @property
     def scene(self) -> Scene:
@@ -314,6 +497,31 @@ class Region:
         """
         Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the region names a body that the scene does not have.
         """
+class ForceWeights:
+    """
+    Weights of the force score, Section V-B.
+    
+    engage [1/N]: of the normal forces between effector and object; stick [1/N]: of their distances to the friction cones'
+    edges; distance [1/m]: taken off per metre between object and effector. ground_engage and ground_stick: the same for the
+    object's contacts with all that is not the effector, of use where the object is meant to stick there.
+    """
+    def __init__(self, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None:
+        ...
+    @property
+    def distance(self) -> float:
+        ...
+    @property
+    def engage(self) -> float:
+        ...
+    @property
+    def ground_engage(self) -> float:
+        ...
+    @property
+    def ground_stick(self) -> float:
+        ...
+    @property
+    def stick(self) -> float:
+        ...
 class Problem:
     """
     One question: how robust is this state against these disturbances?
@@ -322,7 +530,7 @@ class Problem:
     object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
     succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast', it is not
     actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
-    rate: lambda of eq. 4 [1/J]. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
+    rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
     a state in deep penetration.
     """
     @staticmethod
@@ -337,7 +545,7 @@ class Problem:
         """
     def __getstate__(self) -> str:
         ...
-    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: Region, succeeded: Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, contacts: collections.abc.Sequence[Contact] | None = None) -> None:
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: Region, succeeded: Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None) -> None:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
@@ -375,6 +583,11 @@ class Problem:
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Largest |force| along each axis, shape (3,) [N].
+        """
+    @property
+    def force_weights(self) -> ForceWeights:
+        """
+        Weights of the force score.
         """
     @property
     def rate(self) -> float:
@@ -506,6 +719,20 @@ class EscapeEffort:
     @property
     def tree(self) -> Tree:
         ...
+class ContactMargins:
+    """
+    What the object's contacts with one kind of body can bear.
+    """
+    @property
+    def engage(self) -> float:
+        """
+        Sum of the normal forces [N].
+        """
+    @property
+    def stick(self) -> float:
+        """
+        Sum of the distances to the friction cones' edges [N].
+        """
 class ForceScore:
     """
     The wrench-based baseline, Section V-B.
@@ -518,9 +745,9 @@ class ForceScore:
         Least distance between object and effector [m].
         """
     @property
-    def engage(self) -> float:
+    def effector(self) -> ContactMargins:
         """
-        Sum of the normal forces [N].
+        Over the contacts with all bodies of the effector.
         """
     @property
     def force(self) -> float:
@@ -528,9 +755,9 @@ class ForceScore:
         Omega_force, the weighted sum.
         """
     @property
-    def stick(self) -> float:
+    def ground(self) -> ContactMargins:
         """
-        Sum of the distances to the friction cones' edges [N].
+        Over the contacts with all other bodies.
         """
 class ScoreRow:
     """
@@ -583,9 +810,9 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     """
-def force_score(problem: Problem, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0) -> ForceScore:
+def force_score(problem: Problem, weights: ForceWeights | None = None) -> ForceScore:
     """
-    Weighted sum of engaging score [1/N], sticking score [1/N] and, taken off, distance [1/m].
+    The wrench-based baseline: the weighted sum of engaging score, sticking score and, taken off, distance. weights: by default the problem's.
     """
 def stream(seed: int, number: typing.SupportsInt | typing.SupportsIndex) -> int:
     """

@@ -1,27 +1,25 @@
 #pragma once
 // The wrench-based baseline, Section V-B (Baseline): engaging, sticking and distance.
 
-#include <vector>
-
 #include "energymargin/problem.hpp"
 
 namespace energymargin {
 
-struct ForceWeights {
-  double engage = 1.0;     //!< of the normal force [1/N]
-  double stick = 1.0;      //!< of the distance to the friction cone's edge [1/N]
-  double distance = 10.0;  //!< taken off per metre between object and effector [1/m]
+//! What the contacts of the object with one kind of body can bear.
+struct ContactMargins {
+  double engage = 0.0;  //!< Omega_engage, sum of the normal forces [N]
+  double stick = 0.0;   //!< Omega_stick, sum over the contacts of (mu * normal - |tangential|) cos(atan(mu)) [N]
 };
 
 struct ForceScore {
-  double force = 0.0;     //!< Omega_force, the weighted sum
-  double engage = 0.0;    //!< Omega_engage, sum of the normal forces [N]
-  double stick = 0.0;     //!< Omega_stick, sum over the contacts of (mu * normal - |tangential|) cos(atan(mu)) [N]
-  double distance = 0.0;  //!< Omega_dist, least distance between object and effector [m]
+  double force = 0.0;       //!< Omega_force, the weighted sum
+  ContactMargins effector;  //!< over the contacts with all bodies of the effector, such as its fingers
+  ContactMargins ground;    //!< over the contacts with all other bodies
+  double distance = 0.0;    //!< Omega_dist, least distance between the object and any body of the effector [m]
 };
 
-//! Uses the contacts between object and effector that the problem brings, or those simulated at its state.
+//! Uses the object's contacts that the problem brings, or those simulated at its state, with the problem's weights.
 //! Throws std::invalid_argument on a bad problem, or one whose scene has no effector.
-ForceScore force_score(const Problem& problem, const ForceWeights& weights = {});
+ForceScore force_score(const Problem& problem);
 
 }  // namespace energymargin

@@ -50,8 +50,8 @@ class Propagator : public ompl::control::StatePropagator {
  private:
   void make_room(Eigen::Index rows) const;
 
-  Problem problem_;
   mutable World world_;
+  EdgeStart edge_start_;
   mutable Tree tree_;
   mutable int nodes_ = 0;
   int object_;  //!< offset of the object's numbers in a state

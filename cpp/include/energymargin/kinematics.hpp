@@ -1,0 +1,35 @@
+#pragma once
+// Where every body of a scene is in a state: links follow from the joints.
+
+#include <optional>
+#include <vector>
+
+#include "energymargin/scene.hpp"
+#include "energymargin/state.hpp"
+
+namespace energymargin {
+
+//! The body that a joint carries, from the joint's parent.
+BodyState carried(const Joint& joint, const JointState& state, const BodyState& parent);
+
+//! Forward kinematics of a scene.
+class Kinematics {
+ public:
+  explicit Kinematics(const Scene& scene);
+
+  //! A body by its index in the scene, for the state vector that starts at `state`.
+  BodyState operator()(const double* state, std::size_t body) const;
+
+ private:
+  struct Node {
+    BodyState fixed;             // where it is if no number of the state says so
+    int offset;                  // in a state; -1: fixed, or a link
+    std::optional<Joint> joint;  // that carries it
+    int joint_offset;
+    std::size_t parent;
+  };
+
+  std::vector<Node> nodes_;
+};
+
+}  // namespace energymargin

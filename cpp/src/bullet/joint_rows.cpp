@@ -1,0 +1,94 @@
+#include "joint_rows.hpp"
+
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin {
+namespace {
+
+constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
+constexpr double stop_steps = 4.0;   // ... or if the joint gets there in so many steps
+constexpr double stop_return = 0.2;  // share of an overshoot that one step takes back
+constexpr double no_limit = 1e10;    // [N m s]
+constexpr int base_velocities = 6;   // a tree's velocities begin with those of its base
+
+}  // namespace
+
+JointRows::JointRows(btMultiBody& body, int link, const Joint& joint)
+    : btMultiBodyConstraint(&body, nullptr, link, -1, 3, false, MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR), joint_(joint) {}
+
+int JointRows::getIslandIdA() const { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
+
+void JointRows::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                                     const btContactSolverInfo& info) {
+  const double step = info.m_timeStep;
+  if (joint_.stiffness > 0.0 || joint_.damping > 0.0) add_drive(rows, data, step);
+  const double position = m_bodyA->getJointPos(m_linkA);
+  const double reach = std::max(stop_reach, stop_steps * step * std::abs(m_bodyA->getJointVel(m_linkA)));
+  if (position - joint_.lower < reach) add_stop(rows, data, step, 1.0, position - joint_.lower);
+  if (joint_.upper - position < reach) add_stop(rows, data, step, -1.0, joint_.upper - position);
+}
+
+// The impulse is that of the spring and damper at the end of the step:
+// p = h (k (target - q - h v) + d (v_target - v)), which is a row of softness 1 / (h (h k + d)).
+void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step) const {
+  btMultiBodySolverConstraint& row = add_row(rows, data, 1.0);
+  const double inverse_inertia = 1.0 / row.m_jacDiagABInv;
+  const double gain = step * joint_.stiffness + joint_.damping;
+  const double softness = 1.0 / (step * gain);
+  const double wanted =
+      (joint_.stiffness * (joint_.target - m_bodyA->getJointPos(m_linkA)) + joint_.damping * joint_.target_velocity) /
+      gain;
+  row.m_jacDiagABInv = 1.0 / (inverse_inertia + softness);
+  row.m_cfm = softness * row.m_jacDiagABInv;
+  row.m_rhs = (wanted - m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
+  row.m_upperLimit = std::min(joint_.torque_limit * step, no_limit);
+  row.m_lowerLimit = -row.m_upperLimit;
+}
+
+// Velocity away from the stop: as much as keeps the joint from crossing it, or brings it back.
+void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
+                         double gap) const {
+  btMultiBodySolverConstraint& row = add_row(rows, data, direction);
+  const double least = gap > 0.0 ? -gap / step : -stop_return * gap / step;
+  row.m_rhs = (least - direction * m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
+  row.m_lowerLimit = 0.0;
+  row.m_upperLimit = no_limit;
+}
+
+btMultiBodySolverConstraint& JointRows::add_row(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                                                double direction) const {
+  const int velocities = base_velocities + m_bodyA->getNumDofs();
+  btMultiBodySolverConstraint& row = rows.expandNonInitializing();
+  row = btMultiBodySolverConstraint();
+  row.m_relpos1CrossNormal.setZero();
+  row.m_contactNormal1.setZero();
+  row.m_appliedImpulse = 0.0;
+  row.m_cfm = 0.0;
+  row.m_multiBodyA = m_bodyA;
+  row.m_linkA = m_linkA;
+  row.m_multiBodyB = nullptr;
+  row.m_solverBodyIdA = row.m_solverBodyIdB = -1;
+  row.m_orgConstraint = nullptr;
+  if (m_bodyA->getCompanionId() < 0) {
+    m_bodyA->setCompanionId(data.m_deltaVelocities.size());
+    data.m_deltaVelocities.resize(data.m_deltaVelocities.size() + velocities);
+  }
+  row.m_deltaVelAindex = m_bodyA->getCompanionId();
+  row.m_jacAindex = data.m_jacobians.size();
+  data.m_jacobians.resize(row.m_jacAindex + velocities, 0.0);
+  data.m_deltaVelocitiesUnitImpulse.resize(row.m_jacAindex + velocities, 0.0);
+  const int velocity = base_velocities + m_bodyA->getLink(m_linkA).m_dofOffset;
+  data.m_jacobians[row.m_jacAindex + velocity] = direction;
+  m_bodyA->calcAccelerationDeltasMultiDof(&data.m_jacobians[row.m_jacAindex],
+                                          &data.m_deltaVelocitiesUnitImpulse[row.m_jacAindex], data.scratch_r,
+                                          data.scratch_v);
+  row.m_jacDiagABInv = 1.0 / (direction * data.m_deltaVelocitiesUnitImpulse[row.m_jacAindex + velocity]);
+  return row;
+}
+
+}  // namespace energymargin

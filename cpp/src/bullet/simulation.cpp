@@ -1,0 +1,267 @@
+#include "simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "../check.hpp"
+#include "plane_contacts.hpp"
+#include "shapes.hpp"
+
+namespace energymargin {
+namespace {
+
+// Small pools: a world has few contacts, and a new world is built for every problem.
+btDefaultCollisionConstructionInfo small_pools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = 128;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
+  return info;
+}
+
+std::size_t body_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
+
+}  // namespace
+
+btScalar PairPoints::addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* a, int, int,
+                                     const btCollisionObjectWrapper*, int, int) {
+  if (point.getDistance() < least) {
+    least = point.getDistance();
+    const bool swapped = a->getCollisionObject() != first;
+    position = from_bullet(swapped ? point.getPositionWorldOnA() : point.getPositionWorldOnB());
+    normal = (swapped ? -1.0 : 1.0) * from_bullet(point.m_normalWorldOnB);
+  }
+  return 0.0;
+}
+
+bool JointedPairs::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
+  if (!(a->m_collisionFilterGroup & b->m_collisionFilterMask) ||
+      !(b->m_collisionFilterGroup & a->m_collisionFilterMask)) {
+    return false;
+  }
+  return !contains(body_of(*static_cast<btCollisionObject*>(a->m_clientObject)),
+                   body_of(*static_cast<btCollisionObject*>(b->m_clientObject)));
+}
+
+Simulation::Simulation(const Scene& scene)
+    : scene_(scene),
+      layout_(scene),
+      step_(scene.stepping().step),
+      configuration_(small_pools()),
+      dispatcher_(&configuration_),
+      world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
+      objects_(scene.bodies().size()),
+      tree_of_(scene.bodies().size()) {
+  configure();
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const Body& body = scene.bodies()[i];
+    axes_.push_back(mass_properties(body.shape, body.mass).axes);
+    shapes_.push_back(collision_shape(body.shape, scene.stepping().margin));
+    if (body.fixed() || !scene.jointed(i)) add_rigid(i);
+  }
+  add_articulations();
+}
+
+Simulation::~Simulation() {
+  articulations_.clear();
+  for (auto& body : rigids_) world_.removeRigidBody(body.get());
+}
+
+void Simulation::configure() {
+  use_plane_contacts(dispatcher_);
+  if (!scene_.joints().empty()) {
+    for (const Joint& joint : scene_.joints()) jointed_.add(scene_.index(joint.parent), scene_.index(joint.child));
+    broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&jointed_);
+  }
+  world_.setGravity(to_bullet(scene_.gravity()));
+  world_.setForceUpdateAllAabbs(false);
+  world_.getDispatchInfo().m_deterministicOverlappingPairs = true;
+  btContactSolverInfo& info = world_.getSolverInfo();
+  info.m_numIterations = scene_.stepping().iterations;
+  info.m_leastSquaresResidualThreshold = scene_.stepping().tolerance;
+  if (scene_.stepping().friction_directions == 1) info.m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS;
+  info.m_warmstartingFactor = 1.0;
+  // Penetration is resolved by moving bodies apart, not by speeding them up: no energy out of nothing.
+  info.m_splitImpulse = 1;
+  info.m_splitImpulsePenetrationThreshold = 0.0;
+}
+
+void Simulation::add_rigid(std::size_t index) {
+  const Body& body = scene_.bodies()[index];
+  const MassProperties mass = mass_properties(body.shape, body.mass);
+  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_[index].get(), to_bullet(mass.inertia));
+  info.m_startWorldTransform =
+      btTransform(to_bullet(Quaternion(body.state.orientation * axes_[index])), to_bullet(body.state.position));
+  info.m_friction = body.friction;
+  rigids_.push_back(std::make_unique<btRigidBody>(info));
+  btRigidBody& rigid = *rigids_.back();
+  objects_[index] = &rigid;
+  rigid.setLinearFactor(to_bullet(body.linear_factor));
+  rigid.setAngularFactor(to_bullet(body.angular_factor));
+  rigid.setFlags(rigid.getFlags() | BT_DISABLE_WORLD_GRAVITY);  // `step` brings it
+  if (body.angular_factor != Vector3::Ones()) {
+    // Bullet's gyroscopic term would turn the body about its locked axes.
+    rigid.setFlags(rigid.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
+  }
+  rigid.setUserIndex(static_cast<int>(index));
+  world_.addRigidBody(&rigid);
+  if (body.fixed()) return;
+  rigid.setActivationState(DISABLE_DEACTIVATION);
+  if (body.role == Role::object && !object_) object_ = &rigid;
+  const Vector3 gained = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor) * step_;
+  free_.push_back({layout_.offset(index), axes_[index], to_bullet(gained), &rigid});
+}
+
+// What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
+// table know nothing of each other.
+void Simulation::add_articulations() {
+  const auto add = [this](std::size_t base, std::optional<std::size_t> first) {
+    articulations_.push_back(std::make_unique<Articulation>(scene_, shapes_, base, first, world_));
+    for (const auto& collider : articulations_.back()->colliders()) {
+      objects_[body_of(*collider)] = collider.get();
+      tree_of_[body_of(*collider)] = articulations_.size() - 1;
+    }
+  };
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    const std::size_t parent = scene_.index(scene_.joints()[i].parent);
+    if (scene_.bodies()[parent].fixed()) {
+      add(parent, i);
+    } else if (!scene_.joint_to(parent) && !tree_of_[parent]) {
+      add(parent, std::nullopt);
+    }
+  }
+}
+
+int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
+
+btRigidBody& Simulation::object() const {
+  if (!object_) reject("scene", "without a free object", "one body of role \"object\" that is on no joint");
+  return *object_;
+}
+
+// Everything that could carry the past into the next rollout is set anew.
+void Simulation::restore(const State& state) {
+  btOverlappingPairCache* pairs = broadphase_.getOverlappingPairCache();
+  for (const Free& body : free_) {
+    const BodyState to = StateLayout::read(state.data() + body.offset);
+    const btTransform transform(to_bullet(Quaternion(to.orientation * body.axes)), to_bullet(to.position));
+    const btVector3 velocity = to_bullet(to.velocity);
+    const btVector3 angular_velocity = to_bullet(to.angular_velocity);
+    body.rigid->setCenterOfMassTransform(transform);
+    body.rigid->setInterpolationWorldTransform(transform);
+    body.rigid->setLinearVelocity(velocity);
+    body.rigid->setInterpolationLinearVelocity(velocity);
+    body.rigid->setAngularVelocity(angular_velocity);
+    body.rigid->setInterpolationAngularVelocity(angular_velocity);
+    body.rigid->clearForces();
+    pairs->cleanProxyFromPairs(body.rigid->getBroadphaseHandle(), &dispatcher_);
+  }
+  for (const auto& articulation : articulations_) {
+    articulation->restore(state);
+    for (const auto& collider : articulation->colliders()) {
+      pairs->cleanProxyFromPairs(collider->getBroadphaseHandle(), &dispatcher_);
+    }
+  }
+  solver_.reset();
+}
+
+void Simulation::read(State& state) const {
+  state.resize(layout_.dimension());
+  for (const Free& body : free_) {
+    const btTransform& transform = body.rigid->getCenterOfMassTransform();
+    const Quaternion orientation = from_bullet(transform.getRotation()) * body.axes.conjugate();
+    StateLayout::write({from_bullet(transform.getOrigin()), orientation.normalized(),
+                        from_bullet(body.rigid->getLinearVelocity()), from_bullet(body.rigid->getAngularVelocity())},
+                       state.data() + body.offset);
+  }
+  for (const auto& articulation : articulations_) articulation->read(state);
+  if (!state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
+}
+
+// Gravity enters as a change of velocity before the step, as wrenches do: Bullet aims friction against the velocity it
+// finds, and so it acts against what the forces are about to do, also on a body at rest.
+void Simulation::step() {
+  for (const Free& body : free_) {
+    body.rigid->setLinearVelocity(body.rigid->getLinearVelocity() + body.speed_gained);
+  }
+  for (std::size_t i = 0; i < tree_of_.size(); ++i) {
+    const Vector3& force = scene_.bodies()[i].force;
+    if (tree_of_[i] && !force.isZero(0.0)) apply(i, to_bullet(force), btVector3(0, 0, 0));
+  }
+  apply_springs();
+  world_.stepSimulation(step_, 0);
+}
+
+void Simulation::apply(std::size_t body, const btVector3& force, const btVector3& torque) {
+  if (tree_of_[body]) {
+    articulation(body).apply(static_cast<btMultiBodyLinkCollider&>(*objects_[body]), force, torque);
+  } else {
+    auto& rigid = static_cast<btRigidBody&>(*objects_[body]);
+    rigid.applyCentralImpulse(force * step_);
+    rigid.applyTorqueImpulse(torque * step_);
+  }
+}
+
+void Simulation::set_target(std::size_t joint, double target) {
+  for (const auto& articulation : articulations_) articulation->set_target(joint, target);
+}
+
+void Simulation::apply_springs() {
+  for (const Spring& spring : scene_.springs()) {
+    const std::size_t a = scene_.index(spring.body_a);
+    const std::size_t b = scene_.index(spring.body_b);
+    const auto on_body = [this](std::size_t body, const Vector3& point) {
+      return objects_[body]->getWorldTransform() * to_bullet(Vector3(axes_[body].conjugate() * point));
+    };
+    const btVector3 end_a = on_body(a, spring.point_a);
+    const btVector3 end_b = on_body(b, spring.point_b);
+    const double length = (end_b - end_a).length();
+    if (length == 0.0) continue;  // it pulls nowhere
+    const btVector3 along = (end_b - end_a) / length;
+    const double growth = along.dot(velocity(b, end_b) - velocity(a, end_a));
+    const btVector3 pull = along * (spring.stiffness * (length - spring.rest_length) + spring.damping * growth);
+    for (const auto& [body, end, force] : {std::tuple{a, end_a, pull}, std::tuple{b, end_b, btVector3(-pull)}}) {
+      if (scene_.bodies()[body].fixed()) continue;
+      apply(body, force, (end - objects_[body]->getWorldTransform().getOrigin()).cross(force));
+    }
+  }
+}
+
+btVector3 Simulation::velocity(std::size_t body, const btVector3& point) const {
+  if (tree_of_[body]) {
+    return articulation(body).velocity(static_cast<const btMultiBodyLinkCollider&>(*objects_[body]), point);
+  }
+  const auto& rigid = static_cast<const btRigidBody&>(*objects_[body]);
+  return rigid.getVelocityInLocalPoint(point - rigid.getCenterOfMassPosition());
+}
+
+std::vector<Contact> Simulation::contacts() const {
+  std::vector<Contact> contacts;
+  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+    const Body& a = scene_.bodies()[body_of(*manifold->getBody0())];
+    const Body& b = scene_.bodies()[body_of(*manifold->getBody1())];
+    for (int j = 0; j < manifold->getNumContacts(); ++j) {
+      const btManifoldPoint& point = manifold->getContactPoint(j);
+      const btVector3 tangential = (point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
+                                    point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2) /
+                                   step_;
+      contacts.push_back({a.name, b.name, from_bullet(point.getPositionWorldOnB()), from_bullet(point.m_normalWorldOnB),
+                          point.getDistance(), point.getAppliedImpulse() / step_, from_bullet(tangential),
+                          a.friction * b.friction});
+    }
+  }
+  return contacts;
+}
+
+PairPoints Simulation::pair(std::size_t a, std::size_t b, double reach) {
+  PairPoints points(*objects_[a], reach);
+  world_.contactPairTest(objects_[a], objects_[b], points);
+  return points;
+}
+
+bool Simulation::can_collide(std::size_t a, std::size_t b) const {
+  return !(scene_.bodies()[a].fixed() && scene_.bodies()[b].fixed()) && !jointed_.contains(a, b);
+}
+
+}  // namespace energymargin

@@ -1,0 +1,104 @@
+#pragma once
+// A Scene as a Bullet world.
+
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "articulation.hpp"
+#include "energymargin/world.hpp"
+
+namespace energymargin {
+
+//! Collects the points of one pair of bodies.
+struct PairPoints : btCollisionWorld::ContactResultCallback {
+  const btCollisionObject* first;
+  double least = std::numeric_limits<double>::infinity();
+  Vector3 position = Vector3::Zero();  // on the second body
+  Vector3 normal = Vector3::UnitZ();   // to the first body
+
+  PairPoints(const btCollisionObject& a, double reach) : first(&a) { m_closestDistanceThreshold = reach; }
+
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* a, int, int,
+                           const btCollisionObjectWrapper*, int, int) override;
+};
+
+//! Bodies that a joint connects overlap where the joint is, and never collide.
+struct JointedPairs : btOverlapFilterCallback {
+  std::set<std::pair<std::size_t, std::size_t>> pairs{};  // the lower index first
+
+  void add(std::size_t a, std::size_t b) { pairs.insert(std::minmax(a, b)); }
+  bool contains(std::size_t a, std::size_t b) const { return pairs.count(std::minmax(a, b)) > 0; }
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
+};
+
+//! Bullet's side of a World. What makes rollouts pure functions is `restore`.
+class Simulation {
+ public:
+  explicit Simulation(const Scene& scene);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  const Scene& scene() const { return scene_; }
+  const StateLayout& layout() const { return layout_; }
+  int whole_steps(double duration) const;
+
+  //! The object's body; throws std::invalid_argument if the scene has no object, or one on joints.
+  btRigidBody& object() const;
+
+  void restore(const State& state);
+  void read(State& state) const;
+
+  //! One step; the wrench and the targets are for this step.
+  void step();
+  void apply(std::size_t body, const btVector3& force, const btVector3& torque);
+  void set_target(std::size_t joint, double target);
+
+  std::vector<Contact> contacts() const;
+  PairPoints pair(std::size_t a, std::size_t b, double reach);
+
+  //! Whether two bodies can collide at all.
+  bool can_collide(std::size_t a, std::size_t b) const;
+
+ private:
+  struct Free {
+    int offset;              // in a state
+    Quaternion axes;         // from principal axes to the body's frame
+    btVector3 speed_gained;  // in one step, of gravity and the body's constant force
+    btRigidBody* rigid;
+  };
+
+  void configure();
+  void add_rigid(std::size_t index);
+  void add_articulations();
+  void apply_springs();
+  btVector3 velocity(std::size_t body, const btVector3& point) const;
+  Articulation& articulation(std::size_t body) const { return *articulations_[*tree_of_[body]]; }
+
+  Scene scene_;
+  StateLayout layout_;
+  double step_;
+  std::vector<Quaternion> axes_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  JointedPairs jointed_;
+  btDbvtBroadphase broadphase_;
+  btMultiBodyConstraintSolver solver_;
+  btMultiBodyDynamicsWorld world_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // of all bodies
+  std::vector<std::unique_ptr<btRigidBody>> rigids_;       // fixed and free bodies without joints, and fixed bases
+  std::vector<std::unique_ptr<Articulation>> articulations_;
+  std::vector<btCollisionObject*> objects_;          // of all bodies
+  std::vector<std::optional<std::size_t>> tree_of_;  // index of the articulation that a body is in
+  std::vector<Free> free_;
+  btRigidBody* object_ = nullptr;
+};
+
+}  // namespace energymargin

@@ -1,0 +1,52 @@
+#include "energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin {
+namespace {
+
+// Up to the torque limit a compliant joint is a linear spring; beyond it its torque, and so the slope of its energy,
+// stays.
+double of_compliance(const Joint& joint, double position) {
+  if (joint.stiffness == 0.0 || joint.held) return 0.0;
+  const double away = std::abs(joint.target - position);
+  const double linear = std::min(away, joint.torque_limit / joint.stiffness);
+  return 0.5 * joint.stiffness * linear * linear + (away > linear ? joint.torque_limit * (away - linear) : 0.0);
+}
+
+}  // namespace
+
+Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(scene) {
+  for (const Body& body : scene.bodies()) masses_.push_back(mass_properties(body.shape, body.mass));
+}
+
+double Energy::operator()(const State& state) const {
+  double energy = 0.0;
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    if (!scene_.bodies()[i].fixed()) energy += of_body(i, kinematics_(state.data(), i));
+  }
+  for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    const int offset = layout_.joint_offset(i);
+    if (offset >= 0) energy += of_compliance(scene_.joints()[i], state[offset]);
+  }
+  return energy;
+}
+
+double Energy::of_body(std::size_t body, const BodyState& at) const {
+  const double mass = scene_.bodies()[body].mass;
+  const Vector3 spin = (at.orientation * masses_[body].axes).conjugate() * at.angular_velocity;
+  return 0.5 * mass * at.velocity.squaredNorm() + 0.5 * spin.dot(masses_[body].inertia.cwiseProduct(spin)) -
+         (mass * scene_.gravity() + scene_.bodies()[body].force).dot(at.position);
+}
+
+double Energy::of_spring(const Spring& spring, const State& state) const {
+  const BodyState a = kinematics_(state.data(), scene_.index(spring.body_a));
+  const BodyState b = kinematics_(state.data(), scene_.index(spring.body_b));
+  const Vector3 span = b.position + b.orientation * spring.point_b - a.position - a.orientation * spring.point_a;
+  const double stretch = span.norm() - spring.rest_length;
+  return 0.5 * spring.stiffness * stretch * stretch;
+}
+
+}  // namespace energymargin

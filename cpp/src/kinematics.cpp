@@ -1,0 +1,49 @@
+#include "energymargin/kinematics.hpp"
+
+namespace energymargin {
+
+BodyState carried(const Joint& joint, const JointState& state, const BodyState& parent) {
+  const Quaternion frame = parent.orientation * joint.in_parent.orientation;
+  const Vector3 axis = frame * joint.axis;
+  const bool turns = joint.type == JointType::revolute;
+  const bool slides = joint.type == JointType::prismatic;
+  const double angle = turns ? state.position : 0.0;
+  const Vector3 slide = slides ? Vector3(axis * state.position) : Vector3::Zero();
+
+  BodyState child;
+  const Quaternion turn(Eigen::AngleAxisd(angle, joint.axis));
+  child.orientation = (frame * turn * joint.in_child.orientation.conjugate()).normalized();
+  const Vector3 arm_in_parent = parent.orientation * joint.in_parent.position + slide;
+  const Vector3 arm_in_child = child.orientation * joint.in_child.position;
+  child.position = parent.position + arm_in_parent - arm_in_child;
+  child.angular_velocity = parent.angular_velocity;
+  child.velocity = parent.velocity + parent.angular_velocity.cross(arm_in_parent);
+  if (turns) child.angular_velocity += axis * state.velocity;
+  if (slides) child.velocity += axis * state.velocity;
+  child.velocity -= child.angular_velocity.cross(arm_in_child);
+  return child;
+}
+
+Kinematics::Kinematics(const Scene& scene) {
+  const StateLayout layout(scene);
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    Node node{scene.bodies()[i].state, layout.offset(i), std::nullopt, -1, 0};
+    if (const auto joint = scene.joint_to(i)) {
+      node.joint = scene.joints()[*joint];
+      node.joint_offset = layout.joint_offset(*joint);
+      node.parent = scene.index(node.joint->parent);
+    }
+    nodes_.push_back(std::move(node));
+  }
+}
+
+BodyState Kinematics::operator()(const double* state, std::size_t body) const {
+  const Node& node = nodes_[body];
+  if (node.offset >= 0) return StateLayout::read(state + node.offset);
+  if (!node.joint) return node.fixed;
+  JointState joint;
+  if (node.joint_offset >= 0) joint = {state[node.joint_offset], state[node.joint_offset + 1]};
+  return carried(*node.joint, joint, (*this)(state, node.parent));
+}
+
+}  // namespace energymargin
