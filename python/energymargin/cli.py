@@ -1,4 +1,4 @@
-"""The commands: energymargin tasks | generate | score | evaluate | demo.
+"""The commands: energymargin tasks | generate | score | evaluate | demo | reproduce.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -44,6 +44,8 @@ class _Commands(TyperGroup):
         except KeyboardInterrupt:
             _say("[yellow]stopped[/]")
             raise typer.Exit(INTERRUPTED) from None
+        except typer.Exit:  # a RuntimeError, but none of ours: --help ends so
+            raise
         except (
             ValueError,
             OSError,
@@ -69,8 +71,19 @@ app = typer.Typer(
     1. `energymargin generate push -o push.h5`
     2. `energymargin score push.h5 -o push-scores.db`
     3. `energymargin evaluate push-scores.db`
+
+    The paper's tables again: `energymargin reproduce --help`.
     """,
 )
+experiments = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="""The paper's tables and figures, made again.
+
+    Example: `energymargin reproduce table1 --quick`
+    """,
+)
+app.add_typer(experiments, name="reproduce")
 
 Seed = Annotated[int, typer.Option(help="The same seed gives the same numbers, to the last bit.")]
 Nodes = Annotated[
@@ -154,8 +167,9 @@ def score(
 
     dataset = datasets.load(data)
     output = output or data.with_name(f"{data.stem}-scores.db")
-    names = [metric.strip() for metric in metrics.split(",")]
-    with _score(dataset, output, metrics=names, nodes=nodes, seed=seed, threads=threads) as store:
+    with _score(
+        dataset, output, metrics=_split(metrics), nodes=nodes, seed=seed, threads=threads
+    ) as store:
         scored, _ = store.counts()
         written = escape(str(output))
         _say(
@@ -215,6 +229,81 @@ def demo(
     _say(f"In {escape(str(output))}/: {', '.join(written)}")
 
 
+@experiments.command()
+def table1(
+    *,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
+    ] = None,
+    trajectories: Annotated[
+        int | None, typer.Option(help="How many trajectories of each task.", show_default="50")
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option(help="Nodes of each search tree.", show_default="1000")
+    ] = None,
+    continuations: Annotated[
+        int | None,
+        typer.Option(help="Of each state, for the ceiling.", show_default="100"),
+    ] = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", help="Folder for all files.", show_default="out/table1, or out/table1-quick"
+        ),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick",
+            help="A first picture in a few minutes: 20 trajectories, 50 nodes, 20 continuations.",
+        ),
+    ] = False,
+) -> None:
+    """How well each score predicts robustness and success, on every task, beside the paper's.
+
+    AUC and AP of the scores of recorded states against what happened afterwards, in both readings
+    of the effector. The *ceiling* is what a score could reach at most: it lets the robot's own
+    script go on from each state, many times, with fresh noise.
+
+    The folder gets table1.md and table1.csv, the trajectories (TASK.h5) and every score (*.db).
+    With 1000 nodes it takes hours; stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce table1 --tasks push --nodes 100`
+    """
+    from dataclasses import replace
+
+    from energymargin.experiments import table1 as experiment
+    from energymargin.progress import share_bar
+
+    chosen: dict[str, Any] = {
+        "tasks": experiment.paper_tasks() if tasks is None else _split(tasks),
+        "trajectories": trajectories,
+        "nodes": nodes,
+        "continuations": continuations,
+        "seed": seed,
+    }
+    settings = replace(
+        experiment.QUICK if quick else experiment.FULL,
+        **{name: value for name, value in chosen.items() if value is not None},
+    )
+    output = output or Path("out/table1-quick" if quick else "out/table1")
+    output.mkdir(parents=True, exist_ok=True)
+    command = settings.command(output)
+    try:
+        with share_bar(err) as progress:
+            table = experiment.reproduce(settings, output, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        kept = f"All that was finished is kept in {escape(str(output))}; go on with:"
+        _say(f"{kept} [bold]{escape(command)}[/]")
+        raise
+    out.print(table.render())
+    (output / "table1.md").write_text(table.to_markdown())
+    (output / "table1.csv").write_text(table.to_csv())
+    _say(f"In {escape(str(output))}/: table1.md, table1.csv, trajectories (.h5), scores (.db)")
+
+
 def main() -> None:
     """Entry point of the command `energymargin`."""
     app()
@@ -271,15 +360,13 @@ def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
     """The demo's dataset: the one that is there, if it is the same."""
     from energymargin import datasets
     from energymargin import tasks as registry
+    from energymargin.progress import progress_bar
 
     task = registry.make(DEMO_TASK)
-    if not path.exists():
-        return _generate(task, trajectories, DEMO_FRAMES, seed, path)
-    dataset = datasets.load(path)
-    found = (dataset.task, dataset.parameters, dataset.seed, len(dataset.trajectories))
-    if found != (task.name, task.parameters, seed, trajectories):
-        raise ValueError(f"{path} holds other trajectories: remove it, or choose another -o")
-    return dataset
+    with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
+        return datasets.load_or_generate(
+            path, task, trajectories, DEMO_FRAMES, seed, progress=progress
+        )
 
 
 def _draw(dataset: Dataset, store: ScoreStore, output: Path, nodes: int, seed: int) -> None:
@@ -318,6 +405,10 @@ def _one_of_each(dataset: Dataset) -> dict[str, int]:
                 of_kind, key=lambda t: (dataset.trajectories[t].captured[-1] == success, -t)
             )
     return chosen
+
+
+def _split(words: str) -> list[str]:
+    return [word.strip() for word in words.split(",")]
 
 
 def _parsed(parameters: list[str]) -> dict[str, Any]:

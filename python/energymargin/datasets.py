@@ -26,7 +26,7 @@ from energymargin import tasks
 from energymargin._core import Contact, Problem
 from energymargin.tasks.base import Task, Trajectory, whole_number
 
-__all__ = ["Dataset", "generate", "load"]
+__all__ = ["Dataset", "generate", "load", "load_or_generate"]
 
 FORMAT = "energymargin dataset"
 VERSION = 1
@@ -137,6 +137,31 @@ def generate(
         if progress is not None:
             progress(index + 1, trajectories)
     return Dataset(made.name, made.parameters, seed, recorded)
+
+
+def load_or_generate(
+    path: str | os.PathLike[str],
+    task: Task,
+    trajectories: int = 50,
+    frames: int = 10,
+    seed: int = 0,
+    *,
+    progress: Callable[[int, int], None] | None = None,
+) -> Dataset:
+    """The dataset in a file, which is made if there is none. Arguments: as `generate`.
+
+    Raises ValueError if the file holds another.
+    """
+    path = Path(path)
+    if not path.exists():
+        dataset = generate(task, trajectories, frames, seed, progress)
+        dataset.save(path)
+        return dataset
+    dataset = load(path)
+    found = (dataset.task, dataset.parameters, dataset.seed, [len(t) for t in dataset.trajectories])
+    if found != (task.name, task.parameters, seed, [frames] * trajectories):
+        raise ValueError(f"{path} holds other trajectories: remove it, or choose another folder")
+    return dataset
 
 
 class _Other(ValueError):

@@ -13,7 +13,7 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,14 @@ __all__ = [
     "Evaluation",
     "LabelledScores",
     "captured_labels",
+    "csv_fields",
     "evaluate",
+    "paper_value",
     "trajectory_score",
 ]
 
 HORIZONS = range(6)  # frames; the paper leaves its horizon open, so all of them are shown
+HORIZON = 2  # frames; where one is needed
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 DRAWS = 1000  # bootstrap draws
 CONFIDENCE = 0.95
@@ -49,6 +52,27 @@ PAPER: dict[str, dict[str, tuple[float, float]]] = {
         "effort/rrt": (0.92, 0.99),
         "force": (0.86, 0.95),
         "success": (0.98, 0.98),
+    },
+    "balance": {
+        "capture": (0.98, 0.99),
+        "effort/est": (0.93, 0.98),
+        "effort/rrt": (0.94, 0.98),
+        "force": (0.94, 0.96),
+        "success": (0.93, 0.95),
+    },
+    "topple": {
+        "capture": (0.94, 0.93),
+        "effort/est": (0.93, 0.91),
+        "effort/rrt": (0.93, 0.92),
+        "force": (0.77, 0.62),
+        "success": (0.89, 0.92),
+    },
+    "grasp": {
+        "capture": (1.00, 1.00),
+        "effort/est": (0.99, 0.99),
+        "effort/rrt": (0.97, 0.99),
+        "force": (0.73, 0.88),
+        "success": (0.99, 0.99),
     },
 }
 
@@ -140,15 +164,20 @@ class Evaluation:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(CSV_COLUMNS)
+        writer.writerows(self.csv_rows())
+        return text.getvalue()
+
+    def csv_rows(self) -> list[list[Any]]:
+        """The lines of `to_csv`, with CSV_COLUMNS."""
         cells: list[tuple[str, int | str, Cell | None]] = [
             (score, horizon, cell)
             for score, by_horizon in self.states.items()
             for horizon, cell in by_horizon.items()
         ]
-        for score, horizon, cell in [*cells, (SUCCESS, "", self.success)]:
-            paper = PAPER.get(self.task, {}).get(score, ("", ""))
-            writer.writerow([score, horizon, *_fields(cell), *paper])
-        return text.getvalue()
+        return [
+            [score, horizon, *csv_fields(cell), *PAPER.get(self.task, {}).get(score, ("", ""))]
+            for score, horizon, cell in [*cells, (SUCCESS, "", self.success)]
+        ]
 
     def _titles(self) -> list[str]:
         return [*(f"h = {horizon}" for horizon in self.horizons), "paper"]
@@ -160,7 +189,7 @@ class Evaluation:
         }
         if self.success is not None:
             rows[SUCCESS] = [_stacked(self.success), *[""] * (len(self.horizons) - 1)]
-        return [(score, cells, _paper(self.task, score)) for score, cells in rows.items()]
+        return [(score, cells, paper_value(self.task, score)) for score, cells in rows.items()]
 
     def _caption(self) -> str:
         caption = (
@@ -212,6 +241,23 @@ def evaluate(
         success=_success_cell(labelled, members, weights) if SUCCESS in labelled.scores else None,
         missing=int(missing.sum()),
     )
+
+
+def paper_value(task: str, score: str) -> str:
+    """AUC/AP in the paper's Table I, or a dash."""
+    found = PAPER.get(task, {}).get(score)
+    return DASH if found is None else f"{found[0]:.2f}/{found[1]:.2f}".replace("0.", ".")
+
+
+def csv_fields(cell: Cell | None) -> list[float | str]:
+    """Its columns of a CSV file, from count to ap_high; empty without a cell."""
+    if cell is None:
+        return [""] * 8
+    return [
+        *(cell.count, cell.positives),
+        *(cell.auc, *(cell.auc_interval or ("", ""))),
+        *(cell.ap, *(cell.ap_interval or ("", ""))),
+    ]
 
 
 def _state_cell(
@@ -302,24 +348,8 @@ def _interval(values: NDArray[np.float64]) -> tuple[float, float] | None:
     return float(low), float(high)
 
 
-def _paper(task: str, score: str) -> str:
-    """AUC/AP in the paper's Table I."""
-    found = PAPER.get(task, {}).get(score)
-    return DASH if found is None else f"{found[0]:.2f}/{found[1]:.2f}".replace("0.", ".")
-
-
 def _stacked(cell: Cell | None) -> str:
     return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
-
-
-def _fields(cell: Cell | None) -> list[float | str]:
-    if cell is None:
-        return [""] * 8
-    return [
-        *(cell.count, cell.positives),
-        *(cell.auc, *(cell.auc_interval or ("", ""))),
-        *(cell.ap, *(cell.ap_interval or ("", ""))),
-    ]
 
 
 def _span(interval: tuple[float, float] | None) -> str:

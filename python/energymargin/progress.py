@@ -12,12 +12,13 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskProgressColumn,
     TextColumn,
     TimeRemainingColumn,
 )
 from rich.text import Text
 
-__all__ = ["progress_bar"]
+__all__ = ["progress_bar", "share_bar"]
 
 
 class _Rate(ProgressColumn):
@@ -47,8 +48,38 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
         progress.start()  # not before there is something to count: an error may come first
         progress.update(bar, completed=done, total=total)
 
-    try:
+    with _stopped(progress):
         yield update
+
+
+@contextmanager
+def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
+    """Draws a bar while the `with` block runs, which calls `update(what, share)` with what is being
+    done and the share that is done of all."""
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+        console=console,
+        transient=True,
+    )
+    bar = progress.add_task("", total=1.0)
+
+    def update(what: str, share: float) -> None:
+        progress.start()
+        progress.update(bar, description=what, completed=share)
+
+    with _stopped(progress):
+        yield update
+
+
+@contextmanager
+def _stopped(progress: Progress) -> Iterator[None]:
+    """At the end the bar is no longer drawn, if it ever was."""
+    try:
+        yield
     finally:
         if progress.live.is_started:
             progress.stop()

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 from energymargin._core import Problem, ScoreRow, ScoreRun
 from energymargin.tasks.base import whole_number
 
-__all__ = ["METRICS", "ScoreError", "ScoreTable", "check_settings", "score"]
+__all__ = [
+    "METRICS",
+    "POLL",
+    "ScoreError",
+    "ScoreTable",
+    "check_settings",
+    "held_interrupts",
+    "score",
+    "thread_count",
+]
 
 METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
 MOST_NODES = 10**9
@@ -94,8 +103,7 @@ def score(
     check_settings(metrics, nodes, seed)
     if "success" in metrics and any(problem.succeeded is None for problem in problems):
         raise ValueError("metrics has 'success', but not every problem has a success set")
-    threads = len(os.sched_getaffinity(0)) if threads is None else threads
-    whole_number("threads", threads, 1)
+    threads = thread_count(threads)
     done: list[ScoreRow] = []
     errors: dict[int, str] = {}
 
@@ -108,7 +116,7 @@ def score(
         if progress is not None and rows:
             progress(len(done) + len(errors), len(problems))
 
-    with _held_interrupts() as interrupted:
+    with held_interrupts() as interrupted:
         run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
         try:
             while not run.finished and not interrupted.is_set():
@@ -134,10 +142,15 @@ def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
     whole_number("seed", seed, 0, 2**64 - 1)
 
 
+def thread_count(threads: int | None) -> int:
+    """`threads`, or for None all cores that this process may use; ValueError if below 1."""
+    return len(os.sched_getaffinity(0)) if threads is None else whole_number("threads", threads, 1)
+
+
 @contextmanager
-def _held_interrupts() -> Iterator[threading.Event]:
-    """Ctrl-C sets the event instead of raising, so that no row is lost between the pool and
-    `on_rows`.
+def held_interrupts() -> Iterator[threading.Event]:
+    """Ctrl-C sets the event instead of raising, so that no row is lost between a pool of threads
+    and the file.
 
     Only where Python's own handler is in place: a program that handles Ctrl-C itself goes on doing
     so.

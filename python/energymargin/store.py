@@ -19,16 +19,15 @@ from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from energymargin._core import ScoreRow
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
 from energymargin.scoring import METRICS, check_settings, score
 
-__all__ = ["ScoreStore", "score_dataset"]
+__all__ = ["Row", "ScoreStore", "score_dataset"]
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
@@ -47,6 +46,25 @@ CREATE TABLE scores (
     FOREIGN KEY (trajectory, frame) REFERENCES states
 ) WITHOUT ROWID;
 """
+
+
+class Row(Protocol):
+    """The scores of one state."""
+
+    @property
+    def index(self) -> int:
+        """The number of the state in its dataset."""
+        ...
+
+    @property
+    def seconds(self) -> float:
+        """Computing time [s]."""
+        ...
+
+    @property
+    def scores(self) -> dict[str, float]:
+        """By metric."""
+        ...
 
 
 class ScoreStore:
@@ -75,17 +93,27 @@ class ScoreStore:
         nodes: int,
         seed: int,
     ) -> ScoreStore:
+        """Opens the file of the scores of these settings: `for_settings`, with checks."""
+        check_settings(metrics, nodes, seed)
+        return cls.for_settings(path, dataset, metrics, nodes=nodes, seed=seed)
+
+    @classmethod
+    def for_settings(
+        cls,
+        path: str | os.PathLike[str],
+        dataset: Dataset,
+        metrics: Sequence[str],
+        **numbers: int,
+    ) -> ScoreStore:
         """Opens the file of these settings, or makes it if there is none.
 
-        Raises ValueError if the file holds scores of another dataset or other settings, and says
-        which differ.
+        `numbers` are what the metrics' values depend on, such as nodes and seed. Raises ValueError
+        if the file holds scores of another dataset or other settings, and says which differ.
         """
-        check_settings(metrics, nodes, seed)
         settings = {
             "task": dataset.task,
             "dataset": dataset.digest(),
-            "nodes": nodes,
-            "seed": seed,
+            **numbers,
             "metrics": sorted(metrics),
             "energymargin": version("energymargin"),
         }
@@ -106,7 +134,7 @@ class ScoreStore:
         return store
 
     def settings(self) -> dict[str, Any]:
-        """What the scores belong to: task, dataset (digest), nodes, seed, metrics, energymargin."""
+        """What the scores belong to: task, dataset (digest), metrics, energymargin, and numbers."""
         return {
             name: json.loads(value)
             for name, value in self._database.execute("SELECT name, value FROM settings")
@@ -126,7 +154,7 @@ class ScoreStore:
         ).fetchone()
         return int(scored), int(total)
 
-    def add(self, rows: Sequence[ScoreRow]) -> None:
+    def add(self, rows: Sequence[Row]) -> None:
         """Keeps these rows, all or none. A row's index is the number of its state."""
         metrics = self.settings()["metrics"]
         with self._database:

@@ -82,12 +82,13 @@ def test_the_parameters_of_a_task_are_set_by_name(folder):
 
 def test_tasks_and_help_show_what_there_is(folder):
     assert "push" in run("tasks", cwd=folder).stdout
+    commands = ("tasks", "generate", "score", "evaluate", "demo", "reproduce")
     text = run("--help", cwd=folder).stdout
-    assert all(command in text for command in ("tasks", "generate", "score", "evaluate", "demo"))
-    for command in ("tasks", "generate", "score", "evaluate", "demo"):
-        assert f"Example: energymargin {command}" in run(
-            command, "--help", cwd=folder
-        ).stdout.replace("`", "")
+    assert all(command in text for command in commands)
+    for words in (*([command] for command in commands), ["reproduce", "table1"]):
+        done = run(*words, "--help", cwd=folder)
+        assert done.returncode == 0 and done.stderr == ""
+        assert f"Example: energymargin {' '.join(words)}" in done.stdout.replace("`", "")
 
 
 def test_wrong_input_is_one_clear_line_and_exit_code_2(folder):

@@ -22,7 +22,16 @@ def test_a_parameter_that_the_task_does_not_have_is_refused_by_name():
 
 
 @pytest.mark.parametrize(
-    "parameters", [{"friction": 0.0}, {"friction": float("nan")}, {"effector": "fly"}]
+    "parameters",
+    [
+        {"friction": 0.0},
+        {"friction": float("nan")},
+        {"friction": True},
+        {"friction": "0.3"},
+        {"effector": "fly"},
+        {"effector": None},
+        {"follow": 1},
+    ],
 )
 def test_a_parameter_out_of_range_is_refused(parameters):
     with pytest.raises(ValueError, match=next(iter(parameters))):

@@ -9,9 +9,9 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 from typing import Any, cast
 
-from energymargin.tasks.base import Task, Trajectory
+from energymargin.tasks.base import Drive, ScriptedTask, Task, Trajectory
 
-__all__ = ["Task", "Trajectory", "make", "names"]
+__all__ = ["Drive", "ScriptedTask", "Task", "Trajectory", "make", "names"]
 
 GROUP = "energymargin.tasks"
 

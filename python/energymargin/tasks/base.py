@@ -1,21 +1,42 @@
 """What a manipulation task is: it makes trajectories, and it turns a state into a problem.
 
 A task is found by its name: a package registers its class under the entry point group
-`energymargin.tasks`, and the class says what it is in the first line of its docstring.
+`energymargin.tasks`, and the class says what it is in the first line of its docstring. A task whose
+robot follows a script in simulation is a `ScriptedTask`: it says what is special about it, and gets
+the rest.
 """
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Contact, Problem
+from energymargin._core import Contact, Problem, Region, Scene, Simulation, World
 
-__all__ = ["Task", "Trajectory", "whole_number"]
+__all__ = [
+    "Drive",
+    "Params",
+    "ScriptedTask",
+    "Task",
+    "Trajectory",
+    "drawn",
+    "one_of",
+    "positive_number",
+    "whole_number",
+    "yes_or_no",
+]
+
+Params = Mapping[str, float]
+"""What was drawn for one trajectory alone, by name."""
+
+EFFECTORS = ("coast", "drive")
+STEP = 1 / 240  # s; the paper's simulator
 
 
 @dataclass(frozen=True)
@@ -42,10 +63,29 @@ class Trajectory:
         return len(self.times)
 
 
+@dataclass(frozen=True)
+class Drive:
+    """What moves the robot along one trajectory, with a row for each simulation step."""
+
+    wrenches: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    """By body: force [N] and torque [N m] on it, shape (steps, 6)."""
+    targets: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    """By joint: the position that its control aims at [rad, m], shape (steps,)."""
+
+    def between(self, first: int, last: int) -> Drive:
+        """The rows of the steps from `first` on, before `last`."""
+        return Drive(
+            {body: rows[first:last] for body, rows in self.wrenches.items()},
+            {joint: rows[first:last] for joint, rows in self.targets.items()},
+        )
+
+
 class Task(Protocol):
     """A manipulation task; its constructor's keywords are its parameters."""
 
     name: str
+    plane: tuple[str, str]
+    """The axes of the plane in which pictures show it: ("x", "y") or ("x", "z")."""
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -59,7 +99,7 @@ class Task(Protocol):
     def problem(
         self,
         state: NDArray[np.float64],
-        params: Mapping[str, float] | None = None,
+        params: Params | None = None,
         contacts: Sequence[Contact] | None = None,
     ) -> Problem:
         """How robust is the manipulation at this state, shape (n,)?
@@ -69,6 +109,151 @@ class Task(Protocol):
         ...
 
 
+class ScriptedTask(ABC):
+    """A task whose robot follows a script, with random starts and noise, in simulation.
+
+    The paper's four are such (Section VI-A, VI-D). A trajectory is made in this order, which fixes
+    what its seed means: `draw`, `start`, `drive`, and the simulation of `scene`.
+    """
+
+    name: str
+    plane: tuple[str, str] = ("x", "y")
+    length: float
+    """Of a trajectory [s]."""
+    step: float = STEP
+    """Of the simulation [s]; the one of its scene."""
+
+    def __init__(self, effector: str) -> None:
+        """`effector`: "coast" or "drive", as of a Problem; raises ValueError on another word."""
+        self._effector = one_of("effector", effector, EFFECTORS)
+
+    @property
+    @abstractmethod
+    def parameters(self) -> dict[str, Any]:
+        """The keywords that make this task again."""
+
+    @abstractmethod
+    def scene(self, params: Params) -> Scene:
+        """The scene in which the script runs."""
+
+    @abstractmethod
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """What is drawn for one trajectory, such as the friction."""
+
+    @abstractmethod
+    def start(
+        self, world: World, params: Params, random: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """A random start state, shape (n,)."""
+
+    @abstractmethod
+    def drive(self, params: Params, random: np.random.Generator) -> Drive:
+        """The script, for all `steps` of a trajectory."""
+
+    @abstractmethod
+    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
+        """Z_cap(z) of a state, shape (n,)."""
+
+    @abstractmethod
+    def succeeded(self, params: Params) -> Region:
+        """Z_suc."""
+
+    @abstractmethod
+    def problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The problem P of Section V-A at a state, shape (n,)."""
+
+    @property
+    def steps(self) -> int:
+        """Simulation steps of a trajectory."""
+        return round(self.length / self.step)
+
+    def rollout(self, seed: int, frames: int = 10) -> Trajectory:
+        """One trajectory, with frames evenly spaced over it, from its start to its end.
+
+        The same for the same seed. Raises ValueError on a negative seed, or frames that are not
+        from 2 to the number of steps and the start.
+        """
+        random = np.random.default_rng(whole_number("seed", seed, 0))
+        frames = whole_number("frames", frames, 2, self.steps + 1)
+        params = self.draw(random)
+        world = World(self.scene(params))
+        start = self.start(world, params, random)
+        drive = self.drive(params, random)
+
+        recorded = np.round(np.linspace(0, self.steps, frames)).astype(int)
+        simulation = _simulate(world, start, drive, recorded)
+        captured, succeeded = self.labels(simulation.states, params)
+        return Trajectory(
+            times=simulation.times,
+            states=simulation.states,
+            contacts=simulation.contacts,
+            captured=captured,
+            success=bool(succeeded[-1]),
+            params=params,
+            seed=int(seed),
+        )
+
+    def resume(
+        self,
+        state: NDArray[np.float64],
+        time: float,
+        params: Params,
+        seed: int,
+        times: ArrayLike,
+        *,
+        world: World | None = None,
+    ) -> NDArray[np.float64]:
+        """The script goes on from a state, shape (n,), at a time [s], with fresh noise.
+
+        Returns the states at `times` [s], shape (K, n). The noise is that of the seed: a drive is
+        drawn for the whole trajectory, and what comes after `time` is used. `world`, of the scene
+        of these params, saves making one. Raises ValueError on times that do not rise from `time`
+        to at most the task's length.
+        """
+        first, *recorded = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
+        rising = np.diff([first, *recorded]) > 0
+        if not (recorded and rising.all() and first >= 0 and recorded[-1] <= self.steps):
+            raise ValueError(
+                f"times is {np.asarray(times).tolist()}, expected to rise from after {time:g} s "
+                f"to at most {self.length:g} s, the task's length"
+            )
+        drive = self.drive(params, np.random.default_rng(whole_number("seed", seed, 0)))
+        return _simulate(
+            World(self.scene(params)) if world is None else world,
+            state,
+            drive.between(first, recorded[-1]),
+            np.array(recorded) - first,
+        ).states
+
+    def labels(
+        self, states: NDArray[np.float64], params: Params
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Whether each state, shape (N, n), lies in its own capture set and in the success set.
+
+        Two arrays of shape (N,).
+        """
+        layout = self.scene(params)
+        captured = [self.captured(state, params).contains(layout, state) for state in states]
+        succeeded = self.succeeded(params).contains(layout, states)
+        return np.array(captured, dtype=bool), np.asarray(succeeded, dtype=bool)
+
+
+def drawn(name: str, params: Params | None, own: float | None) -> float:
+    """What was drawn for a trajectory, or else the task's own; ValueError if neither says it."""
+    value = (params or {}).get(name, own)
+    if value is None:
+        raise ValueError(
+            f"the {name} is drawn for each trajectory: "
+            f"pass params=trajectory.params, or make the task with a {name}"
+        )
+    return value
+
+
 def whole_number(name: str, value: int, least: int, most: int | None = None) -> int:
     """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`."""
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
@@ -76,3 +261,38 @@ def whole_number(name: str, value: int, least: int, most: int | None = None) -> 
         return int(value)
     expected = f"of at least {least}" if most is None else f"from {least} to {most}"
     raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
+
+
+def positive_number(name: str, value: float) -> float:
+    """`value`, if it is a finite number above 0; else a ValueError with `name`."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if number and math.isfinite(value) and value > 0:
+        return value
+    raise ValueError(f"{name} is {value!r}, expected a positive number")
+
+
+def yes_or_no(name: str, value: bool) -> bool:
+    """`value`, if it is a bool; else a ValueError with `name`."""
+    if isinstance(value, bool):
+        return value
+    raise ValueError(f"{name} is {value!r}, expected true or false")
+
+
+def one_of(name: str, value: str, choices: Sequence[str]) -> str:
+    """`value`, if it is one of these words; else a ValueError with `name`."""
+    if value in choices:
+        return value
+    raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
+
+
+def _simulate(
+    world: World, state: NDArray[np.float64], drive: Drive, record: NDArray[np.int64]
+) -> Simulation:
+    """One simulation to the last of the steps that are recorded, from 0, the state itself."""
+    return world.simulate(
+        state,
+        int(record[-1]),
+        drives=drive.wrenches,
+        targets=drive.targets,
+        record=record.tolist(),
+    )

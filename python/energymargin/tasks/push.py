@@ -7,7 +7,7 @@ the region that the pusher is about to sweep, given its instantaneous centre of 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Cylinder, Problem, Scene, World
-from energymargin.tasks.base import Trajectory, whole_number
+from energymargin.tasks.base import (
+    STEP,
+    Drive,
+    Params,
+    ScriptedTask,
+    drawn,
+    positive_number,
+    yes_or_no,
+)
 
 __all__ = ["PushTask"]
 
@@ -24,7 +32,6 @@ __all__ = ["PushTask"]
 
 # The scene. The table is the plane z = 0.
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
-STEP = 1 / 240  # s; the paper's simulator
 OBJECT_SIZE = (1.2, 0.4, 0.1)  # m
 OBJECT_MASS = 1.0  # kg
 EFFECTOR_RADIUS = 0.1  # m
@@ -45,8 +52,6 @@ EFFECTOR_SPEED_RANGE = (0.2, 0.5)  # m/s, along y
 # The drive: a force on the pusher, drawn anew at each step.
 DRIVE_SIDEWAYS = 0.4  # N, to both sides along x
 DRIVE_AHEAD_RANGE = (7.0, 11.0)  # N along y, times friction / FRICTION_MIDDLE
-LENGTH = 2.5  # s, of a trajectory
-STEPS = round(LENGTH / STEP)
 
 # The success set: the paper asks for the long side at the wall, which is y = 1.4 m; the width is
 # ours.
@@ -68,10 +73,11 @@ WORKSPACE = (-0.1, 2.1)  # m, of the object's x and y
 RATE = 5.0  # 1/J, lambda of eq. 4
 
 
-class PushTask:
+class PushTask(ScriptedTask):
     """Push a box over a table to a wall, with a round pusher (planar)."""
 
     name = "push"
+    length = 2.5  # s
 
     def __init__(
         self, friction: float | None = None, effector: str = "drive", follow: bool = True
@@ -83,16 +89,9 @@ class PushTask:
         start state, or "coast", it is not actuated. `follow`: the capture set also moves with the
         pusher.
         """
-        number = isinstance(friction, (int, float)) and math.isfinite(friction)
-        if friction is not None and not (number and friction > 0):
-            raise ValueError(f"friction is {friction!r}, expected a positive number or None")
-        if effector not in ("coast", "drive"):
-            raise ValueError(f"effector is {effector!r}, expected 'coast' or 'drive'")
-        if not isinstance(follow, bool):
-            raise ValueError(f"follow is {follow!r}, expected true or false")
-        self._friction = friction
-        self._follow = follow
-        self._effector = effector
+        super().__init__(effector)
+        self._friction = None if friction is None else positive_number("friction", friction)
+        self._follow = yes_or_no("follow", follow)
         self._layout = scene(FRICTION_MIDDLE)
 
     @property
@@ -104,49 +103,54 @@ class PushTask:
             "follow": self._follow,
         }
 
-    def rollout(self, seed: int, frames: int = 10) -> Trajectory:
-        """One scripted push of 2.5 s, with frames evenly spaced over it, from its start to its end.
+    def scene(self, params: Params) -> Scene:
+        """Table, wall, box and pusher, all of the friction in `params`."""
+        return scene(params["friction"])
 
-        The start and the noise of the drive depend on the seed alone, not on the task's friction.
-        Raises ValueError on a negative seed, or frames that are not 2 to 601, steps and start.
-        """
-        random = np.random.default_rng(whole_number("seed", seed, 0))
-        frames = whole_number("frames", frames, 2, STEPS + 1)
-        drawn = random.uniform(*FRICTION_RANGE)
-        friction = drawn if self._friction is None else self._friction
-        world = World(scene(friction))
-        start = _start(self._layout, world, random)
-        drive = _drive(random, friction)
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """The friction, if the task leaves it open."""
+        friction = random.uniform(*FRICTION_RANGE)
+        return {"friction": friction if self._friction is None else self._friction}
 
-        recorded = np.round(np.linspace(0, STEPS, frames)).astype(int).tolist()
-        simulation = world.simulate(start, STEPS, drives={"effector": drive}, record=recorded)
-        states = simulation.states
-        return Trajectory(
-            times=simulation.times,
-            states=states,
-            contacts=simulation.contacts,
-            captured=np.array([self.captured(z).contains(self._layout, z) for z in states]),
-            success=bool(self.succeeded().contains(self._layout, states[-1])),
-            params={"friction": friction},
-            seed=int(seed),
-        )
+    def start(
+        self, world: World, params: Params, random: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """A random start state, drawn again while box and pusher overlap."""
+        x, y = OBJECT_START
+        while True:
+            state: NDArray[np.float64] = self._layout.pack(
+                object={"yaw": random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)},
+                effector={
+                    "position": (
+                        x + random.uniform(-EFFECTOR_X_SPREAD, EFFECTOR_X_SPREAD),
+                        y - random.uniform(*EFFECTOR_GAP_RANGE),
+                        EFFECTOR_HEIGHT / 2,
+                    ),
+                    "velocity": (0.0, random.uniform(*EFFECTOR_SPEED_RANGE), 0.0),
+                },
+            )
+            if world.distance(state, "object", "effector") > 0:
+                return state
+
+    def drive(self, params: Params, random: np.random.Generator) -> Drive:
+        """A force on the pusher, drawn anew at each step."""
+        wrenches = np.zeros((self.steps, 6))
+        wrenches[:, 0] = random.uniform(-DRIVE_SIDEWAYS, DRIVE_SIDEWAYS, self.steps)
+        ahead = random.uniform(*DRIVE_AHEAD_RANGE, self.steps)
+        wrenches[:, 1] = ahead * params["friction"] / FRICTION_MIDDLE
+        return Drive({"effector": wrenches})
 
     def problem(
         self,
         state: NDArray[np.float64],
-        params: Mapping[str, float] | None = None,
+        params: Params | None = None,
         contacts: Sequence[Contact] | None = None,
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,): wrenches act on the box.
 
         The friction is that of `params`, or else the task's own; ValueError if neither says it.
         """
-        friction = (params or {}).get("friction", self._friction)
-        if friction is None:
-            raise ValueError(
-                "the friction is drawn for each trajectory: "
-                "pass params=trajectory.params, or make the task with a friction"
-            )
+        friction = drawn("friction", params, self._friction)
         scale = friction / FRICTION_MIDDLE
         # A box that has left the workspace has no bounds left to keep.
         workspace = _between("x", *WORKSPACE) & _between("y", *WORKSPACE)
@@ -164,7 +168,7 @@ class PushTask:
             contacts=None if contacts is None else list(contacts),
         )
 
-    def captured(self, state: NDArray[np.float64]) -> regions.Region:
+    def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
 
         The box lies in what the pusher was about to sweep at z (the paper's set) and, if the task
@@ -179,7 +183,7 @@ class PushTask:
         }
         return _swept(at=motion) & _swept() if self._follow else _swept(at=motion)
 
-    def succeeded(self) -> regions.Region:
+    def succeeded(self, params: Params | None = None) -> regions.Region:
         """Z_suc: the box lies with its long side at the wall."""
         return _between("y", SUCCESS_Y - SUCCESS_HALF_WIDTH, SUCCESS_Y + SUCCESS_HALF_WIDTH)
 
@@ -200,7 +204,7 @@ def _swept(at: dict[str, Any] | None = None) -> regions.Region:
 
 def scene(friction: float) -> Scene:
     """Table, wall, box and pusher, all of one friction coefficient."""
-    made = Scene(gravity=GRAVITY, step=STEP)
+    made = Scene(gravity=GRAVITY, step=STEP, friction_directions=1)
     made.add_plane("table", friction=friction)
     made.add_body("wall", Box(WALL_SIZE), mass=0, position=WALL_POSITION, friction=friction)
     made.add_body(
@@ -220,33 +224,6 @@ def scene(friction: float) -> Scene:
         role="effector",
     )
     return made
-
-
-def _start(layout: Scene, world: World, random: np.random.Generator) -> NDArray[np.float64]:
-    """A random start state, drawn again while box and pusher overlap."""
-    x, y = OBJECT_START
-    while True:
-        state: NDArray[np.float64] = layout.pack(
-            object={"yaw": random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)},
-            effector={
-                "position": (
-                    x + random.uniform(-EFFECTOR_X_SPREAD, EFFECTOR_X_SPREAD),
-                    y - random.uniform(*EFFECTOR_GAP_RANGE),
-                    EFFECTOR_HEIGHT / 2,
-                ),
-                "velocity": (0.0, random.uniform(*EFFECTOR_SPEED_RANGE), 0.0),
-            },
-        )
-        if world.distance(state, "object", "effector") > 0:
-            return state
-
-
-def _drive(random: np.random.Generator, friction: float) -> NDArray[np.float64]:
-    """The wrenches on the pusher, shape (600, 6)."""
-    drive = np.zeros((STEPS, 6))
-    drive[:, 0] = random.uniform(-DRIVE_SIDEWAYS, DRIVE_SIDEWAYS, STEPS)
-    drive[:, 1] = random.uniform(*DRIVE_AHEAD_RANGE, STEPS) * friction / FRICTION_MIDDLE
-    return drive
 
 
 def _between(axis: str, low: float, high: float) -> regions.Region:

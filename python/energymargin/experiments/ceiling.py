@@ -1,0 +1,174 @@
+"""How well can a score of the state predict at all? The ceiling of a dataset's AUC and AP.
+
+What becomes of a state also depends on noise that comes after it. The ceiling is the score of one
+who knows the robot's script: from each recorded state the script goes on many times, with fresh
+noise, and the share of the continuations that stay captured, or succeed, is the score. No score of
+the state ranks better, but for chance: that of the labels, and that of finitely many continuations.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from energymargin import tasks
+from energymargin._core import World, stream
+from energymargin.datasets import Dataset
+from energymargin.evaluation import (
+    HORIZONS,
+    SUCCESS,
+    Evaluation,
+    LabelledScores,
+    evaluate,
+)
+from energymargin.scoring import POLL, held_interrupts, thread_count
+from energymargin.store import ScoreStore
+from energymargin.tasks.base import ScriptedTask, Trajectory, whole_number
+
+__all__ = [
+    "CEILING",
+    "ceiling_dataset",
+    "ceiling_store",
+    "evaluate_ceiling",
+    "scripted",
+    "state_ceiling",
+]
+
+CEILING = "ceiling"
+CONTINUATIONS = 100
+CAPTURED = {horizon: f"captured/{horizon}" for horizon in HORIZONS}
+
+
+@dataclass(frozen=True)
+class _Row:
+    """The shares of one state, as a ScoreStore takes them."""
+
+    index: int
+    seconds: float
+    scores: dict[str, float]
+
+
+class _Stopped(Exception):
+    """The run was interrupted; this state is left for the next."""
+
+
+def ceiling_dataset(
+    dataset: Dataset,
+    path: str | os.PathLike[str],
+    continuations: int = CONTINUATIONS,
+    seed: int = 0,
+    *,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """The shares of every state of a dataset, kept in the file at `path` as soon as they are there.
+
+    The file is a ScoreStore: "captured/h" for each horizon h, and "success". On KeyboardInterrupt,
+    or any other error, all that was finished is in it, and the same call goes on to the same bits,
+    on any number of threads. Raises ValueError on a task without a script, numbers out of range, or
+    a file of other settings. `progress(done, total)` counts all states of the dataset.
+    """
+    task = scripted(dataset)
+    threads = thread_count(threads)
+    frames = dataset.frames()
+    advance = progress or (lambda _done, _total: None)
+    stop = threading.Event()
+
+    def row(index: int) -> _Row:
+        start = time.perf_counter()
+        t, k = frames[index]
+        shares = state_ceiling(
+            task, dataset.trajectories[t], k, continuations, stream(seed, index), stop=stop
+        )
+        return _Row(index, time.perf_counter() - start, shares)
+
+    with (
+        ceiling_store(path, dataset, continuations, seed) as store,
+        held_interrupts() as interrupted,
+        ThreadPoolExecutor(threads) as pool,
+    ):
+        running = {pool.submit(row, index) for index in store.missing()}
+        try:
+            advance(*store.counts())
+            while running and not interrupted.is_set():
+                done, running = wait(running, POLL, FIRST_COMPLETED)
+                store.add([future.result() for future in done])
+                advance(*store.counts())
+        finally:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            store.add([f.result() for f in running if not (f.cancelled() or f.exception())])
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+
+
+def ceiling_store(
+    path: str | os.PathLike[str], dataset: Dataset, continuations: int, seed: int
+) -> ScoreStore:
+    """Opens the file of these settings, or makes it if there is none; ValueError if they differ."""
+    return ScoreStore.for_settings(
+        path,
+        dataset,
+        [*CAPTURED.values(), SUCCESS],
+        continuations=whole_number("continuations", continuations, 1),
+        seed=whole_number("seed", seed, 0, 2**64 - 1),
+    )
+
+
+def state_ceiling(
+    task: ScriptedTask,
+    trajectory: Trajectory,
+    frame: int,
+    continuations: int = CONTINUATIONS,
+    seed: int = 0,
+    *,
+    stop: threading.Event | None = None,
+) -> dict[str, float]:
+    """Shares of the continuations of one recorded state that stay captured, and that succeed.
+
+    "captured/h": over the next h frames, or to the last frame if it comes first; so for h = 0 it is
+    the label itself. "success": at the end; for the last frame, the label itself.
+    """
+    state, params = trajectory.states[frame], trajectory.params
+    now, *later = trajectory.times[frame:].tolist()
+    captured = np.full((continuations, 1 + len(later)), trajectory.captured[frame])
+    succeeded = np.full(continuations, trajectory.success)
+    world = World(task.scene(params))
+    for number in range(continuations if later else 0):
+        if stop is not None and stop.is_set():
+            raise _Stopped
+        states = task.resume(state, now, params, stream(seed, number), later, world=world)
+        captured[number, 1:], ends = task.labels(states, params)
+        succeeded[number] = ends[-1]
+    stayed = np.logical_and.accumulate(captured, axis=1).mean(axis=0)
+    shares = {name: float(stayed[min(h, len(later))]) for h, name in CAPTURED.items()}
+    return shares | {SUCCESS: float(succeeded.mean())}
+
+
+def evaluate_ceiling(labelled: LabelledScores, seed: int = 0) -> Evaluation:
+    """AUC and AP of the shares in a file of `ceiling_dataset`, each against its own label.
+
+    The row of states is called "ceiling".
+    """
+
+    def alone(share: str, horizon: int) -> Evaluation:
+        one = replace(labelled, scores={share: labelled.scores[share]})
+        return evaluate(one, horizons=[horizon], seed=seed)
+
+    cells = {h: alone(name, h).states[name][h] for h, name in CAPTURED.items()}
+    last = alone(SUCCESS, 0)
+    return replace(last, horizons=tuple(CAPTURED), states={CEILING: cells})
+
+
+def scripted(dataset: Dataset) -> ScriptedTask:
+    """The task of a dataset, whose robot follows a script; ValueError if there is none."""
+    task = tasks.make(dataset.task, **dataset.parameters)
+    if isinstance(task, ScriptedTask):
+        return task
+    raise ValueError(f"task {dataset.task!r} has no script that could go on from a state")

@@ -1,0 +1,186 @@
+"""The table as a user makes it, in a process of its own, and very small."""
+
+import csv
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from energymargin import datasets
+from energymargin.experiments.table1 import QUICK, Settings, paper_tasks, reproduce
+from energymargin.store import ScoreStore
+
+COMMAND = [str(Path(sys.executable).with_name("energymargin")), "reproduce", "table1"]
+SMALL = ["--tasks", "push", "--trajectories", "4", "--nodes", "10", "--continuations", "3"]
+SCORES = ["capture", "effort/est", "effort/rrt", "force"]
+
+
+def run(*arguments, cwd):
+    return subprocess.run(
+        [*COMMAND, *arguments], cwd=cwd, check=False, capture_output=True, text=True, timeout=120
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder in which the table was made."""
+    folder = tmp_path_factory.mktemp("table1")
+    done = run(*SMALL, "--out", "t", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def rows(folder):
+    with (folder / "t" / "table1.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_files_are_there(folder):
+    assert {path.name for path in (folder / "t").iterdir()} == {
+        *("push.h5", "push-ceiling.db", "push-coast-scores.db", "push-drive-scores.db"),
+        *("table1.csv", "table1.md"),
+    }
+
+
+def test_the_csv_has_every_cell_of_both_readings_and_of_the_ceiling(folder):
+    found = [(row["effector"], row["score"], row["horizon"]) for row in rows(folder)]
+    horizons = [str(h) for h in range(6)]
+    for effector in ("drive", "coast"):
+        assert {(effector, score, h) for score in SCORES for h in horizons} < set(found)
+        assert (effector, "success", "") in found
+    assert {("", "ceiling", h) for h in horizons} | {("", "ceiling/success", "")} < set(found)
+    assert len(found) == len(set(found)) == 2 * 25 + 7
+
+
+def test_the_force_score_and_the_labels_are_the_same_in_both_readings(folder):
+    by_reading = {
+        effector: [
+            {**row, "effector": ""}
+            for row in rows(folder)
+            if row["score"] == "force" and row["effector"] == effector
+        ]
+        for effector in ("drive", "coast")
+    }
+    assert by_reading["drive"] == by_reading["coast"] != []
+    positives = {(row["horizon"], row["positives"]) for row in rows(folder) if row["auc"]}
+    assert len(positives) == len({horizon for horizon, _ in positives})
+
+
+def test_the_table_says_how_it_is_made_again(folder):
+    text = (folder / "t" / "table1.md").read_text()
+    command = re.search(r"`energymargin reproduce table1 (.*?)`", text)[1].split()
+    assert command == [
+        *("--nodes", "10", "--trajectories", "4", "--continuations", "3", "--seed", "0"),
+        *("--tasks", "push", "--out", "t"),
+    ]
+    kept = {path.name: path.stat().st_mtime_ns for path in (folder / "t").glob("*.[hd]*")}
+    done = run(*command, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "t" / "table1.md").read_text() == text
+    assert {path.name: path.stat().st_mtime_ns for path in (folder / "t").glob("*.[hd]*")} == kept
+
+
+def test_the_terminal_shows_it_in_80_columns_with_the_papers_values(folder):
+    shown = run(*SMALL, "--out", "t", cwd=folder).stdout
+    assert max(map(len, shown.splitlines())) <= 80
+    assert all(word in shown for word in ("drive", "coast", "ceiling", "positives", ".97/.99"))
+
+
+def test_cells_below_the_papers_are_named(folder):
+    text = (folder / "t" / "table1.md").read_text()
+    for effector, section in zip(("drive", "coast"), text.split("## Table I")[1:], strict=True):
+        summary = section.split("\n## ")[0]
+        cells = {(r["score"], r["horizon"]): r for r in rows(folder) if r["effector"] == effector}
+        names = {"capture": "capture", "effort/est": "effort EST", "effort/rrt": "effort RRT"}
+        for score, name in names.items():
+            cell = cells[score, "2"]
+            below = cell["auc"] and any(
+                round(float(cell[m]), 2) < float(cell[f"paper_{m}"]) for m in ("auc", "ap")
+            )
+            assert (f"- push, {name}: " in summary) == bool(below)
+
+
+def test_a_folder_with_a_table_of_other_settings_is_refused_and_so_are_bad_options(folder):
+    def refused(*options):
+        done = run(*SMALL, "--out", "t", *options, cwd=folder)
+        assert done.returncode == 2 and "Traceback" not in done.stderr
+        return done.stderr
+
+    assert "nodes: 10 there, 11 now" in refused("--nodes", "11")
+    assert "continuations: 3 there, 4 now" in refused("--continuations", "4")
+    assert "push.h5 holds other trajectories" in refused("--seed", "1")
+    assert "tasks is 'shove', expected some of push" in refused("--tasks", "push,shove")
+    assert "threads is 0" in refused("--threads", "0")
+    for option in ("--nodes", "--trajectories", "--continuations"):
+        assert f"{option[2:]} is 0" in refused(option, "0", "--out", "none")
+    assert not (folder / "none").exists()
+
+
+def scored(path):
+    """How many states a file of scores holds, looked at from outside."""
+    if not path.exists():
+        return 0
+    with sqlite3.connect(path) as file:
+        return file.execute("SELECT count(seconds) FROM states").fetchone()[0]
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_path):
+    options = [*SMALL, "--continuations", "20"]
+    assert run(*options, "--out", "whole", cwd=tmp_path).returncode == 0
+    process = subprocess.Popen(
+        [*COMMAND, *options, "--out", "part"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60
+    while scored(tmp_path / "part" / "push-ceiling.db") < 2:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 130 and "Traceback" not in stderr
+    assert 2 <= scored(tmp_path / "part" / "push-ceiling.db") < 40
+    assert scored(tmp_path / "part" / "push-coast-scores.db") == 0
+
+    command = re.search(r"go on with: energymargin reproduce table1 (.*)", stderr)[1].split()
+    done = run(*command, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    part, whole = ((tmp_path / name / "table1.csv").read_bytes() for name in ("part", "whole"))
+    assert part == whole
+    for name in ("push-ceiling.db", "push-coast-scores.db", "push-drive-scores.db"):
+        with (
+            ScoreStore(tmp_path / "part" / name) as one,
+            ScoreStore(tmp_path / "whole" / name) as two,
+        ):
+            ours, theirs = one.labelled_scores().scores, two.labelled_scores().scores
+        assert all(np.array_equal(ours[metric], theirs[metric]) for metric in theirs)
+
+
+def test_the_share_that_is_done_rises_to_1(tmp_path):
+    seen = []
+    settings = Settings(tasks=["push"], trajectories=2, nodes=2, continuations=1)
+    reproduce(settings, tmp_path, progress=lambda what, share: seen.append((what, share)))
+    shares = [share for _, share in seen]
+    assert shares == sorted(shares) and shares[0] == 0 and shares[-1] == 1
+    assert {what.split(",")[0] for what, _ in seen} >= {"push: scores", "push: ceiling"}
+
+
+def test_the_weights_of_the_force_score_are_the_ones_of_the_problems(folder):
+    weights = datasets.generate("push", trajectories=1, frames=2).problems()[0].force_weights
+    text = (folder / "t" / "table1.md").read_text()
+    assert f"push engage {weights.engage:g}, stick {weights.stick:g}, distance" in text
+
+
+def test_quick_is_smaller_than_the_whole_and_its_help_says_how_small(folder):
+    words = " ".join(run("--help", cwd=folder).stdout.replace("│", " ").split())
+    assert f"{QUICK.trajectories} trajectories, {QUICK.nodes} nodes" in words
+    assert f"{QUICK.continuations} continuations" in words
+
+
+def test_the_papers_tasks_come_in_its_order():
+    order = ["push", "balance", "topple", "grasp"]
+    assert paper_tasks() == [name for name in order if name in paper_tasks()] != []
