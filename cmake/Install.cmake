@@ -7,6 +7,7 @@ include(GNUInstallDirs)
 
 if(ENERGYMARGIN_PYTHON)
   install(TARGETS _core DESTINATION energymargin COMPONENT python)
+  install(FILES data/three_finger_gripper.urdf DESTINATION energymargin/data COMPONENT python)
 endif()
 if(SKBUILD)
   install(TARGETS energymargin_score RUNTIME DESTINATION ${SKBUILD_SCRIPTS_DIR} COMPONENT python)

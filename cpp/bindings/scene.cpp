@@ -54,7 +54,7 @@ JointState joint_state(const std::string& name, const py::handle& given, JointSt
   return state;
 }
 
-State pack_dicts(const Scene& scene, const std::optional<py::dict>& joints_given,
+State pack_dicts(const Scene& scene, const std::optional<py::typing::Dict<py::str, py::object>>& joints_given,
                  const py::KWArgs<py::typing::Dict<py::str, py::object>>& bodies_given) {
   std::map<std::string, BodyState> bodies;
   for (const auto& item : bodies_given) {
@@ -65,7 +65,7 @@ State pack_dicts(const Scene& scene, const std::optional<py::dict>& joints_given
     bodies[name] = body_state(name, item.second.cast<py::dict>(), scene.body(name).state);
   }
   std::map<std::string, JointState> joints;
-  for (const auto& item : joints_given.value_or(py::dict())) {
+  for (const auto& item : joints_given ? py::dict(*joints_given) : py::dict()) {
     const auto name = py::str(item.first).cast<std::string>();
     joints[name] = joint_state("joint '" + name + "'", item.second, scene.joints()[scene.joint_index(name)].state);
   }

@@ -19,6 +19,7 @@ try:
     from matplotlib.collections import LineCollection
     from matplotlib.colors import ListedColormap, Normalize
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch, Polygon
     from matplotlib.ticker import MaxNLocator
     from scipy.spatial import ConvexHull as Hull
@@ -65,10 +66,11 @@ PANELS = (
     (("force",), "force score [N]"),
 )
 GRID = 400  # cells along the longer side of the view, for regions
-AROUND = 0.35  # m of view around what moves
+AROUND = 0.1  # of the view's longer side, around what moves
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
 
-Limits = tuple[tuple[float, float], tuple[float, float]]  # of x and y [m]
+Limits = tuple[tuple[float, float], tuple[float, float]]  # of the plane's two axes [m]
+Plan = tuple[str, str]  # the axes of a picture's plane, such as ("x", "z")
 Pose = tuple[NDArray[np.float64], NDArray[np.float64]]  # position, quaternion
 
 
@@ -77,35 +79,32 @@ def plot_state(
     score: CaptureScore,
     ax: Axes,
     *,
+    plane: Plan = ("x", "y"),
     limits: Limits | None = None,
     most: float | None = None,
     color_bar: bool = True,
     ghosts: int = 3,
     seed: int = 0,
 ) -> None:
-    """Top view of a state and its search tree, as in the paper's qualitative figure.
+    """A state and its search tree, as in the paper's qualitative figure, seen along the third axis.
 
-    The nodes are where the object's centre got, coloured by cost [J] from 0 to `most`; capture set
-    light blue, success set grey: where the object may be while all else stays. The bodies of
-    `ghosts` random nodes are drawn half transparent. `limits` are the view's x and y ranges [m].
+    The nodes are where the object's centre got, coloured by cost [J] from 0 to `most`, with a cross
+    where the node left the capture set. Capture set light blue, success set grey: where the object
+    may be while all else stays. What does not depend on the place, such as a bound on a speed, is
+    not filled; the crosses show it. The bodies of `ghosts` random nodes are drawn half transparent.
+    `limits` are the ranges of the plane's axes [m].
     """
     scene, tree = problem.scene, score.tree
-    moving = [body for body in scene.bodies if not body.fixed and body.role != "none"]
-    limits = limits or _view(scene, tree.states)
-    _draw_region(ax, problem, problem.succeeded, limits, color=SUCCEEDED_COLOR, order=0)
-    _draw_region(ax, problem, problem.captured, limits, color=CAPTURED_COLOR, order=1)
-    for body in scene.bodies:
-        if body.fixed and not _endless(body):
-            _draw_body(ax, body, (body.position, body.orientation), alpha=1.0, order=2)
-    for body in moving:
-        _draw_body(ax, body, _pose(scene, problem.state, body.name), alpha=0.9, order=3)
+    limits = limits or _view(scene, tree.states, plane)
+    _draw_region(ax, problem, problem.succeeded, limits, plane, color=SUCCEEDED_COLOR, order=0)
+    _draw_region(ax, problem, problem.captured, limits, plane, color=CAPTURED_COLOR, order=1)
+    _draw_bodies(ax, scene, problem.state, plane, limits)
     chosen = np.random.default_rng(seed).permutation(np.arange(1, len(tree.costs)))[:ghosts]
-    for body in moving:
-        for node in chosen:
-            _draw_body(ax, body, _pose(scene, tree.states[node], body.name), alpha=0.3, order=4)
+    for node in chosen:
+        _draw_ghost(ax, scene, tree.states[node], plane)
 
     norm = Normalize(0.0, most if most is not None else max(float(tree.costs.max()), 1e-9))
-    points = tree.states[:, _center(scene)]
+    points = tree.states[:, _center(scene, plane)]
     edges = np.stack([points[tree.parents[1:]], points[1:]], axis=1)
     ax.add_collection(
         LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
@@ -121,11 +120,14 @@ def plot_state(
         edgecolors="white",
         zorder=6,
     )
+    outside = points[~np.asarray(problem.captured.contains(scene, tree.states))]
+    ax.scatter(*outside.T, marker="x", s=9, linewidths=0.5, color=LOST_COLOR, zorder=7)
     ax.plot(
         points[0, 0], points[0, 1], "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7
     )
 
-    ax.set(xlim=limits[0], ylim=limits[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
+    ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
     success = "" if score.success is None else f"   success {score.success:.2f}"
@@ -164,16 +166,24 @@ def figure_qualitative(
     }
     panels = [panel for row in rows.values() for panel in row]
     scene = panels[0].problem.scene
-    limits = _view(scene, np.concatenate([t.states for t in trajectories.values()]))
+    limits = _view(scene, np.concatenate([t.states for t in trajectories.values()]), task.plane)
     most = max(float(panel.score.tree.costs.max()) for panel in panels)
 
     figure, axes = _grid(len(rows), max(len(row) for row in rows.values()), limits)
     for (name, row), row_axes in zip(rows.items(), axes, strict=True):
         for panel, ax in zip(row, row_axes, strict=False):
-            plot_state(panel.problem, panel.score, ax, limits=limits, most=most, color_bar=False)
+            plot_state(
+                panel.problem,
+                panel.score,
+                ax,
+                plane=task.plane,
+                limits=limits,
+                most=most,
+                color_bar=False,
+            )
             ax.set_title(f"t = {panel.time:.2f} s\n{ax.get_title()}", fontsize=9)
             ax.label_outer()
-        row_axes[0].set_ylabel(f"{name}\ny [m]")
+        row_axes[0].set_ylabel(f"{name}\n{task.plane[1]} [m]")
     costs = ScalarMappable(Normalize(0.0, most), COSTS)
     figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
     handles = _legend(panels[0].problem)
@@ -311,7 +321,14 @@ def _shade(
 
 
 def _draw_region(
-    ax: Axes, problem: Problem, region: Region | None, limits: Limits, *, color: str, order: int
+    ax: Axes,
+    problem: Problem,
+    region: Region | None,
+    limits: Limits,
+    plane: Plan,
+    *,
+    color: str,
+    order: int,
 ) -> None:
     """Fills the places of the object's centre for which the state, else unchanged, is in it."""
     if region is None:
@@ -321,8 +338,10 @@ def _draw_region(
     x = np.arange(x0 + cell / 2, x1, cell)
     y = np.arange(y0 + cell / 2, y1, cell)
     states = np.tile(problem.state, (len(x) * len(y), 1))
-    states[:, _center(problem.scene)] = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    states[:, _center(problem.scene, plane)] = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     inside = np.asarray(region.contains(problem.scene, states)).reshape(len(y), len(x))
+    if inside.all():
+        return
     ax.imshow(
         np.ma.masked_where(~inside, inside),
         cmap=ListedColormap([color]),
@@ -334,8 +353,35 @@ def _draw_region(
     )
 
 
-def _draw_body(ax: Axes, body: Body, pose: Pose, *, alpha: float, order: int) -> None:
-    corners = _from_above(body, pose)
+def _draw_bodies(
+    ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan, limits: Limits
+) -> None:
+    """All bodies in a state; of an endless one what is in view."""
+    poses = _poses(scene, state)
+    for body in scene.bodies:
+        if isinstance(body.shape, Plane):
+            _draw_half_space(ax, body.shape, plane, limits)
+        else:
+            order = 2 if body.role == "none" else 3
+            _draw_body(ax, body, poses[body.name], plane, alpha=0.9, order=order)
+    for spring in scene.springs:
+        ends = [
+            _placed(np.array([point]), poses[body], plane)[0]
+            for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
+        ]
+        ax.plot(*np.transpose(ends), ":", color=BODY_COLORS["effector"], linewidth=1.2, zorder=3)
+
+
+def _draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan) -> None:
+    """Object and effector as they are at a node."""
+    poses = _poses(scene, state)
+    for body in scene.bodies:
+        if body.role != "none" and not body.fixed:
+            _draw_body(ax, body, poses[body.name], plane, alpha=0.3, order=4)
+
+
+def _draw_body(ax: Axes, body: Body, pose: Pose, plane: Plan, *, alpha: float, order: int) -> None:
+    corners = _placed(_corners(body.shape), pose, plane)
     outline = corners[Hull(corners).vertices]
     color = BODY_COLORS[body.role]
     ax.add_patch(Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order))
@@ -344,11 +390,24 @@ def _draw_body(ax: Axes, body: Body, pose: Pose, *, alpha: float, order: int) ->
     )
 
 
-def _from_above(body: Body, pose: Pose) -> NDArray[np.float64]:
-    """Points of the plane whose convex hull is the body's outline, shape (N, 2)."""
+def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
+    """A solid below a plane that is seen from the side; seen from above it is the ground."""
+    normal = np.asarray(solid.normal)[_numbers(plane)]
+    if np.linalg.norm(normal) < 0.99:
+        return
+    along = np.array([-normal[1], normal[0]])
+    far = 2 * float(np.abs(limits).max() + np.ptp(limits))
+    surface = solid.offset * normal
+    corners = [surface + far * along, surface - far * along]
+    corners += [corner - far * normal for corner in reversed(corners)]
+    ax.add_patch(Polygon(corners, facecolor=BODY_COLORS["none"], alpha=0.25, linewidth=0, zorder=1))
+
+
+def _placed(points: NDArray[np.float64], pose: Pose, plane: Plan) -> NDArray[np.float64]:
+    """Points (N, 3) of a body as they are seen in the plane, shape (N, 2)."""
     position, orientation = pose
-    turned = Rotation.from_quat(orientation).apply(_corners(body.shape))
-    return np.asarray(turned[:, :2] + np.asarray(position)[:2])
+    turned = Rotation.from_quat(orientation).apply(points)
+    return np.asarray((turned + np.asarray(position))[:, _numbers(plane)])
 
 
 def _corners(shape: Any) -> NDArray[np.float64]:
@@ -372,37 +431,59 @@ def _corners(shape: Any) -> NDArray[np.float64]:
     raise TypeError(f"a {type(shape).__name__} cannot be drawn")
 
 
-def _endless(body: Body) -> bool:
-    return isinstance(body.shape, Plane)
+def _poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
+    """Of all bodies, in a state."""
+    moving = scene.unpack(state)
+    return {
+        body.name: (body.position, body.orientation)
+        if body.fixed
+        else (moving[body.name]["position"], moving[body.name]["orientation"])
+        for body in scene.bodies
+    }
 
 
-def _pose(scene: Scene, state: NDArray[np.float64], name: str) -> Pose:
-    """Of a moving body."""
-    numbers = state[scene.slice(name)]
-    return numbers[:3], numbers[3:7]
+def _numbers(plane: Plan) -> list[int]:
+    return ["xyz".index(axis) for axis in plane]
 
 
-def _center(scene: Scene) -> slice:
-    """Which numbers of a state are the x and y of the object's centre."""
+def _center(scene: Scene, plane: Plan) -> list[int]:
+    """Which numbers of a state are the place of the object's centre in the plane."""
     name = next(body.name for body in scene.bodies if body.role == "object")
-    start = scene.slice(name).start
-    return slice(start, start + 2)
+    return [scene.slice(name).start + number for number in _numbers(plane)]
 
 
-def _view(scene: Scene, states: NDArray[np.float64]) -> Limits:
+def _view(scene: Scene, states: NDArray[np.float64], plane: Plan) -> Limits:
     """A view of all that moves in these states, shape (N, n), and a little around it."""
-    moving = [body for body in scene.bodies if not body.fixed]
+    shown = [body for body in scene.bodies if body.role != "none"]
     points = np.concatenate(
-        [_from_above(body, _pose(scene, z, body.name)) for body in moving for z in states]
+        [
+            _placed(_corners(body.shape), poses[body.name], plane)
+            for poses in (_poses(scene, state) for state in states)
+            for body in shown
+        ]
     )
-    (x0, y0), (x1, y1) = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
+    low, high = points.min(axis=0), points.max(axis=0)
+    around = AROUND * float((high - low).max())
+    (x0, y0), (x1, y1) = low - around, high + around
     return (float(x0), float(x1)), (float(y0), float(y1))
 
 
-def _legend(problem: Problem) -> list[Patch]:
-    bodies = [body for body in problem.scene.bodies if not _endless(body)]
-    patches = [Patch(color=BODY_COLORS[body.role], alpha=0.7, label=body.name) for body in bodies]
-    patches.append(Patch(color=CAPTURED_COLOR, alpha=0.4, label="capture set"))
+def _legend(problem: Problem) -> list[Patch | Line2D]:
+    names: dict[str, list[str]] = {}
+    for body in problem.scene.bodies:
+        if not isinstance(body.shape, Plane):
+            names.setdefault(body.role, []).append(body.name)
+    handles: list[Patch | Line2D] = [
+        Patch(
+            color=BODY_COLORS[role],
+            alpha=0.7,
+            label=role if role != "none" else ", ".join(bodies),
+        )
+        for role, bodies in names.items()
+    ]
+    handles.append(Patch(color=CAPTURED_COLOR, alpha=0.4, label="capture set"))
     if problem.succeeded is not None:
-        patches.append(Patch(color=SUCCEEDED_COLOR, alpha=0.4, label="success set"))
-    return patches
+        handles.append(Patch(color=SUCCEEDED_COLOR, alpha=0.4, label="success set"))
+    left = "outside of the capture set"
+    cross = Line2D([], [], color=LOST_COLOR, marker="x", linestyle="", markersize=4, label=left)
+    return [*handles, cross]

@@ -93,7 +93,7 @@ void Articulation::add_collider(btCollisionShape& shape, std::size_t body, int l
   collider.setFriction(scene_.bodies()[body].friction);
   collider.setUserIndex(static_cast<int>(body));
   collider.setActivationState(DISABLE_DEACTIVATION);
-  world_.addCollisionObject(&collider);
+  world_.addCollisionObject(&collider, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
   if (link < 0) {
     body_->setBaseCollider(&collider);
   } else {
@@ -128,6 +128,7 @@ void Articulation::restore(const State& state) {
       body_->setJointPos(i, state[link.offset]);
       body_->setJointVel(i, state[link.offset + 1]);
       link.rows->set_target(scene_.joints()[link.joint].target);
+      link.rows->forget();
     } else {
       link.held = state[link.offset];
       hold(i);

@@ -14,12 +14,21 @@ constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad 
 constexpr double stop_steps = 4.0;   // ... or if the joint gets there in so many steps
 constexpr double stop_return = 0.2;  // share of an overshoot that one step takes back
 constexpr double no_limit = 1e10;    // [N m s]
-constexpr int base_velocities = 6;   // a tree's velocities begin with those of its base
+enum Row { drive_row, lower_row, upper_row, rows_of_a_joint };
+constexpr int base_velocities = 6;  // a tree's velocities begin with those of its base
 
 }  // namespace
 
 JointRows::JointRows(btMultiBody& body, int link, const Joint& joint)
-    : btMultiBodyConstraint(&body, nullptr, link, -1, 3, false, MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR), joint_(joint) {}
+    : btMultiBodyConstraint(&body, nullptr, link, -1, rows_of_a_joint, false, MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR),
+      joint_(joint) {
+  allocateJacobiansMultiDof();
+  forget();
+}
+
+void JointRows::forget() {
+  for (int row = 0; row < rows_of_a_joint; ++row) internalSetAppliedImpulse(row, 0.0);
+}
 
 int JointRows::getIslandIdA() const { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
 
@@ -35,8 +44,8 @@ void JointRows::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBo
 
 // The impulse is that of the spring and damper at the end of the step:
 // p = h (k (target - q - h v) + d (v_target - v)), which is a row of softness 1 / (h (h k + d)).
-void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step) const {
-  btMultiBodySolverConstraint& row = add_row(rows, data, 1.0);
+void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step) {
+  btMultiBodySolverConstraint& row = add_row(rows, data, drive_row, 1.0);
   const double inverse_inertia = 1.0 / row.m_jacDiagABInv;
   const double gain = step * joint_.stiffness + joint_.damping;
   const double softness = 1.0 / (step * gain);
@@ -52,8 +61,8 @@ void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianD
 
 // Velocity away from the stop: as much as keeps the joint from crossing it, or brings it back.
 void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
-                         double gap) const {
-  btMultiBodySolverConstraint& row = add_row(rows, data, direction);
+                         double gap) {
+  btMultiBodySolverConstraint& row = add_row(rows, data, direction > 0.0 ? lower_row : upper_row, direction);
   const double least = gap > 0.0 ? -gap / step : -stop_return * gap / step;
   row.m_rhs = (least - direction * m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
   row.m_lowerLimit = 0.0;
@@ -61,7 +70,7 @@ void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianDa
 }
 
 btMultiBodySolverConstraint& JointRows::add_row(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
-                                                double direction) const {
+                                                int number, double direction) {
   const int velocities = base_velocities + m_bodyA->getNumDofs();
   btMultiBodySolverConstraint& row = rows.expandNonInitializing();
   row = btMultiBodySolverConstraint();
@@ -73,7 +82,8 @@ btMultiBodySolverConstraint& JointRows::add_row(btMultiBodyConstraintArray& rows
   row.m_linkA = m_linkA;
   row.m_multiBodyB = nullptr;
   row.m_solverBodyIdA = row.m_solverBodyIdB = -1;
-  row.m_orgConstraint = nullptr;
+  row.m_orgConstraint = this;
+  row.m_orgDofIndex = number;
   if (m_bodyA->getCompanionId() < 0) {
     m_bodyA->setCompanionId(data.m_deltaVelocities.size());
     data.m_deltaVelocities.resize(data.m_deltaVelocities.size() + velocities);

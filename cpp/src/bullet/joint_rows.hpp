@@ -13,6 +13,9 @@ class JointRows : public btMultiBodyConstraint {
  public:
   JointRows(btMultiBody& body, int link, const Joint& joint);
 
+  //! Starts anew: the solver goes on from the last step's impulses.
+  void forget();
+
   void set_target(double target) { joint_.target = target; }
 
   void finalizeMultiDof() override {}
@@ -23,11 +26,11 @@ class JointRows : public btMultiBodyConstraint {
   void debugDraw(btIDebugDraw*) override {}
 
  private:
-  void add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step) const;
+  void add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step);
   void add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
-                double gap) const;
-  btMultiBodySolverConstraint& add_row(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
-                                       double direction) const;
+                double gap);
+  btMultiBodySolverConstraint& add_row(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, int number,
+                                       double direction);
 
   Joint joint_;
 };

@@ -80,6 +80,8 @@ void Simulation::configure() {
   info.m_numIterations = scene_.stepping().iterations;
   info.m_leastSquaresResidualThreshold = scene_.stepping().tolerance;
   if (scene_.stepping().friction_directions == 1) info.m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS;
+  info.m_solverMode |= SOLVER_USE_ARTICULATED_WARMSTARTING;
+  info.m_articulatedWarmstartingFactor = 1.0;
   info.m_warmstartingFactor = 1.0;
   // Penetration is resolved by moving bodies apart, not by speeding them up: no energy out of nothing.
   info.m_splitImpulse = 1;

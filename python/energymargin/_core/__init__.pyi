@@ -318,7 +318,7 @@ class Scene:
         """
         Where a joint's position and velocity stand in a state.
         """
-    def pack(self, *, joints: dict | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def pack(self, *, joints: dict[str, typing.Any] | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values.
         """
