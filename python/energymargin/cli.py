@@ -29,6 +29,7 @@ INTERRUPTED = 130
 
 DEMO_TASK = "push"
 DEMO_FRAMES = 10
+PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 DEMO_SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 
 out = Console()
@@ -224,7 +225,11 @@ def demo(
         dataset, database, metrics=scoring.METRICS, nodes=nodes, seed=seed, threads=threads
     ) as store:
         _evaluate(store, output / "table.md", output / "table.csv", seed)
-        _draw(dataset, store, output, nodes, seed)
+        labelled = store.labelled_scores()
+    from energymargin.experiments import pictures  # slow to load, which Ctrl-C would wait for
+
+    pictures.figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")
+    pictures.figure_along(dataset, labelled).savefig(output / "scores.png")
     written = sorted(path.name for path in output.iterdir() if path.suffix in DEMO_SUFFIXES)
     _say(f"In {escape(str(output))}/: {', '.join(written)}")
 
@@ -267,7 +272,8 @@ def table1(
     of the effector. The *ceiling* is what a score could reach at most: it lets the robot's own
     script go on from each state, many times, with fresh noise.
 
-    The folder gets table1.md and table1.csv, the trajectories (TASK.h5) and every score (*.db).
+    The folder gets table1.md and table1.csv, the trajectories (TASK.h5), every score (*.db) and a
+    picture of each task (TASK.png).
     With 1000 nodes it takes hours; stop it with Ctrl-C: the same command goes on from there.
 
     Example: `energymargin reproduce table1 --tasks push --nodes 100`
@@ -301,7 +307,9 @@ def table1(
     out.print(table.render())
     (output / "table1.md").write_text(table.to_markdown())
     (output / "table1.csv").write_text(table.to_csv())
-    _say(f"In {escape(str(output))}/: table1.md, table1.csv, trajectories (.h5), scores (.db)")
+    drawn = _draw_tasks(settings.tasks, output, seed)
+    files = f"table1.md, table1.csv, trajectories (.h5), scores (.db), {drawn}"
+    _say(f"In {escape(str(output))}/: {files}")
 
 
 def main() -> None:
@@ -369,42 +377,17 @@ def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
         )
 
 
-def _draw(dataset: Dataset, store: ScoreStore, output: Path, nodes: int, seed: int) -> None:
-    """The pictures of a failed and a successful trajectory."""
-    from energymargin import plots  # slow to load and to unload, which Ctrl-C would wait for
-    from energymargin import tasks as registry
+def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
+    """A picture of each task beside its dataset, and what there is to say of them."""
+    if find_spec("matplotlib") is None:
+        return "and no pictures: they need pip install energymargin[plots]"
+    from energymargin import datasets
+    from energymargin.experiments import pictures
 
-    chosen = _one_of_each(dataset)
-    labelled = store.labelled_scores()
-    plots.figure_qualitative(
-        registry.make(dataset.task, **dataset.parameters),
-        {name: dataset.trajectories[t] for name, t in chosen.items()},
-        nodes=nodes,
-        seed=seed,
-        first_states={name: int(labelled.by_trajectory()[t][0]) for name, t in chosen.items()},
-    ).savefig(output / "qualitative.png")
-
-    columns = {}
-    for name, t in chosen.items():
-        states = labelled.by_trajectory()[t]
-        scores = {metric: values[states] for metric, values in labelled.scores.items()}
-        times = dataset.trajectories[t].times
-        columns[f"{name} trajectory"] = (times, scores, labelled.captured[states])
-    plots.figure_scores(columns).savefig(output / "scores.png")
-
-
-def _one_of_each(dataset: Dataset) -> dict[str, int]:
-    """A failed and a successful trajectory for the pictures, with an end as clear as can be."""
-    chosen = {}
-    for name, success in (("failed", False), ("successful", True)):
-        of_kind = [
-            t for t, trajectory in enumerate(dataset.trajectories) if trajectory.success == success
-        ]
-        if of_kind:
-            chosen[name] = max(
-                of_kind, key=lambda t: (dataset.trajectories[t].captured[-1] == success, -t)
-            )
-    return chosen
+    for name in names:
+        dataset = datasets.load(folder / f"{name}.h5")
+        pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(folder / f"{name}.png")
+    return "a picture of each task (.png)"
 
 
 def _split(words: str) -> list[str]:

@@ -121,7 +121,9 @@ def plot_state(
         zorder=6,
     )
     outside = points[~np.asarray(problem.captured.contains(scene, tree.states))]
-    ax.scatter(*outside.T, marker="x", s=9, linewidths=0.5, color=LOST_COLOR, zorder=7)
+    ax.scatter(
+        outside[:, 0], outside[:, 1], marker="x", s=9, linewidths=0.5, color=LOST_COLOR, zorder=7
+    )
     ax.plot(
         points[0, 0], points[0, 1], "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7
     )

@@ -197,7 +197,9 @@ def _joint(element: ET.Element, links: Mapping[str, _Link]) -> dict[str, Any]:
     limit = element.find("limit")
     if limit is not None:
         if element.get("type") != "continuous":
-            keywords["limits"] = tuple(float(limit.get(of, 0.0)) for of in ("lower", "upper"))
+            lower, upper = (float(limit.get(of, 0.0)) for of in ("lower", "upper"))
+            keywords["limits"] = (lower, upper)
+            keywords["start"] = min(max(0.0, lower), upper)
         keywords["torque_limit"] = float(_attribute(limit, "effort"))
     return keywords
 
