@@ -3,7 +3,7 @@
 from importlib import import_module
 from types import ModuleType
 
-from energymargin import datasets, evaluation, regions, store, tasks
+from energymargin import datasets, evaluation, regions, scenes, store, tasks
 from energymargin._core import (
     Body,
     Box,
@@ -60,6 +60,7 @@ __all__ = [
     "evaluation",
     "force_score",
     "regions",
+    "scenes",
     "score",
     "store",
     "stream",

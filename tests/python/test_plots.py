@@ -37,10 +37,33 @@ def filled_area(ax, color):
 
 def test_every_node_is_a_dot_where_the_box_got_coloured_by_its_cost(drawn):
     problem, score, ax = drawn
-    dots = ax.collections[-1] if len(ax.collections[-1].get_offsets()) == 41 else ax.collections[0]
+    (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
     start = problem.scene.slice("object").start
     assert np.allclose(dots.get_offsets(), score.tree.states[:, start : start + 2])
     assert np.array_equal(dots.get_array(), score.tree.costs)
+
+
+def test_a_cross_marks_each_node_outside_of_the_capture_set(drawn):
+    problem, score, ax = drawn
+    crosses = ax.collections[-1].get_offsets()
+    outside = ~problem.captured.contains(problem.scene, score.tree.states)
+    start = problem.scene.slice("object").start
+    assert outside.any()
+    assert np.allclose(crosses, score.tree.states[outside, start : start + 2])
+
+
+def test_a_spatial_task_is_drawn_from_the_side_with_all_its_links():
+    task = tasks.make("grasp", friction=0.5)
+    problem = task.problem(task.scene({"friction": 0.5, "clench": 1.0}).pack())
+    score = capture_score(problem, nodes=5, seed=0)
+    ax = Figure().subplots()
+    plots.plot_state(problem, score, ax, plane=task.plane, ghosts=0)
+    outlines = [patch for patch in ax.patches if not patch.get_fill()]
+    assert len(outlines) == len(problem.scene.bodies)
+    assert ax.get_ylabel() == "z [m]"
+    (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
+    start = problem.scene.slice("object").start
+    assert np.allclose(dots.get_offsets(), score.tree.states[:, [start, start + 2]])
 
 
 def test_the_title_says_capture_and_success(drawn):

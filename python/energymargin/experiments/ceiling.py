@@ -139,12 +139,13 @@ def state_ceiling(
     now, *later = trajectory.times[frame:].tolist()
     captured = np.full((continuations, 1 + len(later)), trajectory.captured[frame])
     succeeded = np.full(continuations, trajectory.success)
-    world = World(task.scene(params))
+    scene = task.scene(params)
+    world = World(scene)
     for number in range(continuations if later else 0):
         if stop is not None and stop.is_set():
             raise _Stopped
         states = task.resume(state, now, params, stream(seed, number), later, world=world)
-        captured[number, 1:], ends = task.labels(states, params)
+        captured[number, 1:], ends = task.labels(states, params, scene=scene)
         succeeded[number] = ends[-1]
     stayed = np.logical_and.accumulate(captured, axis=1).mean(axis=0)
     shares = {name: float(stayed[min(h, len(later))]) for h, name in CAPTURED.items()}

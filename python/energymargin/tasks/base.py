@@ -231,13 +231,13 @@ class ScriptedTask(ABC):
         ).states
 
     def labels(
-        self, states: NDArray[np.float64], params: Params
+        self, states: NDArray[np.float64], params: Params, *, scene: Scene | None = None
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Whether each state, shape (N, n), lies in its own capture set and in the success set.
 
-        Two arrays of shape (N,).
+        Two arrays of shape (N,). `scene`, that of these params, saves making one.
         """
-        layout = self.scene(params)
+        layout = self.scene(params) if scene is None else scene
         captured = [self.captured(state, params).contains(layout, state) for state in states]
         succeeded = self.succeeded(params).contains(layout, states)
         return np.array(captured, dtype=bool), np.asarray(succeeded, dtype=bool)
