@@ -1,5 +1,6 @@
 #include "energymargin/scene.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "check.hpp"
@@ -72,7 +73,16 @@ void require_hangable(const Body& body, const std::string& what) {
   }
 }
 
-double inverse_mass(const Body& body) { return body.fixed() ? 0.0 : 1.0 / body.mass; }
+// How fast a point of a free body moves after a unit impulse there, in the direction in which it is most [1/kg].
+double mobility(const Body& body, const Vector3& point) {
+  if (body.fixed()) return 0.0;
+  const MassProperties mass = mass_properties(body.shape, body.mass);
+  const Vector3 arm = mass.axes.conjugate() * point;
+  Eigen::Matrix3d cross;
+  cross << 0.0, -arm.z(), arm.y(), arm.z(), 0.0, -arm.x(), -arm.y(), arm.x(), 0.0;
+  const Eigen::Matrix3d turning = -cross * mass.inertia.cwiseInverse().asDiagonal() * cross;
+  return 1.0 / body.mass + Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning).eigenvalues().maxCoeff();
+}
 
 template <typename Named>
 std::size_t find(const std::vector<Named>& all, const std::string& name, const std::string& what) {
@@ -154,7 +164,7 @@ void Scene::add_spring(Spring spring) {
     require_not_negative("stiffness", spring.stiffness);
     require_not_negative("rest_length", spring.rest_length);
     require_not_negative("damping", spring.damping);
-    const double light = inverse_mass(bodies_[a]) + inverse_mass(bodies_[b]);
+    const double light = mobility(bodies_[a], spring.point_a) + mobility(bodies_[b], spring.point_b);
     if (light == 0.0) reject("body_b", "'" + spring.body_b + "'", "at most one fixed body");
     // A spring is stepped explicitly; beyond these it would swing itself up.
     const double most = 1.0 / (light * stepping_.step * stepping_.step);

@@ -12,7 +12,7 @@
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -43,7 +43,7 @@ auto reading(const std::string& pointer, const Json& value) {
 
 // A free-standing body of every shape, with numbers that have many digits.
 Problem everything() {
-  Scene scene(Vector3(0.1, 0.2, -9.7), Stepping{1.0 / 300.0, 60, 1e-8, 0.001});
+  Scene scene(Vector3(0.1, 0.2, -9.7), Stepping{1.0 / 300.0, 60, 1e-8, 2, 0.001});
   scene.add_body(fixed("plane", Plane{Vector3(1.0, 2.0, 3.0).normalized(), -10.0 / 3.0}));
   const std::vector<Shape> shapes{Box{{0.1, 0.2, 1.0 / 3.0}}, Sphere{0.1}, Cylinder{0.1, 0.2}, Capsule{0.1, 0.2},
                                   brick({0.1, 0.2, 0.3}, turn(0.3, Vector3::UnitX()))};
@@ -144,7 +144,7 @@ TEST(ProblemIo, FileOfAnotherFormatOrNewerVersionIsRejected) {
   EXPECT_TRUE(rejects([] { from_json("[1, 2]"); }, {"[1,2]", "object"}));
   EXPECT_TRUE(rejects(reading("/format", "urdf"), {"format", "energymargin-problem"}));
   EXPECT_TRUE(rejects(reading("/format", 7), {"format", "7"}));
-  EXPECT_TRUE(rejects(reading("/version", 2), {"version is 2", "at most 1", "newer"}));
+  EXPECT_TRUE(rejects(reading("/version", 3), {"version is 3", "at most 2", "newer"}));
   EXPECT_TRUE(rejects(reading("/version", "1"), {"version", "\"1\"", "whole number"}));
 }
 
@@ -219,6 +219,132 @@ TEST(ProblemIo, DeepNestingIsRejectedByItsPlace) {
 TEST(ProblemIo, NestingDeeperThanTheStackIsRejectedAndNotRecursedInto) {
   EXPECT_TRUE(rejects([] { from_json(complements(200000)); }, {"levels"}));
   EXPECT_TRUE(rejects([] { from_json(with_captured(repeated("[", 400000) + repeated("]", 400000))); }, {"levels"}));
+}
+
+// ---- joints, springs, constant forces
+
+// A hand with numbers that have many digits, held and fixed joints, oblique frames and a spring.
+Problem articulated() {
+  Scene scene = hand();
+  Body tool = body("tool", Box{{0.02, 0.02, 0.02}}, 1.0 / 7.0, Vector3::Zero());
+  tool.force = {0.1, -1.0 / 3.0, 0.7};
+  scene.add_body(tool);
+  scene.add_body(body("tip", Sphere{0.01}, 1.0 / 30.0, Vector3::Zero()));
+  Joint rail = joint("rail", JointType::prismatic, "palm", "tool", Vector3(1.0, 2.0, 2.0) / 3.0, {0.0, 0.3, 1.0 / 3.0});
+  rail.in_parent.orientation = turn(0.3, Vector3(1.0, 1.0, 0.0).normalized());
+  rail.in_child.orientation = turn(-0.7, Vector3::UnitY());
+  rail.held = true;
+  rail.state.position = 1.0 / 11.0;
+  rail.upper = 0.3;
+  rail.target = 0.1;
+  rail.target_velocity = 1.0 / 13.0;
+  rail.stiffness = 100.0 / 3.0;
+  rail.damping = 0.1;
+  rail.torque_limit = 2.0 / 3.0;
+  scene.add_joint(rail);
+  scene.add_joint(joint("weld", JointType::fixed, "tool", "tip", Vector3::UnitZ(), {0.0, 0.0, 0.05}));
+  scene.add_spring({"tip", "object", {0.01, 0.0, 0.0}, {0.0, 0.01, 1.0 / 300.0}, 1.0 / 3.0, 0.1, 0.01});
+  Problem problem{scene,
+                  pack(scene, {}, {{"left 1", {0.5 + 1.0 / 30.0, 1.0 / 7.0}}}),
+                  {1.0, 0.0, 0.0},
+                  Vector3::Zero(),
+                  0.2,
+                  regions::Ball{"object"}};
+  problem.force_weights = {0.1, 1.0 / 3.0, 7.0, -0.1, 1.0 / 9.0};
+  problem.effector = Effector::drive;
+  return problem;
+}
+
+TEST(ProblemIo, RoundTripKeepsEveryNumberOfJointsSpringsForcesAndWeights) {
+  const Problem given = articulated();
+  const std::string text = to_json(given);
+  const Problem read = from_json(text);
+  EXPECT_EQ(to_json(read), text);
+  EXPECT_TRUE(same_bits(read.state, given.state));
+  EXPECT_EQ(read.scene.stepping().friction_directions, 2);
+  ASSERT_EQ(read.scene.joints().size(), given.scene.joints().size());
+  const Joint& rail = read.scene.joints()[read.scene.joint_index("rail")];
+  const Joint& own = given.scene.joints()[given.scene.joint_index("rail")];
+  EXPECT_EQ(rail.type, JointType::prismatic);
+  EXPECT_EQ(rail.parent + rail.child, "palmtool");
+  EXPECT_EQ(rail.in_parent.position, own.in_parent.position);
+  EXPECT_EQ(rail.in_parent.orientation.coeffs(), own.in_parent.orientation.coeffs());
+  EXPECT_EQ(rail.in_child.orientation.coeffs(), own.in_child.orientation.coeffs());
+  EXPECT_EQ(rail.axis, own.axis);
+  EXPECT_EQ(rail.lower, -infinity);
+  EXPECT_EQ(rail.upper, 0.3);
+  EXPECT_EQ(rail.state.position, 1.0 / 11.0);
+  EXPECT_TRUE(rail.held);
+  EXPECT_EQ(rail.target, 0.1);
+  EXPECT_EQ(rail.target_velocity, 1.0 / 13.0);
+  EXPECT_EQ(rail.stiffness, 100.0 / 3.0);
+  EXPECT_EQ(rail.damping, 0.1);
+  EXPECT_EQ(rail.torque_limit, 2.0 / 3.0);
+  EXPECT_EQ(read.scene.joints().back().type, JointType::fixed);
+  EXPECT_EQ(read.scene.joints().back().torque_limit, infinity);
+  const Spring& spring = read.scene.springs().front();
+  EXPECT_EQ(spring.body_a + spring.body_b, "tipobject");
+  EXPECT_EQ(spring.point_b, Vector3(0.0, 0.01, 1.0 / 300.0));
+  EXPECT_EQ(spring.stiffness, 1.0 / 3.0);
+  EXPECT_EQ(spring.rest_length, 0.1);
+  EXPECT_EQ(spring.damping, 0.01);
+  EXPECT_EQ(read.scene.body("tool").force, Vector3(0.1, -1.0 / 3.0, 0.7));
+  EXPECT_EQ(read.force_weights.stick, 1.0 / 3.0);
+  EXPECT_EQ(read.force_weights.ground_engage, -0.1);
+  EXPECT_EQ(read.force_weights.ground_stick, 1.0 / 9.0);
+}
+
+TEST(ProblemIo, ReadHandMovesToTheSameBits) {
+  const Problem given = articulated();
+  const Problem read = from_json(to_json(given));
+  Wrench wrench;
+  wrench.force.x() = 0.5;
+  const Rollout one = World(given.scene).rollout(given.state, wrench, 0.1);
+  const Rollout two = World(read.scene).rollout(read.state, wrench, 0.1);
+  EXPECT_TRUE(same_bits(one.state, two.state));
+  EXPECT_TRUE(same_bits(one.energy, two.energy));
+}
+
+// What version 1 wrote of a problem without joints.
+std::string as_version_1(const Problem& problem) {
+  Json json = Json::parse(to_json(problem));
+  json["version"] = 1;
+  json.erase("force_weights");
+  for (const char* key : {"joints", "springs", "friction_directions"}) json["scene"].erase(key);
+  for (Json& body : json["scene"]["bodies"]) body.erase("force");
+  return json.dump();
+}
+
+TEST(ProblemIo, FileOfVersion1IsReadWithItsOneFrictionDirectionAndTheUsualWeights) {
+  const Problem given = push();
+  const Problem read = from_json(as_version_1(given));
+  EXPECT_TRUE(same_bits(read.state, given.state));
+  EXPECT_EQ(read.scene.stepping().friction_directions, 1);
+  EXPECT_TRUE(read.scene.joints().empty());
+  EXPECT_TRUE(read.scene.springs().empty());
+  EXPECT_EQ(read.scene.body("object").force, Vector3::Zero());
+  EXPECT_EQ(read.force_weights.engage, ForceWeights().engage);
+  EXPECT_EQ(read.force_weights.distance, ForceWeights().distance);
+  EXPECT_EQ(read.force_weights.ground_engage, 0.0);
+}
+
+TEST(ProblemIo, JointsAndSpringsThatCannotBeAreRejectedByTheirPlace) {
+  const auto reading_hand = [](const std::string& pointer, const Json& value) {
+    return [=] {
+      Json json = Json::parse(to_json(articulated()));
+      json[Json::json_pointer(pointer)] = value;
+      from_json(json.dump());
+    };
+  };
+  EXPECT_TRUE(rejects(reading_hand("/scene/joints/0/type", "ball"), {"scene.joints[0].type", "ball", "\"revolute\""}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/joints/0/parent", "cup"), {"scene.joints[0]", "'left 1'", "'cup'"}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/joints/1/lower", 5.0), {"scene.joints[1]", "lower limit is 5"}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/joints/1/uper", 5.0), {"scene.joints[1]", "\"uper\"", "upper"}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/joints/1/held", "no"), {"scene.joints[1].held", "\"no\"", "true or false"}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/springs/0/stiffness", 1e9), {"scene.springs[0]", "stiffness is 1e+09"}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/springs/0/body_a", "cup"), {"scene.springs[0]", "'cup'"}));
+  EXPECT_TRUE(rejects(reading_hand("/scene/friction_directions", 1), {"friction_directions", "2"}));
+  EXPECT_TRUE(rejects(reading_hand("/force_weights/enage", 1), {"force_weights", "\"enage\"", "engage"}));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -49,7 +49,7 @@ TEST(Problem, RegionOnAnUnknownBodyIsRejectedByTheRegionsRole) {
   EXPECT_TRUE(rejects(validating([&](Problem& p) { p.within = cup; }), {"within", "'cup'"}));
 }
 
-TEST(Problem, ThereIsExactlyOneObjectAndAtMostOneEffector) {
+TEST(Problem, ThereIsExactlyOneObject) {
   const auto with_scene = [](const Scene& scene) {
     return [scene] { validate({scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"one"}}); };
   };
@@ -70,16 +70,16 @@ TEST(Problem, DriveNeedsAnEffectorThatCanMove) {
 
 TEST(Problem, UnderDriveAnEdgeStartsWithTheEffectorsVelocityAtTheStartAndUnderCoastWithItsOwn) {
   const Problem problem = push(Effector::drive);
-  std::map<std::string, BodyState> bodies = unpack(problem.scene, problem.state);
+  std::map<std::string, BodyState> bodies = unpack(problem.scene, problem.state).bodies;
   bodies["effector"].position = {1.1, 0.15, 0.05};
   bodies["effector"].velocity = {0.3, 0.1, 0.0};
   bodies["effector"].angular_velocity = {0.0, 0.0, 2.0};
   bodies["object"].velocity = {0.2, 0.0, 0.0};
   const State node = pack(problem.scene, bodies);
-  EXPECT_TRUE(same_bits(edge_start(push(Effector::coast), node), node));
+  EXPECT_TRUE(same_bits(EdgeStart(push(Effector::coast))(node), node));
   bodies["effector"].velocity = {0.0, 0.4, 0.0};
   bodies["effector"].angular_velocity.setZero();
-  EXPECT_TRUE(same_bits(edge_start(problem, node), pack(problem.scene, bodies)));
+  EXPECT_TRUE(same_bits(EdgeStart(problem)(node), pack(problem.scene, bodies)));
 }
 
 TEST(Problem, StartInDeepPenetrationIsRejectedWithTheBodiesAndTheDepthAndAGrazeIsNot) {
@@ -121,6 +121,77 @@ TEST(Problem, DisturbanceAlongALockedAxisIsRejected) {
   flat.force.z() = 0.0;
   flat.torque.x() = 1.0;
   EXPECT_TRUE(rejects([&] { validate(flat); }, {"torque", "locked"}));
+}
+
+// ---- several effector bodies
+
+Problem grasp(Effector effector = Effector::coast) {
+  const Scene scene = hand();
+  Problem problem{scene,           pack(scene), {1.0, 1.0, 1.0},
+                  Vector3::Zero(), 0.2,         regions::Ball{"object", {0.0, 0.0, 0.03}, 0.05}};
+  problem.effector = effector;
+  return problem;
+}
+
+TEST(Problem, EffectorMayBeAHandOfManyBodies) {
+  EXPECT_NO_THROW(validate(grasp()));
+  EXPECT_NO_THROW(validate(grasp(Effector::drive)));
+}
+
+TEST(Problem, ObjectOnAJointIsRejectedByName) {
+  Scene scene(Vector3::Zero());
+  scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
+  scene.add_body(body("door", Box{}, 1.0, Vector3::Zero(), Role::object));
+  scene.add_joint(joint("hinge", JointType::revolute, "post", "door", Vector3::UnitZ(), {1.0, 0.0, 0.0}));
+  const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"door"}};
+  EXPECT_TRUE(rejects([&] { validate(problem); }, {"'door'", "on a joint", "one free body"}));
+  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), {}, 0.1); }, {"object", "no joint"}));
+}
+
+TEST(Problem, UnderDriveAnEdgeStartsWithTheVelocitiesOfAllEffectorBodiesAndNothingElse) {
+  Scene scene = two_boxes_on_a_hinge();
+  Scene roles(Vector3::Zero());
+  for (Body made : scene.bodies()) {
+    if (made.name != "object") made.role = Role::effector;
+    roles.add_body(made);
+  }
+  roles.add_body(body("loose", Sphere{0.1}, 1.0, {0.0, 9.0, 0.0}));
+  roles.add_body(body("stirrer", Sphere{0.1}, 1.0, {0.0, 9.0, 3.0}));
+  roles.add_joint(scene.joints().front());
+  roles.add_joint(joint("other", JointType::revolute, "loose", "stirrer", Vector3::UnitX(), {0.0, 0.0, 3.0}));
+  BodyState base = roles.body("base").state;
+  base.velocity = {0.1, 0.2, 0.3};
+  base.angular_velocity = {0.4, 0.5, 0.6};
+  const State start = pack(roles, {{"base", base}}, {{"hinge", {0.1, 0.7}}, {"other", {0.2, 0.8}}});
+  Problem problem{roles, start, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"object", {9.0, 0.0, 0.0}}};
+  State node = State::LinSpaced(start.size(), 1.0, 2.0);
+  EXPECT_TRUE(same_bits(EdgeStart(problem)(node), node));
+  problem.effector = Effector::drive;
+  State expected = node;
+  const StateLayout layout(roles);
+  expected.segment<6>(layout.offset(roles.index("base")) + 7) << base.velocity, base.angular_velocity;
+  expected[layout.joint_offset(roles.joint_index("hinge")) + 1] = 0.7;
+  EXPECT_TRUE(same_bits(EdgeStart(problem)(node), expected));
+}
+
+TEST(Problem, FingerDeepInTheObjectIsRejectedWithBothNames) {
+  Problem problem = grasp();
+  std::map<std::string, JointState> joints = unpack(problem.scene, problem.state).joints;
+  joints["thumb 1"].position -= 0.1;
+  problem.state = pack(problem.scene, {}, joints);
+  EXPECT_TRUE(rejects([&] { validate(problem); }, {"state", "'object'", "'thumb 3'", "penetrate"}));
+}
+
+TEST(Problem, ForceWeightsThatAreNotFiniteAreRejectedByName) {
+  for (const auto& [name, weight] : {std::pair{"engage", &ForceWeights::engage},
+                                     {"stick", &ForceWeights::stick},
+                                     {"distance", &ForceWeights::distance},
+                                     {"ground_engage", &ForceWeights::ground_engage},
+                                     {"ground_stick", &ForceWeights::ground_stick}}) {
+    Problem problem = push();
+    problem.force_weights.*weight = nan;
+    EXPECT_TRUE(rejects([&] { validate(problem); }, {std::string("force weight ") + name, "nan", "finite"}));
+  }
 }
 
 }  // namespace

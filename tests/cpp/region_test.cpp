@@ -9,7 +9,7 @@
 
 #include "energymargin/membership.hpp"
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -270,7 +270,7 @@ TEST(Region, RegionInABodysFrameIsTheWorldsRegionMovedWithTheBody) {
     const Mask mask = Membership(moved[r], scene)(states);
     EXPECT_TRUE(mask.any() && !mask.all()) << "region " << r << " tells nothing apart";
     for (int i = 0; i < states.rows(); ++i) {
-      const auto bodies = unpack(scene, states.row(i));
+      const auto bodies = unpack(scene, states.row(i)).bodies;
       const BodyState& carrier = bodies.at("carrier");
       const Vector3 seen = carrier.orientation.conjugate() * (bodies.at("object").position - carrier.position);
       EXPECT_EQ(mask(i), contains(still[r], seen)) << "region " << r << ", state " << i;
@@ -357,6 +357,26 @@ TEST(Region, ComplementOfOtherThanOneAndEmptyCombinationsAreRejected) {
   EXPECT_TRUE(rejects(making(regions::Complement{}), {"one"}));
   EXPECT_TRUE(rejects(making(regions::Intersection{}), {"at least one"}));
   EXPECT_TRUE(rejects(making(regions::Union{}), {"at least one"}));
+}
+
+TEST(Region, LinkCountsWhereItsJointsPutItAsBodyAndAsFrame) {
+  Scene scene = rod_on_post(Vector3::UnitZ());
+  scene.add_body(body("object", Sphere{0.1}, 1.0, {9.0, 0.0, 0.0}, Role::object));
+  const auto turned_by = [&](double angle, double velocity, const Vector3& object) {
+    BodyState there;
+    there.position = object;
+    return pack(scene, {{"object", there}}, {{"hinge", {angle, velocity}}});
+  };
+  const Vector3 far(9.0, 0.0, 0.0);
+  const Membership above(regions::Ball{"rod", {0.0, 0.25, 0.0}, 1e-9}, scene);
+  EXPECT_TRUE(above(turned_by(0.5 * pi, 0.0, far)));
+  EXPECT_FALSE(above(turned_by(0.0, 0.0, far)));
+  const Membership beyond_its_end(regions::Ball{"object", {0.75, 0.0, 0.0}, 1e-9, "rod"}, scene);
+  EXPECT_TRUE(beyond_its_end(turned_by(0.5 * pi, 0.0, {0.0, 1.0, 0.0})));
+  EXPECT_FALSE(beyond_its_end(turned_by(0.0, 0.0, {0.0, 1.0, 0.0})));
+  const Membership slow(regions::Speed{"rod", 1.0, {0.25, 0.0, 0.0}}, scene);  // its end, 0.5 m from the hinge
+  EXPECT_TRUE(slow(turned_by(0.3, 2.0 - 1e-9, far)));
+  EXPECT_FALSE(slow(turned_by(0.3, 2.0 + 1e-9, far)));
 }
 
 }  // namespace

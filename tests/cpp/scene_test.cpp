@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -26,8 +26,8 @@ TEST(Scene, BodiesAreFoundByNameAndByRole) {
   const Scene scene = push_scene();
   EXPECT_EQ(scene.index("effector"), 2u);
   EXPECT_EQ(scene.body("object").mass, 1.0);
-  EXPECT_EQ(scene.with_role(Role::object), 1u);
-  EXPECT_EQ(Scene().with_role(Role::effector), std::nullopt);
+  EXPECT_EQ(scene.with_role(Role::object), std::vector<std::size_t>{1});
+  EXPECT_TRUE(Scene().with_role(Role::effector).empty());
 }
 
 TEST(Scene, UnknownBodyIsAnErrorThatListsTheNames) {
@@ -65,13 +65,127 @@ TEST(Scene, HullOffCentreIsRejectedAndCenteredMendsIt) {
 
 TEST(Scene, SteppingThatCannotBeIsRejected) {
   const auto stepping = [](double step, int iterations, double tolerance, double margin) {
-    return [=] { Scene(Vector3::Zero(), Stepping{step, iterations, tolerance, margin}); };
+    return [=] { Scene(Vector3::Zero(), Stepping{step, iterations, tolerance, 2, margin}); };
   };
   EXPECT_TRUE(rejects(stepping(0.0, 50, 0.0, 0.001), {"step is 0", "above 0"}));
   EXPECT_TRUE(rejects(stepping(0.01, 0, 0.0, 0.001), {"solver_iterations is 0", "at least 1"}));
   EXPECT_TRUE(rejects(stepping(0.01, 50, -1.0, 0.001), {"solver_tolerance is -1", "at least 0"}));
   EXPECT_TRUE(rejects(stepping(0.01, 50, 0.0, -0.001), {"margin is -0.001", "above 0"}));
   EXPECT_TRUE(rejects([] { Scene(Vector3(0.0, nan, 0.0)); }, {"gravity", "nan"}));
+}
+
+// ---- joints
+
+// What adding a default hinge, changed by `change`, between the bodies of a scene leads to.
+template <typename Change>
+auto hanging(const Change& change) {
+  return [change] {
+    Scene scene = two_boxes_on_a_hinge();
+    scene.add_body(body("tool", Box{{0.1, 0.1, 0.1}}, 0.5, Vector3::Zero()));
+    scene.add_body(fixed("wall", Box{}, {0.0, 5.0, 0.0}));
+    Body planar = body("planar", Box{}, 1.0, {0.0, -5.0, 0.0});
+    planar.angular_factor = Vector3::UnitZ();
+    scene.add_body(planar);
+    Joint made = joint("wrist", JointType::revolute, "arm", "tool", Vector3::UnitZ());
+    change(made);
+    scene.add_joint(made);
+  };
+}
+
+TEST(Scene, JointsAreFoundByNameAndByTheBodyTheyCarry) {
+  const Scene scene = two_boxes_on_a_hinge();
+  EXPECT_EQ(scene.joint_index("hinge"), 0u);
+  EXPECT_EQ(scene.joint_to(scene.index("arm")), 0u);
+  EXPECT_EQ(scene.joint_to(scene.index("base")), std::nullopt);
+  EXPECT_TRUE(scene.jointed(scene.index("base")));
+  EXPECT_FALSE(scene.jointed(scene.index("object")));
+  EXPECT_TRUE(rejects([&] { scene.joint_index("knee"); }, {"joint", "'knee'", "'hinge'"}));
+  EXPECT_TRUE(rejects([] { Scene().joint_index("knee"); }, {"'knee'", "none"}));
+}
+
+TEST(Scene, SeveralBodiesMayHaveARole) {
+  Scene scene = push_scene();
+  scene.add_body(body("second", Sphere{0.1}, 1.0, {5.0, 0.0, 1.0}, Role::effector));
+  EXPECT_EQ(scene.with_role(Role::effector), (std::vector<std::size_t>{2, 3}));
+}
+
+TEST(Scene, JointsMakeTreesAndNothingElse) {
+  EXPECT_NO_THROW(hanging([](Joint&) {})());
+  EXPECT_TRUE(
+      rejects(hanging([](Joint& j) { j.child = "arm"; }), {"joint 'wrist'", "child is 'arm'", "no other joint"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.child = "base"; }),
+                      {"joint 'wrist'", "parent is 'arm'", "a body that the child does not carry"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.parent = "tool"; }), {"joint 'wrist'", "parent is 'tool'"}));
+  EXPECT_TRUE(
+      rejects(hanging([](Joint& j) { j.child = "wall"; }), {"joint 'wrist'", "child is 'wall'", "mass above 0"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.child = "cup"; }), {"joint 'wrist'", "'cup'", "'tool'"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.parent = "cup"; }), {"joint 'wrist'", "'cup'", "'tool'"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.child = "planar"; }), {"child is 'planar'", "without locked axes"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.parent = "planar"; }), {"parent is 'planar'", "without locked axes"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.name = "hinge"; }), {"name is 'hinge'", "no other joint"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.name = ""; }), {"name is empty"}));
+}
+
+TEST(Scene, JointThatCannotBeIsRejectedByNameArgumentAndValue) {
+  EXPECT_TRUE(rejects(hanging([](Joint& j) {
+                        j.axis = {0.0, 0.0, 2.0};
+                      }),
+                      {"'wrist'", "axis is (0, 0, 2)", "length 1"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.axis.x() = nan; }), {"'wrist'", "axis", "nan", "length 1"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.in_parent.position.z() = nan; }), {"in_parent position", "nan"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.in_child.orientation.w() = 1.1; }), {"in_child orientation", "1.1"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.lower = j.upper = 0.5; }), {"lower limit is 0.5", "below", "0.5"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.lower = nan; }), {"lower limit is nan"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.upper = nan; }), {"limit", "nan"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.upper = -0.2; }), {"position is 0", "from -inf to -0.2"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.state.position = nan; }), {"position is nan", "finite"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.state.velocity = nan; }), {"velocity is nan", "finite"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) {
+                        j.held = true;
+                        j.state.velocity = 0.5;
+                      }),
+                      {"velocity is 0.5", "held"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) {
+                        j.type = JointType::fixed;
+                        j.state.position = 0.5;
+                      }),
+                      {"position", "0", "fixed"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.target = infinity; }), {"target is inf", "finite"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.target_velocity = nan; }), {"target_velocity is nan", "finite"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.stiffness = -1.0; }), {"stiffness is -1", "at least 0"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.damping = infinity; }), {"damping is inf", "finite"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.torque_limit = -2.0; }), {"torque_limit is -2", "at least 0"}));
+  EXPECT_TRUE(rejects(hanging([](Joint& j) { j.torque_limit = nan; }), {"torque_limit is nan", "at least 0"}));
+}
+
+TEST(Scene, RejectedJointLeavesTheSceneAsItWas) {
+  Scene scene = two_boxes_on_a_hinge();
+  EXPECT_TRUE(rejects([&] { scene.add_joint(joint("back", JointType::revolute, "arm", "base", Vector3::UnitZ())); },
+                      {"'back'"}));
+  EXPECT_EQ(scene.joints().size(), 1u);
+}
+
+TEST(Scene, ConstantForceThatIsNoneIsRejected) {
+  EXPECT_TRUE(rejects(adding([](Body& b) { b.force.y() = nan; }), {"'block'", "force", "nan", "finite"}));
+}
+
+TEST(Scene, BodyThatIsCalledJointsIsRejectedWithTheReason) {
+  EXPECT_TRUE(rejects(adding([](Body& b) { b.name = "joints"; }), {"name is 'joints'", "another name"}));
+}
+
+TEST(Scene, FrictionHasOneDirectionOrTwoAndWithJointsTwo) {
+  const auto with = [](int directions) {
+    Stepping stepping;
+    stepping.friction_directions = directions;
+    return stepping;
+  };
+  EXPECT_TRUE(rejects([&] { Scene(Vector3::Zero(), with(3)); }, {"friction_directions is 3", "1 or 2"}));
+  EXPECT_TRUE(rejects([&] { Scene(Vector3::Zero(), with(0)); }, {"friction_directions is 0", "1 or 2"}));
+  Scene scene(Vector3::Zero(), with(1));
+  scene.add_body(fixed("post", Box{}));
+  scene.add_body(body("rod", Box{}, 1.0, Vector3::Zero()));
+  EXPECT_TRUE(rejects([&] { scene.add_joint(joint("hinge", JointType::revolute, "post", "rod", Vector3::UnitZ())); },
+                      {"'hinge'", "friction_directions", "1", "2 for a scene with joints"}));
 }
 
 }  // namespace

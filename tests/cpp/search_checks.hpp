@@ -22,6 +22,7 @@ inline Wrench control(const Tree& tree, int node) {
 //! Each node is what its control leads to from its parent, to the bit, and its cost the sum of efforts on the way.
 inline void expect_each_edge_is_a_rollout(const Tree& tree, const Problem& problem) {
   World world(problem.scene);
+  const EdgeStart edge_start(problem);
   EXPECT_TRUE(same_bits(State(tree.states.row(0)), problem.state));
   EXPECT_EQ(tree.costs[0], 0.0);
   EXPECT_EQ(tree.parents[0], -1);
@@ -30,7 +31,7 @@ inline void expect_each_edge_is_a_rollout(const Tree& tree, const Problem& probl
     const int parent = tree.parents[node];
     ASSERT_GE(parent, 0);
     ASSERT_LT(parent, node);
-    const State start = edge_start(problem, tree.states.row(parent));
+    const State start = edge_start(tree.states.row(parent));
     const Rollout rollout = world.rollout(start, control(tree, node), tree.durations[node]);
     EXPECT_GE(tree.costs[node], tree.costs[parent]) << "node " << node;
     different += same_bits(rollout.state, State(tree.states.row(node))) &&
@@ -81,11 +82,12 @@ inline void expect_path_leaves_the_capture_set_only_at_its_end(const Escape& esc
 //! The path's controls alone lead from the start to the same escape, to the bit.
 inline void expect_path_replays_from_its_controls(const Escape& escape, const Problem& problem) {
   World world(problem.scene);
+  const EdgeStart edge_start(problem);
   State state = problem.state;
   double effort = 0.0;
   for (std::size_t i = 1; i < escape.path.size(); ++i) {
     const int node = escape.path[i];
-    const State start = edge_start(problem, state);
+    const State start = edge_start(state);
     const Rollout rollout = world.rollout(start, control(escape.tree, node), escape.tree.durations[node]);
     state = rollout.state;
     effort += rollout.effort;

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <numeric>
 #include <random>
+#include <thread>
 
 #include "energymargin/world.hpp"
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -22,14 +23,14 @@ struct Question {
 };
 
 // Rollouts from states along random pushes: in contact, out of it, and far apart.
-std::vector<Question> questions(const Scene& scene, int count) {
+std::vector<Question> questions(const Scene& scene, int count, unsigned int longest = 100) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> even(-1.0, 1.0);
   World world(scene);
   std::vector<Question> asked;
   State state = pack(scene);
   for (int i = 0; i < count; ++i) {
-    Question question{state, Wrench(), 1 + static_cast<int>(random() % 100)};
+    Question question{state, Wrench(), 1 + static_cast<int>(random() % longest)};
     question.wrench.force.x() = 0.8 * even(random);
     question.wrench.force.y() = 0.8 * even(random);
     question.wrench.torque.z() = 0.05 * even(random);
@@ -100,10 +101,74 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
   const Drive drive{"effector", Wrenches::Constant(30, 6, 1.0)};
   for (std::size_t i = 0; i < asked.size(); i += 10) {
     const Question& other = asked[(i + 5) % asked.size()];
-    world.simulate(other.state, {drive}, 30, {7, 30});
+    world.simulate(other.state, {{drive}}, 30, {7, 30});
     world.contacts(other.state);
     world.distance(other.state, "object", "effector");
     world.deepest_contact(other.state);
+    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrench, asked[i].steps);
+    EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
+    EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
+  }
+}
+
+// ---- articulated bodies
+
+TEST(HandPurity, TwoThousandRolloutsShuffledInOtherWorldsAndThreadsGiveTheSameBits) {
+  const Scene scene = hand();
+  const std::vector<Question> asked = questions(scene, 2000, 20);
+  World world(scene);
+  std::vector<std::size_t> order(asked.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const std::vector<Rollout> expected = answers(world, asked, order);
+
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  EXPECT_EQ(differing(answers(world, asked, order), expected), 0) << "shuffled";
+  std::vector<Rollout> threaded(asked.size());
+  const std::size_t half = asked.size() / 2;
+  const auto work = [&](std::size_t first, std::size_t last) {
+    World other(scene);
+    for (std::size_t i = first; i < last; ++i) {
+      const Question& question = asked[order[i]];
+      threaded[order[i]] = other.rollout_unchecked(question.state, question.wrench, question.steps);
+    }
+  };
+  std::thread one(work, 0, half);
+  std::thread two(work, half, asked.size());
+  one.join();
+  two.join();
+  EXPECT_EQ(differing(threaded, expected), 0) << "in two threads";
+}
+
+TEST(HandPurity, QuestionsTouchTheFingersAndTheTable) {
+  const Scene scene = hand();
+  World world(scene);
+  int fingers = 0;
+  int table = 0;
+  for (const Question& question : questions(scene, 300, 20)) {
+    for (const Contact& contact : world.contacts(question.state)) {
+      fingers += contact.normal_force > 0.1 && contact.body_b != "table" ? 1 : 0;
+      table += contact.normal_force > 0.1 && contact.body_b == "table" ? 1 : 0;
+    }
+  }
+  EXPECT_GT(fingers, 500);
+  EXPECT_GT(table, 500);
+}
+
+TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
+  const Scene scene = hand();
+  const std::vector<Question> asked = questions(scene, 60, 20);
+  World world(scene);
+  std::vector<std::size_t> order(asked.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const std::vector<Rollout> expected = answers(world, asked, order);
+  const Script script{{steady("thumb 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 10)},
+                      {{"left 1", Eigen::VectorXd::Constant(10, 1.0)}}};
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const State& other = asked[(i + 7) % asked.size()].state;
+    world.simulate(other, script, 10, {3, 10});
+    world.contacts(other);
+    world.distance(other, "object", "thumb 3");
+    world.deepest_contact(other);
     const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrench, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;

@@ -33,7 +33,7 @@ State moving(const Scene& scene, const Vector3& velocity, const Vector3& angular
 }
 
 BodyState of(const Scene& scene, const State& state, const std::string& name = "object") {
-  return unpack(scene, state).at(name);
+  return unpack(scene, state).bodies.at(name);
 }
 
 std::vector<int> every_step(int steps) {
@@ -235,7 +235,7 @@ TEST(World, SimulateUnderASteadyWrenchOnTheObjectIsTheRollout) {
   Drive drive{"object", Wrenches::Zero(60, 6)};
   drive.wrenches.col(0).setConstant(0.7);
   const std::vector<int> record{0, 1, 20, 60};
-  const std::vector<Frame> frames = world.simulate(pack(scene), {drive}, 60, record);
+  const std::vector<Frame> frames = world.simulate(pack(scene), {{drive}}, 60, record);
   ASSERT_EQ(frames.size(), record.size());
   EXPECT_EQ(frames[0].contacts.size(), world.contacts(pack(scene)).size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -349,9 +349,9 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "object"); }, {"body_b", "another body"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 0, {}); }, {"steps", "0", "at least 1"}));
   const Drive drive{"table", Wrenches::Zero(5, 6)};
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {drive}, 5, {5}); }, {"drives['table']", "fixed", "can move"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {{drive}}, 5, {5}); }, {"drives['table']", "fixed", "can move"}));
   const Drive few{"effector", Wrenches::Zero(4, 6)};
-  EXPECT_TRUE(rejects([&] { world.simulate(start, {few}, 5, {5}); }, {"drives['effector']", "4 rows", "5 rows"}));
+  EXPECT_TRUE(rejects([&] { world.simulate(start, {{few}}, 5, {5}); }, {"drives['effector']", "4 rows", "5 rows"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {6}); }, {"record", "6", "0 to 5"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {3, 2}); }, {"record", "2", "ascending"}));
   Scene empty;

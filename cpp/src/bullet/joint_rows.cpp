@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace energymargin {
 namespace {
 
 constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
 constexpr double stop_steps = 4.0;   // ... or if the joint gets there in so many steps
-constexpr double stop_return = 0.2;  // share of an overshoot that one step takes back
 constexpr double no_limit = 1e10;    // [N m s]
 enum Row { drive_row, lower_row, upper_row, rows_of_a_joint };
 constexpr int base_velocities = 6;  // a tree's velocities begin with those of its base
@@ -37,9 +37,16 @@ void JointRows::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBo
   const double step = info.m_timeStep;
   if (joint_.stiffness > 0.0 || joint_.damping > 0.0) add_drive(rows, data, step);
   const double position = m_bodyA->getJointPos(m_linkA);
-  const double reach = std::max(stop_reach, stop_steps * step * std::abs(m_bodyA->getJointVel(m_linkA)));
+  const double reach = std::max(stop_reach, stop_steps * step * fastest_joint());
   if (position - joint_.lower < reach) add_stop(rows, data, step, 1.0, position - joint_.lower);
   if (joint_.upper - position < reach) add_stop(rows, data, step, -1.0, joint_.upper - position);
+}
+
+// A joint that hits its stop speeds up its neighbours within the same step.
+double JointRows::fastest_joint() const {
+  const btScalar* velocities = m_bodyA->getVelocityVector() + base_velocities;
+  return std::accumulate(velocities, velocities + m_bodyA->getNumDofs(), 0.0,
+                         [](double most, double velocity) { return std::max(most, std::abs(velocity)); });
 }
 
 // The impulse is that of the spring and damper at the end of the step:
@@ -59,11 +66,11 @@ void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianD
   row.m_lowerLimit = -row.m_upperLimit;
 }
 
-// Velocity away from the stop: as much as keeps the joint from crossing it, or brings it back.
+// The joint may not cross its stop in this step; beyond it, it may not go on. Bringing it back would speed it up.
 void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
                          double gap) {
   btMultiBodySolverConstraint& row = add_row(rows, data, direction > 0.0 ? lower_row : upper_row, direction);
-  const double least = gap > 0.0 ? -gap / step : -stop_return * gap / step;
+  const double least = -std::max(gap, 0.0) / step;
   row.m_rhs = (least - direction * m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
   row.m_lowerLimit = 0.0;
   row.m_upperLimit = no_limit;

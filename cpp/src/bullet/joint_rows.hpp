@@ -26,6 +26,7 @@ class JointRows : public btMultiBodyConstraint {
   void debugDraw(btIDebugDraw*) override {}
 
  private:
+  double fastest_joint() const;
   void add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step);
   void add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
                 double gap);

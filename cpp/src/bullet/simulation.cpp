@@ -165,6 +165,7 @@ void Simulation::restore(const State& state) {
     }
   }
   solver_.reset();
+  find_pulls();
 }
 
 void Simulation::read(State& state) const {
@@ -190,8 +191,9 @@ void Simulation::step() {
     const Vector3& force = scene_.bodies()[i].force;
     if (tree_of_[i] && !force.isZero(0.0)) apply(i, to_bullet(force), btVector3(0, 0, 0));
   }
-  apply_springs();
+  for (const Pull& pull : pulls_) apply(pull.body, pull.force, pull.torque);
   world_.stepSimulation(step_, 0);
+  find_pulls();
 }
 
 void Simulation::apply(std::size_t body, const btVector3& force, const btVector3& torque) {
@@ -208,7 +210,10 @@ void Simulation::set_target(std::size_t joint, double target) {
   for (const auto& articulation : articulations_) articulation->set_target(joint, target);
 }
 
-void Simulation::apply_springs() {
+// A damper answers to the speed at the start of a step, before any force of that step: so the pulls are found when the
+// step before is over.
+void Simulation::find_pulls() {
+  pulls_.clear();
   for (const Spring& spring : scene_.springs()) {
     const std::size_t a = scene_.index(spring.body_a);
     const std::size_t b = scene_.index(spring.body_b);
@@ -224,7 +229,7 @@ void Simulation::apply_springs() {
     const btVector3 pull = along * (spring.stiffness * (length - spring.rest_length) + spring.damping * growth);
     for (const auto& [body, end, force] : {std::tuple{a, end_a, pull}, std::tuple{b, end_b, btVector3(-pull)}}) {
       if (scene_.bodies()[body].fixed()) continue;
-      apply(body, force, (end - objects_[body]->getWorldTransform().getOrigin()).cross(force));
+      pulls_.push_back({body, force, (end - objects_[body]->getWorldTransform().getOrigin()).cross(force)});
     }
   }
 }

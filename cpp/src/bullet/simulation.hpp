@@ -75,10 +75,15 @@ class Simulation {
     btRigidBody* rigid;
   };
 
+  struct Pull {  // of a spring at a body
+    std::size_t body;
+    btVector3 force, torque;
+  };
+
   void configure();
   void add_rigid(std::size_t index);
   void add_articulations();
-  void apply_springs();
+  void find_pulls();
   btVector3 velocity(std::size_t body, const btVector3& point) const;
   Articulation& articulation(std::size_t body) const { return *articulations_[*tree_of_[body]]; }
 
@@ -98,6 +103,7 @@ class Simulation {
   std::vector<btCollisionObject*> objects_;          // of all bodies
   std::vector<std::optional<std::size_t>> tree_of_;  // index of the articulation that a body is in
   std::vector<Free> free_;
+  std::vector<Pull> pulls_;  // in the next step
   btRigidBody* object_ = nullptr;
 };
 
