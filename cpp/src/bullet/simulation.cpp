@@ -51,6 +51,7 @@ Simulation::Simulation(const Scene& scene)
       dispatcher_(&configuration_),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
       objects_(scene.bodies().size()),
+      before_(scene.bodies().size()),
       tree_of_(scene.bodies().size()) {
   configure();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
@@ -192,8 +193,28 @@ void Simulation::step() {
     if (tree_of_[i] && !force.isZero(0.0)) apply(i, to_bullet(force), btVector3(0, 0, 0));
   }
   for (const Pull& pull : pulls_) apply(pull.body, pull.force, pull.torque);
+  for (std::size_t i = 0; i < objects_.size(); ++i) before_[i] = objects_[i]->getWorldTransform().getBasis();
   world_.stepSimulation(step_, 0);
+  turn_normals();
   find_pulls();
+}
+
+// Where Bullet does not find a point anew, as with two boxes that do not overlap, it keeps the normal of old, however
+// far the bodies have turned since. So the normals turn with the bodies, half with each.
+void Simulation::turn_normals() {
+  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+    btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
+    const std::size_t a = body_of(*manifold.getBody0());
+    const std::size_t b = body_of(*manifold.getBody1());
+    if (scene_.bodies()[a].fixed() || scene_.bodies()[b].fixed()) continue;
+    const auto turned = [this](std::size_t body, const btVector3& normal) {
+      return objects_[body]->getWorldTransform().getBasis() * (normal * before_[body]);
+    };
+    for (int j = 0; j < manifold.getNumContacts(); ++j) {
+      btVector3& normal = manifold.getContactPoint(j).m_normalWorldOnB;
+      normal = (turned(a, normal) + turned(b, normal)).normalized();
+    }
+  }
 }
 
 void Simulation::apply(std::size_t body, const btVector3& force, const btVector3& torque) {

@@ -83,6 +83,7 @@ class Simulation {
   void configure();
   void add_rigid(std::size_t index);
   void add_articulations();
+  void turn_normals();
   void find_pulls();
   btVector3 velocity(std::size_t body, const btVector3& point) const;
   Articulation& articulation(std::size_t body) const { return *articulations_[*tree_of_[body]]; }
@@ -101,6 +102,7 @@ class Simulation {
   std::vector<std::unique_ptr<btRigidBody>> rigids_;       // fixed and free bodies without joints, and fixed bases
   std::vector<std::unique_ptr<Articulation>> articulations_;
   std::vector<btCollisionObject*> objects_;          // of all bodies
+  std::vector<btMatrix3x3> before_;                  // how they stood before the step
   std::vector<std::optional<std::size_t>> tree_of_;  // index of the articulation that a body is in
   std::vector<Free> free_;
   std::vector<Pull> pulls_;  // in the next step
