@@ -23,7 +23,7 @@ __all__ = ["GraspTask"]
 # Numbers of the authors' public implementation (EnergyMarginDynCage, 2024) are named so; what the
 # paper says is named so; the others are ours, chosen so that about half of the grasps hold.
 
-# The scene, with the palm at the origin of x and y, looking down. z = 0 is the desktop at the start.
+# The scene, with the palm above the origin, looking down. z = 0 is the desktop at the start.
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
 GRIPPER = "three_finger_gripper.urdf"
 FINGERS = (1, 2, 3)
