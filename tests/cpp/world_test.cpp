@@ -378,5 +378,39 @@ TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {
   }
 }
 
+// How far a square slides along a support that turns from -4.5 deg at 8.6 deg/s, in the plane of x and y.
+double slid_on_a_turning_support(const Shape& square, double seconds) {
+  constexpr double start_angle = -0.08;
+  Scene scene({0.0, -g, 0.0});
+  const auto planar = [](Body body, const Quaternion& orientation) {
+    body.linear_factor = {1.0, 1.0, 0.0};
+    body.angular_factor = {0.0, 0.0, 1.0};
+    body.state.orientation = orientation;
+    body.state.angular_velocity = {0.0, 0.0, -0.15};
+    body.friction = 0.4;
+    return body;
+  };
+  const Quaternion tilt = turn(start_angle, Vector3::UnitZ());
+  const Vector3 above = tilt * Vector3(0.0, 0.3 - 1e-5, 0.0);
+  Body support = planar(body("support", Box{{1.2, 0.2, 0.1}}, 1000.0, Vector3::Zero()), tilt);
+  support.force = {0.0, 1001.0 * g, 0.0};
+  Body object = planar(body("object", square, 1.0, above), tilt);
+  object.role = Role::object;
+  object.state.velocity = object.state.angular_velocity.cross(above);
+  scene.add_body(support);
+  scene.add_body(object);
+  const State end = World(scene).rollout(pack(scene), {}, seconds).state;
+  const BodyState bar = of(scene, end, "support");
+  return (bar.orientation.conjugate() * (of(scene, end).position - bar.position)).x();
+}
+
+TEST(World, SquareOnASupportThatTurnsSlidesFromTheFrictionAngleOn) {
+  for (const Shape& square : {Shape(Box{{0.4, 0.4, 0.1}}), Shape(brick({0.4, 0.4, 0.1}))}) {
+    const double friction_angle = std::atan(0.4 * 0.4);  // 9.1 deg, reached after 0.5 s
+    EXPECT_LT(std::abs(slid_on_a_turning_support(square, (friction_angle - 0.08) / 0.15)), 5e-3);
+    EXPECT_GT(slid_on_a_turning_support(square, (friction_angle - 0.08) / 0.15 + 0.6), 0.03);
+  }
+}
+
 }  // namespace
 }  // namespace energymargin
