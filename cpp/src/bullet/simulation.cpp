@@ -200,19 +200,24 @@ void Simulation::step() {
 }
 
 // Where Bullet does not find a point anew, as with two boxes that do not overlap, it keeps the normal of old, however
-// far the bodies have turned since. So the normals turn with the bodies, half with each.
+// far the bodies have turned since. So a normal turns with the body that turned less: with both, if they turn as one;
+// with the face, if a round body rolls on it; and not at all on a fixed body.
 void Simulation::turn_normals() {
+  const auto turn = [this](std::size_t body) {
+    return objects_[body]->getWorldTransform().getBasis() * before_[body].transpose();
+  };
+  const auto trace = [](const btMatrix3x3& m) { return m[0][0] + m[1][1] + m[2][2]; };
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
     btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
     const std::size_t a = body_of(*manifold.getBody0());
     const std::size_t b = body_of(*manifold.getBody1());
     if (scene_.bodies()[a].fixed() || scene_.bodies()[b].fixed()) continue;
-    const auto turned = [this](std::size_t body, const btVector3& normal) {
-      return objects_[body]->getWorldTransform().getBasis() * (normal * before_[body]);
-    };
+    const btMatrix3x3 of_a = turn(a);
+    const btMatrix3x3 of_b = turn(b);
+    const btMatrix3x3& common = trace(of_a) > trace(of_b) ? of_a : of_b;
     for (int j = 0; j < manifold.getNumContacts(); ++j) {
       btVector3& normal = manifold.getContactPoint(j).m_normalWorldOnB;
-      normal = (turned(a, normal) + turned(b, normal)).normalized();
+      normal = (common * normal).normalized();
     }
   }
 }
