@@ -47,6 +47,10 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   }
   const State start = vector("state", state, -1);
   const int steps = count("steps", steps_given);
+  if (steps > most_steps) {
+    throw std::invalid_argument("steps is " + std::to_string(steps) + ", expected at most " +
+                                std::to_string(most_steps));
+  }
   std::vector<int> record = record_given.value_or(std::vector<int>{});
   if (!record_given) {
     for (int i = 1; i <= steps; ++i) record.push_back(i);

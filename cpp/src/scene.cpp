@@ -57,6 +57,9 @@ void validate_joint(const Joint& joint) {
   if (joint.type == JointType::fixed && (joint.state.position != 0.0 || joint.state.velocity != 0.0)) {
     reject("position and velocity", "not 0", "0: the joint is fixed");
   }
+  if (joint.type == JointType::fixed && (joint.held || joint.stiffness != 0.0 || joint.damping != 0.0)) {
+    reject("stiffness, damping or held", "given", "none of them: the joint is fixed");
+  }
   validate(joint, joint.state, "");
   require_finite("target", joint.target);
   require_finite("target_velocity", joint.target_velocity);
@@ -166,13 +169,22 @@ void Scene::add_spring(Spring spring) {
     require_not_negative("damping", spring.damping);
     const double light = mobility(bodies_[a], spring.point_a) + mobility(bodies_[b], spring.point_b);
     if (light == 0.0) reject("body_b", "'" + spring.body_b + "'", "at most one fixed body");
-    // A spring is stepped explicitly; beyond these it would swing itself up.
-    const double most = 1.0 / (light * stepping_.step * stepping_.step);
-    if (spring.stiffness > most) {
-      reject("stiffness", text(spring.stiffness), "at most " + text(most) + " N/m at this step, or a shorter step");
+    // A spring is stepped explicitly; beyond these it would swing itself up. Springs on one body add up.
+    double stiffness = 1.0 / (light * stepping_.step * stepping_.step);
+    double damping = 1.0 / (light * stepping_.step);
+    for (const Spring& other : springs_) {
+      const bool shares = other.body_a == spring.body_a || other.body_a == spring.body_b ||
+                          other.body_b == spring.body_a || other.body_b == spring.body_b;
+      if (!shares) continue;
+      stiffness -= other.stiffness;
+      damping -= other.damping;
     }
-    if (spring.damping > most * stepping_.step) {
-      reject("damping", text(spring.damping), "at most " + text(most * stepping_.step) + " N s/m at this step");
+    const std::string besides = " beside the bodies' other springs at this step, or a shorter step";
+    if (spring.stiffness > stiffness) {
+      reject("stiffness", text(spring.stiffness), "at most " + text(stiffness) + " N/m" + besides);
+    }
+    if (spring.damping > damping) {
+      reject("damping", text(spring.damping), "at most " + text(damping) + " N s/m" + besides);
     }
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(where + error.what());

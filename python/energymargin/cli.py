@@ -294,6 +294,7 @@ def table1(
         experiment.QUICK if quick else experiment.FULL,
         **{name: value for name, value in chosen.items() if value is not None},
     )
+    experiment.check_tasks(settings.tasks)
     output = output or Path("out/table1-quick" if quick else "out/table1")
     output.mkdir(parents=True, exist_ok=True)
     command = settings.command(output)

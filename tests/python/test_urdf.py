@@ -77,7 +77,13 @@ def test_the_gripper_of_the_package_is_a_urdf_file():
         ("<axis", '<mimic joint="x"/><axis', "'shoulder' has <mimic>"),
         ('xyz="0 0 0.05"', 'xyz="0 0"', "not three numbers"),
         ('<mass value="0.5"/>', "", "has no <mass>"),
-        ('<child link="arm"/>', '<child link="base"/>', "child"),
+        ('<child link="arm"/>', '<child link="base"/>', "parent is 'base'"),
+        ('<parent link="base"/>', '<parent link="bass"/>', "'shoulder' has the parent 'bass'"),
+        ('<link name="arm">', '<link name="base">', "two <link> of the name 'base'"),
+        ('<mass value="0.5"/>', '<mass value="abc"/>', "<mass value='abc'> is not a finite number"),
+        ('ixy="0"', 'ixy="0.1"', "products of inertia"),
+        ('<limit lower="-1" upper="2" effort="3" velocity="1"/>', "", "'shoulder' has no <limit>"),
+        ('<box size="0.1 0.1 0.1"/>', "", "'base' has 0 shapes"),
     ],
 )
 def test_what_is_not_understood_is_refused_by_name(tmp_path, old, new, message):
@@ -88,6 +94,19 @@ def test_what_is_not_understood_is_refused_by_name(tmp_path, old, new, message):
 def test_control_of_an_unknown_joint_is_refused(tmp_path):
     with pytest.raises(ValueError, match="joints has 'elbow', expected one of shoulder"):
         built(tmp_path, joints={"elbow": {}})
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"position": (0, 0)}, "position is"),
+        ({"orientation": (0, 0, 1)}, "orientation is"),
+        ({"joints": {"shoulder": {"stifness": 1}}}, "'shoulder'.* has stifness"),
+    ],
+)
+def test_bad_arguments_are_refused_by_name(tmp_path, options, message):
+    with pytest.raises(ValueError, match=message):
+        built(tmp_path, **options)
 
 
 def test_a_missing_file_is_an_error_that_says_so(tmp_path):

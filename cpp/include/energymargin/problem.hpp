@@ -13,8 +13,8 @@ namespace energymargin {
 
 //! What the effector does while the object is disturbed.
 enum class Effector {
-  coast,  ///< it is not actuated: free, as every other body (paper, Section V-A)
-  drive,  ///< each edge of the search starts with the velocity that it has in the start state; in between it is free
+  coast,  ///< no script acts on it (paper, Section V-A); springs, constant forces and joint control act on
+  drive,  ///< each edge of the search starts with the velocities of the start state; in between as coast
 };
 
 //! Weights of the force score, Section V-B.

@@ -104,6 +104,7 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
                                    const std::vector<int>& record) {
   validate(scene(), state);
   require_at_least("steps", steps, 1);
+  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
   validate_record(record, steps);
   for (const Drive& drive : script.drives) validate_drive(scene(), drive, steps);
   for (const Targets& targets : script.targets) validate_targets(scene(), targets, steps);

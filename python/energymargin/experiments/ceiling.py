@@ -98,8 +98,10 @@ def ceiling_dataset(
             advance(*store.counts())
             while running and not interrupted.is_set():
                 done, running = wait(running, POLL, FIRST_COMPLETED)
-                store.add([future.result() for future in done])
+                store.add([future.result() for future in done if not future.exception()])
                 advance(*store.counts())
+                for future in done:
+                    future.result()  # says what went wrong, after the others are kept
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)

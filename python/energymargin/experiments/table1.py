@@ -53,7 +53,16 @@ from energymargin.tasks.base import EFFECTORS, whole_number
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["FULL", "QUICK", "Settings", "Table1", "TaskResult", "paper_tasks", "reproduce"]
+__all__ = [
+    "FULL",
+    "QUICK",
+    "Settings",
+    "Table1",
+    "TaskResult",
+    "check_tasks",
+    "paper_tasks",
+    "reproduce",
+]
 
 FRAMES = 10  # K of Section VI-D
 WEIGHTS = ("engage", "stick", "distance", "ground_engage", "ground_stick")  # of the force score
@@ -203,13 +212,25 @@ class Table1:
                 for result in self.results
             ],
             notes=[note for r in self.results for note in _below(r, effectors[r.task])]
-            or ["No cell is below the paper's."],
+            or [
+                "No cell is below the paper's, and every score of ours is ahead of the force score."
+            ],
         )
 
 
 def paper_tasks() -> list[str]:
     """The tasks of the paper's Table I that there are, in its order."""
     return [name for name in PAPER if name in tasks.names()]
+
+
+def check_tasks(names: Sequence[str]) -> None:
+    """Raises ValueError unless these are tasks of the paper's table, each once."""
+    wrong = [name for name in names if name not in paper_tasks() or list(names).count(name) > 1]
+    if wrong or not names:
+        what = repr(wrong[0]) if wrong else "empty"
+        raise ValueError(
+            f"tasks has {what}, expected some of {', '.join(paper_tasks())}, each once"
+        )
 
 
 def reproduce(
@@ -226,10 +247,7 @@ def reproduce(
     Raises ValueError on a task that is not in the paper's table, or a folder that holds a table of
     other settings, before anything long is computed.
     """
-    unknown = [name for name in settings.tasks if name not in paper_tasks()]
-    if unknown or not settings.tasks:
-        what = repr(unknown[0]) if unknown else "empty"
-        raise ValueError(f"tasks is {what}, expected some of {', '.join(paper_tasks())}")
+    check_tasks(settings.tasks)
     threads = thread_count(threads)
     advance = progress or (lambda _what, _share: None)
     parts = []
@@ -400,12 +418,19 @@ def _horizons(result: TaskResult, effector: str) -> Sheet:
 
 
 def _below(result: TaskResult, effector: str) -> list[str]:
-    """The cells of the summary that are below the paper's, in the two digits that it gives."""
+    """The cells of the summary that are below the paper's, in the two digits that it gives, that
+    are not ahead of the force score, or that could not be computed.
+    """
     notes = []
+    force = _cell(result.readings[effector], "force")
     for score, name in NAMES.items():
         cell = _cell(result.readings[effector], score)
         if cell is None:
+            notes.append(f"{result.task}, {name}: all its labels are the same.")
             continue
+        behind = force is not None and (cell.auc <= force.auc or cell.ap <= force.ap)
+        if behind and score not in ("force", SUCCESS):
+            notes.append(f"{result.task}, {name}: not ahead of the force score.")
         pairs = zip(("AUC", "AP"), (cell.auc, cell.ap), PAPER[result.task][score], strict=True)
         below = [measure for measure, ours, theirs in pairs if round(ours, 2) < theirs]
         if below:

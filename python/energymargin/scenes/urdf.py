@@ -82,16 +82,18 @@ def add_urdf(
     Bodies and joints have the names of the file. `position` [m] and `orientation` (unit quaternion
     x, y, z, w) are those of the root link's frame; `friction` and `role` those of all links.
     `joints`: keywords of `Scene.add_joint` by joint, such as stiffness, target or held. Raises
-    FileNotFoundError, and ValueError that names what in the file is not understood.
+    FileNotFoundError, and ValueError that names what in the file is not understood; a scene that
+    the robot does not fit into, for its names or its control, is left with a part of it.
     """
     root = _parse(Path(path))
-    links = {_name(link): _link(link) for link in root.findall("link")}
-    elements = {_name(joint): joint for joint in root.findall("joint")}
+    links = {name: _link(link) for name, link in _named(root, "link").items()}
+    elements = _named(root, "joint")
     unknown = sorted(set(joints or {}) - set(elements))
     if unknown:
         raise ValueError(f"joints has {unknown[0]!r}, expected one of {', '.join(elements)}")
     base = _base(links, elements)
-    at = _Pose(np.asarray(position, float), np.asarray(orientation, float))
+    connections = {name: _joint(element, links) for name, element in elements.items()}
+    at = _Pose(_vector("position", position, 3), _vector("orientation", orientation, 4))
     for name, link in links.items():
         place = at @ link.center
         fixed = {"mass": 0.0, "position": place.position, "orientation": place.orientation}
@@ -99,8 +101,14 @@ def add_urdf(
         scene.add_body(
             name, link.shape, **(fixed if name == base else moving), friction=friction, role=role
         )
-    for name, element in elements.items():
-        scene.add_joint(name, **{**_joint(element, links), **(joints or {}).get(name, {})})
+    for name, keywords in connections.items():
+        try:
+            scene.add_joint(name, **{**keywords, **(joints or {}).get(name, {})})
+        except TypeError as error:
+            given = ", ".join((joints or {}).get(name, {}))
+            raise ValueError(
+                f"joints[{name!r}] has {given}, expected keywords of Scene.add_joint"
+            ) from error
 
 
 def _parse(path: Path) -> ET.Element:
@@ -115,6 +123,17 @@ def _parse(path: Path) -> ET.Element:
         if child.tag not in known:
             raise ValueError(f"{path} has <{child.tag}>, expected only links and joints")
     return root
+
+
+def _named(root: ET.Element, tag: str) -> dict[str, ET.Element]:
+    """The elements of a tag, by name."""
+    found: dict[str, ET.Element] = {}
+    for element in root.findall(tag):
+        name = _name(element)
+        if name in found:
+            raise ValueError(f"there are two <{tag}> of the name {name!r}, expected one")
+        found[name] = element
+    return found
 
 
 def _base(links: Mapping[str, _Link], joints: Mapping[str, ET.Element]) -> str:
@@ -133,10 +152,13 @@ def _link(element: ET.Element) -> _Link:
         raise ValueError(f"link {name!r} has {len(collisions)} collision shapes, expected one")
     center = _pose(collisions[0])
     inertial = _child(element, "inertial")
-    mass = float(_attribute(_child(inertial, "mass"), "value"))
+    mass = _number(_child(inertial, "mass"), "value")
     shape, moments = _shape(_child(collisions[0], "geometry"), name, mass)
     placed = _pose(inertial)
-    given = [float(_attribute(_child(inertial, "inertia"), i)) for i in ("ixx", "iyy", "izz")]
+    inertia = _child(inertial, "inertia")
+    given = [_number(inertia, i) for i in ("ixx", "iyy", "izz")]
+    if any(_number(inertia, i) for i in ("ixy", "ixz", "iyz")):
+        raise ValueError(f"link {name!r} has products of inertia, expected 0: none of a primitive")
     same = np.allclose(placed.position, center.position) and np.allclose(
         placed.orientation, center.orientation
     )
@@ -152,15 +174,17 @@ def _shape(
     geometry: ET.Element, link: str, mass: float
 ) -> tuple[Box | Cylinder | Sphere, NDArray[np.float64]]:
     """A primitive, and its principal moments of inertia."""
+    if len(geometry) != 1:
+        raise ValueError(f"link {link!r} has {len(geometry)} shapes in its geometry, expected one")
     (element,) = geometry
     if element.tag == "box":
         size = _numbers(element, "size")
         return Box(size), mass / 12 * ((size**2).sum() - size**2)
     if element.tag == "sphere":
-        radius = float(_attribute(element, "radius"))
+        radius = _number(element, "radius")
         return Sphere(radius), np.full(3, 0.4 * mass * radius**2)
     if element.tag == "cylinder":
-        radius, length = (float(_attribute(element, of)) for of in ("radius", "length"))
+        radius, length = (_number(element, of) for of in ("radius", "length"))
         across = mass / 12 * (3 * radius**2 + length**2)
         return Cylinder(radius, length), np.array([across, across, mass / 2 * radius**2])
     raise ValueError(f"link {link!r} is a <{element.tag}>, expected a box, sphere or cylinder")
@@ -178,6 +202,10 @@ def _joint(element: ET.Element, links: Mapping[str, _Link]) -> dict[str, Any]:
         if element.find(tag) is not None:
             raise ValueError(f"joint {_name(element)!r} has <{tag}>, which is not supported")
     parent, child = (_attribute(_child(element, of), "link") for of in ("parent", "child"))
+    for of, link in (("parent", parent), ("child", child)):
+        if link not in links:
+            known = ", ".join(links)
+            raise ValueError(f"joint {_name(element)!r} has the {of} {link!r}, expected of {known}")
     in_parent = links[parent].center.inverse() @ _pose(element)
     in_child = links[child].center.inverse()
     keywords: dict[str, Any] = {
@@ -195,12 +223,14 @@ def _joint(element: ET.Element, links: Mapping[str, _Link]) -> dict[str, Any]:
     elif kind != "fixed":
         keywords["axis"] = (1.0, 0.0, 0.0)  # URDF's default
     limit = element.find("limit")
+    if limit is None and element.get("type") in ("revolute", "prismatic"):
+        raise ValueError(f"joint {_name(element)!r} has no <limit>, which its type asks for")
     if limit is not None:
         if element.get("type") != "continuous":
-            lower, upper = (float(limit.get(of, 0.0)) for of in ("lower", "upper"))
+            lower, upper = (_number(limit, of) for of in ("lower", "upper"))
             keywords["limits"] = (lower, upper)
             keywords["start"] = min(max(0.0, lower), upper)
-        keywords["torque_limit"] = float(_attribute(limit, "effort"))
+        keywords["torque_limit"] = _number(limit, "effort")
     return keywords
 
 
@@ -245,6 +275,26 @@ def _attribute(element: ET.Element, name: str) -> str:
     if value is None:
         raise ValueError(f"<{element.tag}> has no {name!r}")
     return value
+
+
+def _number(element: ET.Element, name: str) -> float:
+    """A finite number of an attribute."""
+    word = _attribute(element, name)
+    try:
+        value = float(word)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise ValueError(f"<{element.tag} {name}={word!r}> is not a finite number")
+    return value
+
+
+def _vector(name: str, given: Sequence[float], size: int) -> NDArray[np.float64]:
+    """An argument of `size` finite numbers."""
+    values = np.asarray(given, float)
+    if values.shape != (size,) or not np.isfinite(values).all():
+        raise ValueError(f"{name} is {given!r}, expected {size} finite numbers")
+    return values
 
 
 def _numbers(element: ET.Element, name: str) -> NDArray[np.float64]:

@@ -56,7 +56,7 @@ RESTING_HEIGHT = (SUPPORT_SIZE[1] + OBJECT_SIZE[1]) / 2  # m, of the object in t
 HEIGHT_SPREAD = 0.1  # m, to both sides; it stands on an edge 0.083 m higher
 
 # The disturbance.
-FORCE_BOUND = 5.0  # N on x and on y, half the object's weight
+FORCE_BOUND = 5.0  # N on x and on y, half the object's weight; no torque, as in the public code
 LONGEST_EDGE = 0.5  # s
 RATE = 0.5  # 1/J, lambda of eq. 4
 

@@ -54,6 +54,8 @@ CLENCH_TIME = 0.05  # s; public implementation
 TARGET_NOISE = 0.02  # rad on each target, to both sides, drawn anew at each step
 LIFT_TIME = 0.3  # s; public implementation
 LIFT_DURATION = 0.1  # s, from rest to
+# A steady lift, in which a box that slips takes its time, instead of all but a free fall of the table
+# (public implementation), which leaves no state between held and lost.
 LIFT_SPEED = 0.1  # m/s; so the desktop is 0.165 m below at the end
 
 # The success set.
@@ -200,12 +202,15 @@ class GraspTask(ScriptedTask):
         )
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
-        """Z_cap, the same at every state: the box is in the hand, and does not fall out of it."""
+        """Z_cap, the same at every state: the box has not slipped out of the hand, and does not fall.
+
+        Downwards is the way out that counts: beside the hand nothing carries a box.
+        """
         in_hand = regions.HalfSpace("object", (0.0, 0.0, -1.0), -CAPTURE_HEIGHT)
         return in_hand & regions.Speed("object", CAPTURE_SPEED)
 
     def succeeded(self, params: Params) -> regions.Region:
-        """Z_suc: the box is well above the desktop, and at rest in the hand."""
+        """Z_suc: the box is well above the desktop, and does not fall."""
         height = TABLE_SIZE[2] / 2 + SUCCESS_HEIGHT + OBJECT_EDGE / 2
         lifted = regions.HalfSpace("object", (0.0, 0.0, -1.0), -height, frame="table")
         return lifted & regions.Speed("object", SUCCESS_SPEED)
