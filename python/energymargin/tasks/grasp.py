@@ -54,8 +54,8 @@ CLENCH_TIME = 0.05  # s; public implementation
 TARGET_NOISE = 0.02  # rad on each target, to both sides, drawn anew at each step
 LIFT_TIME = 0.3  # s; public implementation
 LIFT_DURATION = 0.1  # s, from rest to
-# A steady lift, in which a box that slips takes its time, instead of all but a free fall of the table
-# (public implementation), which leaves no state between held and lost.
+# A steady lift, in which a box that slips takes its time, instead of all but a free fall of the
+# table (public implementation), which leaves no state between held and lost.
 LIFT_SPEED = 0.1  # m/s; so the desktop is 0.165 m below at the end
 
 # The success set.
@@ -202,7 +202,7 @@ class GraspTask(ScriptedTask):
         )
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
-        """Z_cap, the same at every state: the box has not slipped out of the hand, and does not fall.
+        """Z_cap, the same at all states: the box has not slipped out of the hand, nor does it fall.
 
         Downwards is the way out that counts: beside the hand nothing carries a box.
         """

@@ -40,8 +40,8 @@ STIFFNESS = 5.0  # N/m, of the spring between them
 REST_LENGTH = 1.0  # m
 RAIL_AXES = (1.0, 0.0, 0.0)
 NO_TURNS = (0.0, 0.0, 0.0)
-# Coefficient of object and ground, one draw a trajectory; that of their contact is its square. Ours:
-# below about 0.64 the box slides away, which is about every second one. (Public code: 0.6 to 1.5.)
+# Coefficient of object and ground, one draw a trajectory; that of their contact is its square.
+# Ours: below about 0.64 the box slides away, about every second one. (Public code: 0.6 to 1.5.)
 FRICTION_RANGE = (0.4, 0.95)
 
 # The drive: a push on the finger's base, drawn anew at each step. Ours: the 1 N of the public code
@@ -60,7 +60,7 @@ PIVOT_SPEED = 0.1  # m/s
 
 # The disturbance. Ours: a third of the object's weight, and a sixth of the torque that lifts it off
 # its base: together they tip no box, and slide one at rest where the coefficient is below 0.6.
-# (Public code: 15 N and 40 N m, which throw it.) As there, no force along z: the pivot is what counts.
+# (Public code: 15 N and 40 N m, which throw it.) As there, no force along z.
 FORCE_BOUND = 1.0  # N on x
 TORQUE_BOUND = 0.25  # N m about y
 LONGEST_EDGE = 0.1  # s
