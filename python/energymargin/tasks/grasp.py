@@ -77,6 +77,8 @@ class GraspTask(ScriptedTask):
     """Grasp a box with a three-finger gripper and lift it from a table."""
 
     name = "grasp"
+    # "coast", the paper's reading, is the default: the fingers stand still while they hold, and
+    # both readings predict alike.
     plane = ("x", "z")
     length = 2.0  # s
 
