@@ -44,7 +44,7 @@ def rows(folder):
 def test_the_files_are_there(folder):
     assert {path.name for path in (folder / "t").iterdir()} == {
         *("push.h5", "push-ceiling.db", "push-coast-scores.db", "push-drive-scores.db"),
-        *("table1.csv", "table1.md"),
+        *("table1.csv", "table1.md", "push.png"),
     }
 
 
@@ -115,7 +115,8 @@ def test_a_folder_with_a_table_of_other_settings_is_refused_and_so_are_bad_optio
     assert "nodes: 10 there, 11 now" in refused("--nodes", "11")
     assert "continuations: 3 there, 4 now" in refused("--continuations", "4")
     assert "push.h5 holds other trajectories" in refused("--seed", "1")
-    assert "tasks is 'shove', expected some of push" in refused("--tasks", "push,shove")
+    assert "tasks has 'shove', expected some of push" in refused("--tasks", "push,shove")
+    assert "tasks has 'push', expected some of push" in refused("--tasks", "push,push")
     assert "threads is 0" in refused("--threads", "0")
     for option in ("--nodes", "--trajectories", "--continuations"):
         assert f"{option[2:]} is 0" in refused(option, "0", "--out", "none")
