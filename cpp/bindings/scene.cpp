@@ -168,10 +168,10 @@ void bind_body(py::module_& module) {
 }
 
 void bind_joints(py::module_& module) {
-  const auto position_of = [](Pose Joint::*pose) {
+  const auto position_of = [](Pose Joint::* pose) {
     return [pose](const Joint& joint) { return (joint.*pose).position; };
   };
-  const auto orientation_of = [](Pose Joint::*pose) {
+  const auto orientation_of = [](Pose Joint::* pose) {
     return [pose](const Joint& joint) { return Eigen::Vector4d((joint.*pose).orientation.coeffs()); };
   };
   py::class_<Joint>(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.")
@@ -392,8 +392,7 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("friction_directions",
                              [](const Scene& scene) { return scene.stepping().friction_directions; })
       .def_property_readonly("solver_tolerance", [](const Scene& scene) { return scene.stepping().tolerance; })
-      .def_property_readonly(
-          "margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");
+      .def_property_readonly("margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");
 }
 
 }  // namespace energymargin::door
