@@ -173,8 +173,7 @@ void bind_scores(py::module_& module) {
       },
       py::arg("problem"), py::arg("weights") = py::none(),
       "The wrench-based baseline: the weighted sum of engaging score, sticking score and, taken off, distance. "
-      "weights: "
-      "by default the problem's.");
+      "weights: by default the problem's.");
 }
 
 }  // namespace energymargin::door

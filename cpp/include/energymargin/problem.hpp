@@ -14,7 +14,7 @@ namespace energymargin {
 //! What the effector does while the object is disturbed.
 enum class Effector {
   coast,  ///< no script acts on it (paper, Section V-A); springs, constant forces and joint control act on
-  drive,  ///< each edge of the search starts with the velocities of the start state; in between as coast
+  drive,  ///< each edge of the search starts with the velocities of the start state; in between as under coast
 };
 
 //! Weights of the force score, Section V-B.

@@ -27,7 +27,7 @@ Articulation::Articulation(const Scene& scene, const std::vector<std::unique_ptr
   body_->setMaxCoordinateVelocity(no_velocity_limit);
   body_->setBaseWorldTransform(
       btTransform(to_bullet(Quaternion(root.state.orientation * axes_[base])), to_bullet(root.state.position)));
-  for (int i = 0; i < static_cast<int>(links_.size()); ++i) set_up(i);
+  for (int i = 0; i < static_cast<int>(links_.size()); ++i) set_up(i, masses);
   body_->finalizeMultiDof();
   if (!root.fixed()) add_collider(*shapes[base], base, -1);
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
@@ -66,13 +66,12 @@ void Articulation::find_links(std::size_t parent, int parent_link, std::optional
   }
 }
 
-void Articulation::set_up(int index) {
+void Articulation::set_up(int index, const std::vector<MassProperties>& masses) {
   const Link& link = links_[static_cast<std::size_t>(index)];
   const Joint& joint = scene_.joints()[link.joint];
   const std::size_t child = scene_.index(joint.child);
-  const MassProperties mass = mass_properties(scene_.bodies()[child].shape, scene_.bodies()[child].mass);
   const double kilograms = scene_.bodies()[child].mass;
-  const btVector3 inertia = to_bullet(mass.inertia);
+  const btVector3 inertia = to_bullet(masses[child].inertia);
   const btQuaternion turn = to_bullet(link.turn);
   const btVector3 axis = to_bullet(link.axis);
   const btVector3 pivot = to_bullet(link.pivot);

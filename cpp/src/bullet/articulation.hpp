@@ -54,7 +54,7 @@ class Articulation {
   };
 
   void find_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
-  void set_up(int link);
+  void set_up(int link, const std::vector<MassProperties>& masses);
   void hold(int link);
   void add_collider(btCollisionShape& shape, std::size_t body, int link);
 

@@ -61,6 +61,12 @@ Simulation::Simulation(const Scene& scene)
     if (body.fixed() || !scene.jointed(i)) add_rigid(i);
   }
   add_articulations();
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    if (tree_of_[i] && !scene.bodies()[i].force.isZero(0.0)) loaded_links_.push_back(i);
+  }
+  for (const Spring& spring : scene.springs()) {
+    spring_ends_.emplace_back(scene.index(spring.body_a), scene.index(spring.body_b));
+  }
 }
 
 Simulation::~Simulation() {
@@ -188,9 +194,8 @@ void Simulation::step() {
   for (const Free& body : free_) {
     body.rigid->setLinearVelocity(body.rigid->getLinearVelocity() + body.speed_gained);
   }
-  for (std::size_t i = 0; i < tree_of_.size(); ++i) {
-    const Vector3& force = scene_.bodies()[i].force;
-    if (tree_of_[i] && !force.isZero(0.0)) apply(i, to_bullet(force), btVector3(0, 0, 0));
+  for (const std::size_t body : loaded_links_) {
+    apply(body, to_bullet(scene_.bodies()[body].force), btVector3(0, 0, 0));
   }
   for (const Pull& pull : pulls_) apply(pull.body, pull.force, pull.torque);
   for (std::size_t i = 0; i < objects_.size(); ++i) before_[i] = objects_[i]->getWorldTransform().getBasis();
@@ -240,9 +245,9 @@ void Simulation::set_target(std::size_t joint, double target) {
 // step before is over.
 void Simulation::find_pulls() {
   pulls_.clear();
-  for (const Spring& spring : scene_.springs()) {
-    const std::size_t a = scene_.index(spring.body_a);
-    const std::size_t b = scene_.index(spring.body_b);
+  for (std::size_t i = 0; i < spring_ends_.size(); ++i) {
+    const Spring& spring = scene_.springs()[i];
+    const auto [a, b] = spring_ends_[i];
     const auto on_body = [this](std::size_t body, const Vector3& point) {
       return objects_[body]->getWorldTransform() * to_bullet(Vector3(axes_[body].conjugate() * point));
     };

@@ -105,7 +105,9 @@ class Simulation {
   std::vector<btMatrix3x3> before_;                  // how they stood before the step
   std::vector<std::optional<std::size_t>> tree_of_;  // index of the articulation that a body is in
   std::vector<Free> free_;
-  std::vector<Pull> pulls_;  // in the next step
+  std::vector<std::size_t> loaded_links_;                         // bodies of trees with a constant force
+  std::vector<std::pair<std::size_t, std::size_t>> spring_ends_;  // bodies of each spring
+  std::vector<Pull> pulls_;                                       // in the next step
   btRigidBody* object_ = nullptr;
 };
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "../check.hpp"
 #include "../energy.hpp"
@@ -106,8 +108,16 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   require_at_least("steps", steps, 1);
   if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
   validate_record(record, steps);
-  for (const Drive& drive : script.drives) validate_drive(scene(), drive, steps);
-  for (const Targets& targets : script.targets) validate_targets(scene(), targets, steps);
+  std::vector<std::pair<std::size_t, const Wrenches&>> drives;
+  std::vector<std::pair<std::size_t, const Eigen::VectorXd&>> targets;
+  for (const Drive& drive : script.drives) {
+    validate_drive(scene(), drive, steps);
+    drives.emplace_back(scene().index(drive.body), drive.wrenches);
+  }
+  for (const Targets& target : script.targets) {
+    validate_targets(scene(), target, steps);
+    targets.emplace_back(scene().joint_index(target.joint), target.positions);
+  }
   Simulation& simulation = bullet_->simulation;
   std::vector<Frame> frames;
   auto next = record.begin();
@@ -117,13 +127,11 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   }
   simulation.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
-    for (const Drive& drive : script.drives) {
-      simulation.apply(scene().index(drive.body), to_bullet(Vector3(drive.wrenches.row(i - 1).head<3>())),
-                       to_bullet(Vector3(drive.wrenches.row(i - 1).tail<3>())));
+    for (const auto& [body, wrenches] : drives) {
+      simulation.apply(body, to_bullet(Vector3(wrenches.row(i - 1).head<3>())),
+                       to_bullet(Vector3(wrenches.row(i - 1).tail<3>())));
     }
-    for (const Targets& targets : script.targets) {
-      simulation.set_target(scene().joint_index(targets.joint), targets.positions[i - 1]);
-    }
+    for (const auto& [joint, positions] : targets) simulation.set_target(joint, positions[i - 1]);
     simulation.step();
     if (i != *next) continue;
     frames.push_back({i * scene().stepping().step, {}, simulation.contacts()});

@@ -128,7 +128,7 @@ class BalanceTask(ScriptedTask):
             succeeded=self.succeeded(),
             effector=self._effector,
             rate=RATE,
-            contacts=None if contacts is None else list(contacts),
+            contacts=contacts,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:

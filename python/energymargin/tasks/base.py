@@ -21,6 +21,7 @@ from energymargin._core import Contact, Problem, Region, Scene, Simulation, Worl
 
 __all__ = [
     "Drive",
+    "FrictionTask",
     "Params",
     "ScriptedTask",
     "Task",
@@ -241,6 +242,28 @@ class ScriptedTask(ABC):
         captured = [self.captured(state, params).contains(layout, state) for state in states]
         succeeded = self.succeeded(params).contains(layout, states)
         return np.array(captured, dtype=bool), np.asarray(succeeded, dtype=bool)
+
+
+class FrictionTask(ScriptedTask):
+    """A scripted task whose friction is a parameter, or else drawn for each trajectory."""
+
+    friction_range: tuple[float, float]
+    """Of the draw."""
+
+    def __init__(self, friction: float | None, effector: str) -> None:
+        """`friction`: a positive coefficient, or None; raises ValueError on others."""
+        super().__init__(effector)
+        self._friction = None if friction is None else positive_number("friction", friction)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The keywords that make this task again."""
+        return {"friction": self._friction, "effector": self._effector}
+
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """The friction, if the task leaves it open; it takes one draw either way."""
+        friction = random.uniform(*self.friction_range)
+        return {"friction": friction if self._friction is None else self._friction}
 
 
 def drawn(name: str, params: Params | None, own: float | None) -> float:

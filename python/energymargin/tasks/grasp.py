@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Contact, Problem, Scene, World
 from energymargin.scenes import add_urdf, data_file
-from energymargin.tasks.base import Drive, Params, ScriptedTask, drawn, positive_number
+from energymargin.tasks.base import Drive, FrictionTask, Params, drawn
 
 __all__ = ["GraspTask"]
 
@@ -73,7 +73,7 @@ LONGEST_EDGE = 0.1  # s; public implementation
 RATE = 3.0  # 1/J, lambda of eq. 4; public implementation
 
 
-class GraspTask(ScriptedTask):
+class GraspTask(FrictionTask):
     """Grasp a box with a three-finger gripper and lift it from a table."""
 
     name = "grasp"
@@ -81,6 +81,7 @@ class GraspTask(ScriptedTask):
     # both readings predict alike.
     plane = ("x", "z")
     length = 2.0  # s
+    friction_range = FRICTION_RANGE
 
     def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
         """A task of these parameters; raises ValueError on others.
@@ -89,13 +90,7 @@ class GraspTask(ScriptedTask):
         `effector`: "coast", the fingers are held by their compliance alone, or "drive", each edge
         of the search starts with the velocities that they have at the start.
         """
-        super().__init__(effector)
-        self._friction = None if friction is None else positive_number("friction", friction)
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The keywords that make this task again."""
-        return {"friction": self._friction, "effector": self._effector}
+        super().__init__(friction, effector)
 
     def scene(self, params: Params) -> Scene:
         """Table, box and gripper, whose fingers clench."""
@@ -140,11 +135,7 @@ class GraspTask(ScriptedTask):
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """The friction, if the task leaves it open, and how far the fingers clench."""
-        friction = random.uniform(*FRICTION_RANGE)
-        return {
-            "friction": friction if self._friction is None else self._friction,
-            "clench": random.uniform(*CLENCH_RANGE),
-        }
+        return {**super().draw(random), "clench": random.uniform(*CLENCH_RANGE)}
 
     def start(
         self, world: World, params: Params, random: np.random.Generator
@@ -200,7 +191,7 @@ class GraspTask(ScriptedTask):
             succeeded=self.succeeded(known),
             effector=self._effector,
             rate=RATE,
-            contacts=None if contacts is None else list(contacts),
+            contacts=contacts,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:

@@ -18,10 +18,9 @@ from energymargin._core import Box, Contact, Cylinder, Problem, Scene, World
 from energymargin.tasks.base import (
     STEP,
     Drive,
+    FrictionTask,
     Params,
-    ScriptedTask,
     drawn,
-    positive_number,
     yes_or_no,
 )
 
@@ -73,13 +72,14 @@ WORKSPACE = (-0.1, 2.1)  # m, of the object's x and y
 RATE = 5.0  # 1/J, lambda of eq. 4
 
 
-class PushTask(ScriptedTask):
+class PushTask(FrictionTask):
     """Push a box over a table to a wall, with a round pusher (planar)."""
 
     name = "push"
     # "drive" is the default: the table's friction stops a pusher that coasts before the box slips
     # off, and the capture score's AUC falls by .02, its AP by .04.
     length = 2.5  # s
+    friction_range = FRICTION_RANGE
 
     def __init__(
         self, friction: float | None = None, effector: str = "drive", follow: bool = True
@@ -91,28 +91,18 @@ class PushTask(ScriptedTask):
         start state, or "coast", it is not actuated. `follow`: the capture set also moves with the
         pusher.
         """
-        super().__init__(effector)
-        self._friction = None if friction is None else positive_number("friction", friction)
+        super().__init__(friction, effector)
         self._follow = yes_or_no("follow", follow)
         self._layout = scene(FRICTION_MIDDLE)
 
     @property
     def parameters(self) -> dict[str, Any]:
         """The keywords that make this task again."""
-        return {
-            "friction": self._friction,
-            "effector": self._effector,
-            "follow": self._follow,
-        }
+        return {**super().parameters, "follow": self._follow}
 
     def scene(self, params: Params) -> Scene:
         """Table, wall, box and pusher, all of the friction in `params`."""
         return scene(params["friction"])
-
-    def draw(self, random: np.random.Generator) -> dict[str, float]:
-        """The friction, if the task leaves it open."""
-        friction = random.uniform(*FRICTION_RANGE)
-        return {"friction": friction if self._friction is None else self._friction}
 
     def start(
         self, world: World, params: Params, random: np.random.Generator
@@ -167,7 +157,7 @@ class PushTask(ScriptedTask):
             within=workspace if workspace.contains(self._layout, state) else None,
             effector=self._effector,
             rate=RATE,
-            contacts=None if contacts is None else list(contacts),
+            contacts=contacts,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:

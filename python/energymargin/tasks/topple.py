@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, ForceWeights, Problem, Scene, Sphere, World
-from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask, drawn, positive_number
+from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, drawn
 
 __all__ = ["ToppleTask"]
 
@@ -71,7 +70,7 @@ RATE = 3.0  # 1/J, lambda of eq. 4
 FORCE_WEIGHTS = ForceWeights(engage=1.0, stick=1.0, distance=1.0, ground_stick=10.0)
 
 
-class ToppleTask(ScriptedTask):
+class ToppleTask(FrictionTask):
     """Topple a box with a springy fingertip (planar)."""
 
     name = "topple"
@@ -79,6 +78,7 @@ class ToppleTask(ScriptedTask):
     # it at rest, so that it never arrives, and the capture score's AP falls by a quarter.
     plane = ("x", "z")
     length = 1.5  # s
+    friction_range = FRICTION_RANGE
 
     def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
         """A task of these parameters; raises ValueError on others.
@@ -87,22 +87,11 @@ class ToppleTask(ScriptedTask):
         `effector`: "coast", base and fingertip are not actuated, the spring between them acts, or
         "drive", each edge of the search also starts with both at their velocity of the start state.
         """
-        super().__init__(effector)
-        self._friction = None if friction is None else positive_number("friction", friction)
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The keywords that make this task again."""
-        return {"friction": self._friction, "effector": self._effector}
+        super().__init__(friction, effector)
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction in `params`."""
         return scene(params["friction"])
-
-    def draw(self, random: np.random.Generator) -> dict[str, float]:
-        """The friction, if the task leaves it open."""
-        friction = random.uniform(*FRICTION_RANGE)
-        return {"friction": friction if self._friction is None else self._friction}
 
     def start(
         self, world: World, params: Params, random: np.random.Generator
@@ -139,7 +128,7 @@ class ToppleTask(ScriptedTask):
             effector=self._effector,
             rate=RATE,
             force_weights=FORCE_WEIGHTS,
-            contacts=None if contacts is None else list(contacts),
+            contacts=contacts,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:
