@@ -23,23 +23,27 @@ try:
     from matplotlib.patches import Patch, Polygon
     from matplotlib.ticker import MaxNLocator
     from scipy.spatial import ConvexHull as Hull
-    from scipy.spatial.transform import Rotation
 except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
 
 from energymargin._core import (
     Body,
-    Box,
-    Capsule,
     CaptureScore,
-    ConvexHull,
-    Cylinder,
     Plane,
     Problem,
     Scene,
-    Sphere,
     capture_score,
     stream,
+)
+from energymargin.outlines import (
+    Limits,
+    Plan,
+    Pose,
+    axis_numbers,
+    body_poses,
+    placed,
+    shape_corners,
+    view_of,
 )
 from energymargin.regions import Region
 from energymargin.tasks.base import Task, Trajectory
@@ -66,12 +70,6 @@ PANELS = (
     (("force",), "force score [N]"),
 )
 GRID = 400  # cells along the longer side of the view, for regions
-AROUND = 0.1  # of the view's longer side, around what moves
-ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
-
-Limits = tuple[tuple[float, float], tuple[float, float]]  # of the plane's two axes [m]
-Plan = tuple[str, str]  # the axes of a picture's plane, such as ("x", "z")
-Pose = tuple[NDArray[np.float64], NDArray[np.float64]]  # position, quaternion
 
 
 def plot_state(
@@ -95,7 +93,7 @@ def plot_state(
     `limits` are the ranges of the plane's axes [m].
     """
     scene, tree = problem.scene, score.tree
-    limits = limits or _view(scene, tree.states, plane)
+    limits = limits or view_of(scene, tree.states, plane)
     _draw_region(ax, problem, problem.succeeded, limits, plane, color=SUCCEEDED_COLOR, order=0)
     _draw_region(ax, problem, problem.captured, limits, plane, color=CAPTURED_COLOR, order=1)
     _draw_bodies(ax, scene, problem.state, plane, limits)
@@ -168,7 +166,7 @@ def figure_qualitative(
     }
     panels = [panel for row in rows.values() for panel in row]
     scene = panels[0].problem.scene
-    limits = _view(scene, np.concatenate([t.states for t in trajectories.values()]), task.plane)
+    limits = view_of(scene, np.concatenate([t.states for t in trajectories.values()]), task.plane)
     most = max(float(panel.score.tree.costs.max()) for panel in panels)
 
     figure, axes = _grid(len(rows), max(len(row) for row in rows.values()), limits)
@@ -359,7 +357,7 @@ def _draw_bodies(
     ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan, limits: Limits
 ) -> None:
     """All bodies in a state; of an endless one what is in view."""
-    poses = _poses(scene, state)
+    poses = body_poses(scene, state)
     for body in scene.bodies:
         if isinstance(body.shape, Plane):
             _draw_half_space(ax, body.shape, plane, limits)
@@ -368,7 +366,7 @@ def _draw_bodies(
             _draw_body(ax, body, poses[body.name], plane, alpha=0.9, order=order)
     for spring in scene.springs:
         ends = [
-            _placed(np.array([point]), poses[body], plane)[0]
+            placed(np.array([point]), poses[body], plane)[0]
             for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
         ]
         ax.plot(*np.transpose(ends), ":", color=BODY_COLORS["effector"], linewidth=1.2, zorder=3)
@@ -376,14 +374,14 @@ def _draw_bodies(
 
 def _draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan) -> None:
     """Object and effector as they are at a node."""
-    poses = _poses(scene, state)
+    poses = body_poses(scene, state)
     for body in scene.bodies:
         if body.role != "none" and not body.fixed:
             _draw_body(ax, body, poses[body.name], plane, alpha=0.3, order=4)
 
 
 def _draw_body(ax: Axes, body: Body, pose: Pose, plane: Plan, *, alpha: float, order: int) -> None:
-    corners = _placed(_corners(body.shape), pose, plane)
+    corners = placed(shape_corners(body.shape), pose, plane)
     outline = corners[Hull(corners).vertices]
     color = BODY_COLORS[body.role]
     ax.add_patch(Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order))
@@ -394,7 +392,7 @@ def _draw_body(ax: Axes, body: Body, pose: Pose, plane: Plan, *, alpha: float, o
 
 def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
     """A solid below a plane that is seen from the side; seen from above it is the ground."""
-    normal = np.asarray(solid.normal)[_numbers(plane)]
+    normal = np.asarray(solid.normal)[axis_numbers(plane)]
     if np.linalg.norm(normal) < 0.99:
         return
     along = np.array([-normal[1], normal[0]])
@@ -405,69 +403,10 @@ def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> Non
     ax.add_patch(Polygon(corners, facecolor=BODY_COLORS["none"], alpha=0.25, linewidth=0, zorder=1))
 
 
-def _placed(points: NDArray[np.float64], pose: Pose, plane: Plan) -> NDArray[np.float64]:
-    """Points (N, 3) of a body as they are seen in the plane, shape (N, 2)."""
-    position, orientation = pose
-    turned = Rotation.from_quat(orientation).apply(points)
-    return np.asarray((turned + np.asarray(position))[:, _numbers(plane)])
-
-
-def _corners(shape: Any) -> NDArray[np.float64]:
-    """Points whose convex hull is the shape, or nearly so if it is round; shape (N, 3)."""
-    circle = np.stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND], axis=1)
-    if isinstance(shape, Box):
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-        return np.asarray(signs * np.asarray(shape.size) / 2)
-    if isinstance(shape, ConvexHull):
-        return np.asarray(shape.points)
-    if isinstance(shape, Cylinder):
-        end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * circle + end, shape.radius * circle - end])
-    latitudes = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    ball = np.concatenate([circle * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in latitudes])
-    if isinstance(shape, Sphere):
-        return np.asarray(shape.radius * ball)
-    if isinstance(shape, Capsule):
-        end = np.array([0.0, 0.0, shape.length / 2])
-        return np.concatenate([shape.radius * ball + end, shape.radius * ball - end])
-    raise TypeError(f"a {type(shape).__name__} cannot be drawn")
-
-
-def _poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
-    """Of all bodies, in a state."""
-    moving = scene.unpack(state)
-    return {
-        body.name: (body.position, body.orientation)
-        if body.fixed
-        else (moving[body.name]["position"], moving[body.name]["orientation"])
-        for body in scene.bodies
-    }
-
-
-def _numbers(plane: Plan) -> list[int]:
-    return ["xyz".index(axis) for axis in plane]
-
-
 def _center(scene: Scene, plane: Plan) -> list[int]:
     """Which numbers of a state are the place of the object's centre in the plane."""
     name = next(body.name for body in scene.bodies if body.role == "object")
-    return [scene.slice(name).start + number for number in _numbers(plane)]
-
-
-def _view(scene: Scene, states: NDArray[np.float64], plane: Plan) -> Limits:
-    """A view of all that moves in these states, shape (N, n), and a little around it."""
-    shown = [body for body in scene.bodies if body.role != "none"]
-    points = np.concatenate(
-        [
-            _placed(_corners(body.shape), poses[body.name], plane)
-            for poses in (_poses(scene, state) for state in states)
-            for body in shown
-        ]
-    )
-    low, high = points.min(axis=0), points.max(axis=0)
-    around = AROUND * float((high - low).max())
-    (x0, y0), (x1, y1) = low - around, high + around
-    return (float(x0), float(x1)), (float(y0), float(y1))
+    return [scene.slice(name).start + number for number in axis_numbers(plane)]
 
 
 def _legend(problem: Problem) -> list[Patch | Line2D]:
