@@ -98,7 +98,7 @@ class PlaneContacts : public btCollisionAlgorithm {
   // starts from nothing would stand it on its first corner.
   void share_load(const btCollisionObject& solid, const btVector3& normal) {
     const btRigidBody* body = btRigidBody::upcast(&solid);
-    if (!body || body->getInvMass() == 0.0) return;
+    if (!body || body->getInvMass() == 0.0 || body->getCollisionShape()->isCompound()) return;
     const double approach = -normal.dot(body->getLinearVelocity());
     if (approach <= 0.0) return;
     const int count = manifold_->getNumContacts();
