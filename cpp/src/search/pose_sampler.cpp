@@ -1,0 +1,79 @@
+#include "energymargin/search/pose_sampler.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin::search {
+namespace {
+
+constexpr int most_tries = 200;
+// Shares of the draws.
+constexpr double settled_share = 0.3;   // that slide down to what is below
+constexpr double upright_share = 0.5;   // whose orientation is near that of the start
+
+}  // namespace
+
+PoseSampler::PoseSampler(Quasistatics& statics, std::uint64_t seed, const std::atomic<bool>* stop)
+    : statics_(statics), stop_(stop) {
+  rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
+}
+
+std::optional<Pose> PoseSampler::draw(double bound, Side side) {
+  for (int i = 0; i < most_tries && !(stop_ != nullptr && stop_->load()); ++i) {
+    Pose pose = anywhere(bound);
+    if (statics_.energy(pose) >= bound) continue;
+    if (side != Side::any && statics_.outside(pose) != (side == Side::outside)) continue;
+    if (!statics_.allowed(pose)) continue;
+    if (side == Side::outside) return statics_.settled(pose, reach_, true);
+    if (side == Side::any || rng_.uniform01() >= settled_share) return pose;
+    pose = statics_.settled(pose, reach_, false);
+    if (!statics_.outside(pose)) return pose;
+  }
+  return std::nullopt;
+}
+
+// Where gravity alone acts along an axis, what is above the bound is left out of the box.
+double PoseSampler::below(int axis, double bound) const {
+  const Vector3& load = statics_.potential().load();
+  const bool alone = !statics_.potential().has_springs() && std::abs(load[axis]) == load.norm() && load[axis] != 0.0;
+  return alone ? std::min(reach_, bound / std::abs(load[axis])) : reach_;
+}
+
+Pose PoseSampler::anywhere(double bound) {
+  Pose pose = statics_.start();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (statics_.sliding()[axis] == 0.0) continue;
+    const double up = below(axis, bound);
+    const bool falls_up = statics_.potential().load()[axis] > 0.0;
+    pose.position[axis] += falls_up ? rng_.uniformReal(-up, reach_) : rng_.uniformReal(-reach_, up);
+  }
+  const bool upright = rng_.uniform01() < upright_share;
+  if (statics_.turning() == Turning::about_axis) {
+    const double most = 3.14159265358979323846 * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
+    pose.orientation = Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), statics_.axis())) * pose.orientation;
+  } else if (statics_.turning() == Turning::all) {
+    double turn[4];
+    rng_.quaternion(turn);
+    const Quaternion drawn(turn[3], turn[0], turn[1], turn[2]);
+    pose.orientation = upright ? pose.orientation.slerp(rng_.uniform01() * rng_.uniform01(), drawn) : drawn;
+  }
+  return pose;
+}
+
+Pose PoseSampler::near(const Pose& pose, double scale) {
+  Pose moved = pose;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (statics_.sliding()[axis] != 0.0) moved.position[axis] += rng_.gaussian(0.0, scale);
+  }
+  const double turn = scale / statics_.radius();
+  if (statics_.turning() == Turning::about_axis) {
+    moved.orientation =
+        Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), statics_.axis())) * moved.orientation;
+  } else if (statics_.turning() == Turning::all) {
+    const Vector3 by(rng_.gaussian(0.0, turn), rng_.gaussian(0.0, turn), rng_.gaussian(0.0, turn));
+    moved.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * moved.orientation;
+  }
+  return moved;
+}
+
+}  // namespace energymargin::search
