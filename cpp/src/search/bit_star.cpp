@@ -41,9 +41,10 @@ void bit_star(QuasistaticProblem& problem) {
     planner.setNearestNeighbors<Nearest>();
     planner.setPruning(false);
     planner.setStopOnSolnImprovement(true);
+    const double energy = problem.energy();
     planner.solve(ompl::base::PlannerTerminationCondition([&] {
       planner.setSamplesPerBatch(std::max(least_batch, static_cast<unsigned int>(batch_share * problem.samples())));
-      return problem.spent();
+      return problem.spent() || problem.energy() < energy;
     }));
     problem.take(*definition);
   }

@@ -8,8 +8,12 @@ namespace {
 
 constexpr int most_tries = 200;
 // Shares of the draws.
-constexpr double settled_share = 0.3;   // that slide down to what is below
-constexpr double upright_share = 0.5;   // whose orientation is near that of the start
+constexpr double settled_share = 0.3;  // that slide down to what is below
+constexpr double upright_share = 0.5;  // whose orientation is near that of the start
+constexpr double local_share = 0.25;    // that set out from a known pose
+constexpr double larger_share = 0.25;   // from a box twice as large
+constexpr double start_share = 0.5;    // of these, from the start
+constexpr double pi = 3.14159265358979323846;
 
 }  // namespace
 
@@ -18,9 +22,9 @@ PoseSampler::PoseSampler(Quasistatics& statics, std::uint64_t seed, const std::a
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
 }
 
-std::optional<Pose> PoseSampler::draw(double bound, Side side) {
+std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector<Pose>& known) {
   for (int i = 0; i < most_tries && !(stop_ != nullptr && stop_->load()); ++i) {
-    Pose pose = anywhere(bound);
+    Pose pose = rng_.uniform01() < local_share ? along(known) : anywhere(bound);
     if (statics_.energy(pose) >= bound) continue;
     if (side != Side::any && statics_.outside(pose) != (side == Side::outside)) continue;
     if (!statics_.allowed(pose)) continue;
@@ -33,23 +37,26 @@ std::optional<Pose> PoseSampler::draw(double bound, Side side) {
 }
 
 // Where gravity alone acts along an axis, what is above the bound is left out of the box.
-double PoseSampler::below(int axis, double bound) const {
+double PoseSampler::below_bound(int axis, double bound, double reach) const {
   const Vector3& load = statics_.potential().load();
   const bool alone = !statics_.potential().has_springs() && std::abs(load[axis]) == load.norm() && load[axis] != 0.0;
-  return alone ? std::min(reach_, bound / std::abs(load[axis])) : reach_;
+  return alone ? std::min(reach, bound / std::abs(load[axis])) : reach;
 }
 
+// Mostly in the box, and now and then in one twice, four times, ... as large.
 Pose PoseSampler::anywhere(double bound) {
   Pose pose = statics_.start();
+  double reach = reach_;
+  while (may_grow_ && rng_.uniform01() < larger_share) reach *= 2.0;
   for (int axis = 0; axis < 3; ++axis) {
     if (statics_.sliding()[axis] == 0.0) continue;
-    const double up = below(axis, bound);
+    const double up = below_bound(axis, bound, reach);
     const bool falls_up = statics_.potential().load()[axis] > 0.0;
-    pose.position[axis] += falls_up ? rng_.uniformReal(-up, reach_) : rng_.uniformReal(-reach_, up);
+    pose.position[axis] += falls_up ? rng_.uniformReal(-up, reach) : rng_.uniformReal(-reach, up);
   }
   const bool upright = rng_.uniform01() < upright_share;
   if (statics_.turning() == Turning::about_axis) {
-    const double most = 3.14159265358979323846 * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
+    const double most = pi * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
     pose.orientation = Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), statics_.axis())) * pose.orientation;
   } else if (statics_.turning() == Turning::all) {
     double turn[4];
@@ -58,6 +65,25 @@ Pose PoseSampler::anywhere(double bound) {
     pose.orientation = upright ? pose.orientation.slerp(rng_.uniform01() * rng_.uniform01(), drawn) : drawn;
   }
   return pose;
+}
+
+// A slot, a well or a rail is narrow in all directions but one: so one number changes by much, and the others little.
+Pose PoseSampler::along(const std::vector<Pose>& known) {
+  const bool from_start = known.empty() || rng_.uniform01() < start_share;
+  const Pose& from = from_start ? statics_.start() : known[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(known.size()) - 1))];
+  Pose pose = near(from, log_uniform(0.03 * statics_.size(), statics_.size()));
+  const int axis = rng_.uniformInt(0, 2);
+  if (statics_.sliding()[axis] != 0.0) {
+    pose.position[axis] += (rng_.uniformBool() ? 1.0 : -1.0) * log_uniform(statics_.size(), 2.0 * reach_);
+  }
+  return pose;
+}
+
+double PoseSampler::log_uniform(double least, double most) { return least * std::pow(most / least, rng_.uniform01()); }
+
+std::size_t PoseSampler::below(std::size_t end) {
+  const double share = rng_.uniform01();
+  return static_cast<std::size_t>(share * share * static_cast<double>(end));
 }
 
 Pose PoseSampler::near(const Pose& pose, double scale) {

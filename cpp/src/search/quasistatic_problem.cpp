@@ -23,6 +23,9 @@ constexpr double least_gain = 1e-4;        // a better way is better by this sha
 constexpr int poses_for_reach = 64;        // free ones, of which a fair share has to be outside
 constexpr double fair_share = 0.25;
 constexpr int most_doublings = 24;
+constexpr int trials = 400;
+constexpr int first_polish = 64;
+constexpr int most_polish = 4096;
 constexpr double captured_per_goal = 10.0;
 
 class Allowed : public ob::StateValidityChecker {
@@ -60,9 +63,8 @@ class Draws : public ob::StateSampler {
  public:
   Draws(const ob::StateSpace* space, QuasistaticProblem& problem) : StateSampler(space), problem_(problem) {}
 
-  // A draw in vain is the start again, from which nothing new grows.
   void sampleUniform(ob::State* state) override {
-    if (!problem_.draw(PoseSampler::Side::captured, pose_of(state))) pose_of(state) = problem_.statics().start();
+    if (!problem_.draw(PoseSampler::Side::captured, pose_of(state))) pose_of(state) = problem_.any();
   }
   void sampleUniformNear(ob::State* state, const ob::State*, double) override { sampleUniform(state); }
   void sampleGaussian(ob::State* state, const ob::State*, double) override { sampleUniform(state); }
@@ -126,7 +128,7 @@ class Outside : public ob::GoalSampleableRegion {
     return problem_.statics().outside(pose_of(state)) ? 0.0 : 1.0;
   }
   void sampleGoal(ob::State* state) const override {
-    if (!problem_.draw(PoseSampler::Side::outside, pose_of(state))) pose_of(state) = problem_.statics().start();
+    if (!problem_.draw(PoseSampler::Side::outside, pose_of(state))) pose_of(state) = problem_.known_goal();
   }
   unsigned int maxSampleCount() const override { return static_cast<unsigned int>(problem_.most_goals()); }
   bool couldSample() const override { return false; }  // never wait for one
@@ -162,7 +164,7 @@ QuasistaticProblem::QuasistaticProblem(const Problem& problem, std::size_t objec
 // Doubled until the box holds the capture set with some of what is around it.
 void QuasistaticProblem::find_reach() {
   const double infinity = std::numeric_limits<double>::infinity();
-  sampler_.set_reach(budget_.reach.value_or(2.0 * statics_.radius()));
+  sampler_.set_reach(budget_.reach.value_or(2.0 * statics_.radius()), false);
   for (int i = 0; i <= (budget_.reach ? 0 : most_doublings); ++i) {
     outside_.poses.clear();
     for (int drawn = 0; drawn < poses_for_reach; ++drawn) {
@@ -170,8 +172,11 @@ void QuasistaticProblem::find_reach() {
       if (pose && statics_.outside(*pose)) outside_.poses.push_back(statics_.settled(*pose, sampler_.reach(), true));
     }
     const double share = static_cast<double>(outside_.poses.size()) / poses_for_reach;
-    if (stopped() || share >= (budget_.reach ? 0.5 / poses_for_reach : fair_share)) return;
-    if (!budget_.reach) sampler_.set_reach(2.0 * sampler_.reach());
+    if (stopped() || share >= (budget_.reach ? 0.5 / poses_for_reach : fair_share)) {
+      sampler_.set_reach(sampler_.reach(), !budget_.reach);
+      return;
+    }
+    if (!budget_.reach) sampler_.set_reach(2.0 * sampler_.reach(), false);
   }
   reject("reach", budget_.reach ? text(*budget_.reach) : "not given, and up to " + text(sampler_.reach()) + " m",
          "one in which poses of the object outside of its capture set are free");
@@ -206,7 +211,8 @@ bool QuasistaticProblem::draw(PoseSampler::Side side, Pose& pose) {
   Pool& known = pool(side);
   if (known.next == known.poses.size()) {
     ++samples_;
-    const std::optional<Pose> drawn = sampler_.draw(bound(), side);
+    if (samples_ >= first_polish && (samples_ & (samples_ - 1)) == 0 && !path_.empty()) keep(relax(path_, statics_, sampler_, std::min(samples_, most_polish), budget_.stop));
+    const std::optional<Pose> drawn = sampler_.draw(bound(), side, known.poses);
     if (!drawn) return false;
     known.poses.push_back(*drawn);
   }
@@ -225,11 +231,14 @@ void QuasistaticProblem::take(ob::ProblemDefinition& definition) {
     found.push_back(pose_of(state));
   }
   definition.clearSolutionPaths();
-  found = relax(found, statics_, sampler_, budget_.stop);
-  const double energy = barrier(found, statics_).energy;
+  keep(relax(found, statics_, sampler_, trials, budget_.stop));
+}
+
+void QuasistaticProblem::keep(Path path) {
+  const double energy = barrier(path, statics_).energy;
   if (energy >= energy_) return;
   energy_ = energy;
-  path_ = std::move(found);
+  path_ = std::move(path);
   history_.emplace_back(samples_, energy_);
 }
 

@@ -56,7 +56,9 @@ void rrt_star(QuasistaticProblem& problem) {
   if (!definition) return;
   RrtStar planner(problem, definition);
   while (!problem.spent()) {
-    planner.solve(ompl::base::PlannerTerminationCondition([&] { return problem.spent() || planner.solved(); }));
+    const double energy = problem.energy();
+    planner.solve(ompl::base::PlannerTerminationCondition(
+        [&] { return problem.spent() || planner.solved() || problem.energy() < energy; }));
     problem.take(*definition);
     planner.prune(problem.bound());
   }

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "energymargin/quasistatics.hpp"
 
@@ -18,7 +19,10 @@ class PoseSampler {
 
   //! Half the edge of the box around the start that positions are drawn from [m].
   double reach() const { return reach_; }
-  void set_reach(double reach) { reach_ = reach; }
+  void set_reach(double reach, bool may_grow) {
+    reach_ = reach;
+    may_grow_ = may_grow;
+  }
 
   //! Where to draw.
   enum class Side {
@@ -27,20 +31,27 @@ class PoseSampler {
     any,
   };
 
-  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain.
-  std::optional<Pose> draw(double bound, Side side);
+  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn around those
+  //! already known.
+  std::optional<Pose> draw(double bound, Side side, const std::vector<Pose>& known = {});
 
   //! A pose nearby: as far as about `scale` [m] away.
   Pose near(const Pose& pose, double scale);
 
+  //! A whole number below `end`, a small one rather than a large one.
+  std::size_t below(std::size_t end);
+
  private:
   Pose anywhere(double bound);
-  double below(int axis, double bound) const;
+  Pose along(const std::vector<Pose>& known);
+  double below_bound(int axis, double bound, double reach) const;
+  double log_uniform(double least, double most);
 
   Quasistatics& statics_;
   ompl::RNG rng_;
   const std::atomic<bool>* stop_;
   double reach_ = 0.0;
+  bool may_grow_ = false;
 };
 
 }  // namespace energymargin::search

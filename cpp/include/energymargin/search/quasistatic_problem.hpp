@@ -60,6 +60,10 @@ class QuasistaticProblem {
   //! The next pose below the bound, first those drawn before. False if a draw was in vain.
   bool draw(PoseSampler::Side side, Pose& pose);
 
+  //! Instead of a draw in vain: a pose near the start, allowed or not, and one outside that a planner knows already.
+  Pose any() { return sampler_.near(statics_.start(), statics_.size()); }
+  const Pose& known_goal() const { return outside_.poses.front(); }
+
   //! How many poses outside a planner may ask for by now.
   std::size_t most_goals() const;
 
@@ -72,6 +76,7 @@ class QuasistaticProblem {
   };
 
   void find_reach();
+  void keep(Path path);
   Pool& pool(PoseSampler::Side side) { return side == PoseSampler::Side::captured ? captured_ : outside_; }
 
   QuasistaticBudget budget_;

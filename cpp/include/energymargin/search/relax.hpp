@@ -22,6 +22,6 @@ Path cut(const Path& path, Quasistatics& statics);
 
 //! A path with the same start and a barrier as low or lower, which ends where it leaves the capture set, and takes no
 //! detours that do not pay.
-Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, const std::atomic<bool>* stop);
+Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int trials, const std::atomic<bool>* stop);
 
 }  // namespace energymargin::search
