@@ -19,7 +19,7 @@ namespace energymargin {
 namespace {
 
 // Share of the object's smallest half extent that it may be in a body, besides what it is at the start.
-constexpr double touching = 1e-3;
+constexpr double touching = 2e-4;
 
 btTransform transform(const Pose& pose) { return btTransform(to_bullet(pose.orientation), to_bullet(pose.position)); }
 

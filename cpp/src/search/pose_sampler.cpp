@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace energymargin::search {
 namespace {
@@ -10,8 +11,8 @@ constexpr int most_tries = 200;
 // Shares of the draws.
 constexpr double settled_share = 0.3;  // that slide down to what is below
 constexpr double upright_share = 0.5;  // whose orientation is near that of the start
-constexpr double local_share = 0.25;    // that set out from a known pose
-constexpr double larger_share = 0.25;   // from a box twice as large
+constexpr double local_share = 0.2;    // that set out from a known pose
+constexpr double larger_share = 0.1;   // from a box twice as large
 constexpr double start_share = 0.5;    // of these, from the start
 constexpr double pi = 3.14159265358979323846;
 
@@ -69,13 +70,13 @@ Pose PoseSampler::anywhere(double bound) {
 
 // A slot, a well or a rail is narrow in all directions but one: so one number changes by much, and the others little.
 Pose PoseSampler::along(const std::vector<Pose>& known) {
+  if (statics_.sliding().isZero(0.0)) return anywhere(std::numeric_limits<double>::infinity());
   const bool from_start = known.empty() || rng_.uniform01() < start_share;
   const Pose& from = from_start ? statics_.start() : known[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(known.size()) - 1))];
   Pose pose = near(from, log_uniform(0.03 * statics_.size(), statics_.size()));
-  const int axis = rng_.uniformInt(0, 2);
-  if (statics_.sliding()[axis] != 0.0) {
-    pose.position[axis] += (rng_.uniformBool() ? 1.0 : -1.0) * log_uniform(statics_.size(), 2.0 * reach_);
-  }
+  int axis = rng_.uniformInt(0, 2);
+  while (statics_.sliding()[axis] == 0.0) axis = (axis + 1) % 3;
+  pose.position[axis] += (rng_.uniformBool() ? 1.0 : -1.0) * log_uniform(statics_.size(), 2.0 * reach_);
   return pose;
 }
 
