@@ -111,9 +111,14 @@ std::vector<Vector3> points(const std::string& name, const ArrayLike& array) {
   return points;
 }
 
-Wrench wrench(const std::string& name, const ArrayLike& array) {
-  const Eigen::VectorXd values = vector(name, array, 6);
-  return {values.head<3>(), values.tail<3>()};
+Disturbance wrenches(const std::string& name, const ArrayLike& array, std::size_t objects) {
+  const auto count = static_cast<Eigen::Index>(objects);
+  const States rows = count > 1 ? matrix(name, array, count, 6) : States(vector(name, array, 6).transpose());
+  Disturbance disturbance;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    disturbance.push_back({rows.row(i).head<3>().transpose(), rows.row(i).tail<3>().transpose()});
+  }
+  return disturbance;
 }
 
 bool is_single(const std::string& name, const ArrayLike& array) {

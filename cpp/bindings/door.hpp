@@ -61,7 +61,9 @@ Vector2 vector2(const std::string& name, const ArrayLike& array);
 Vector3 vector3(const std::string& name, const ArrayLike& array);
 Quaternion quaternion(const std::string& name, const ArrayLike& array);
 std::vector<Vector3> points(const std::string& name, const ArrayLike& array);
-Wrench wrench(const std::string& name, const ArrayLike& array);
+
+//! (6,) for one object, (objects, 6) for several.
+Disturbance wrenches(const std::string& name, const ArrayLike& array, std::size_t objects);
 
 //! True for a single state, false for a table of states; throws for anything else.
 bool is_single(const std::string& name, const ArrayLike& array);

@@ -11,8 +11,9 @@ namespace {
 constexpr const char* problem_doc = R"(One question: how robust is this state against these disturbances?
 
 scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
-object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
-succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast', it is not
+object along and about each axis, or of each object. duration [s]: the longest edge of the search. captured: the capture set
+Z_cap; succeeded: the success set Z_suc. Where there are several objects, a dict of regions, one by object, asks twice: are
+all of them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an escape may go, Z_b. effector: 'coast', it is not
 actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
 rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
 a state in deep penetration.)";
@@ -22,6 +23,36 @@ constexpr const char* force_weights_doc = R"(Weights of the force score, Section
 engage [1/N]: of the normal forces between effector and object; stick [1/N]: of their distances to the friction cones'
 edges; distance [1/m]: taken off per metre between object and effector. ground_engage and ground_stick: the same for the
 object's contacts with all that is not the effector, of use where the object is meant to stick there.)";
+
+using RegionByObject = std::map<std::string, Region>;
+using Sets = std::variant<RegionByObject, Region>;
+
+std::vector<Region> by_object(const std::string& name, const Scene& scene, const RegionByObject& given) {
+  std::vector<Region> regions;
+  for (const std::size_t index : scene.with_role(Role::object)) {
+    const auto found = given.find(scene.bodies()[index].name);
+    if (found == given.end()) {
+      throw std::invalid_argument(name + " has no '" + scene.bodies()[index].name + "', expected every object");
+    }
+    regions.push_back(found->second);
+  }
+  if (regions.size() == given.size() && !given.empty()) return regions;
+  for (const auto& [body, region] : given) {
+    if (scene.body(body).role == Role::object) continue;
+    throw std::invalid_argument(name + " has '" + body + "', expected objects only");
+  }
+  throw std::invalid_argument(name + " is empty, expected a region for each object");
+}
+
+Region all_of(const std::string& name, const Scene& scene, const Sets& sets) {
+  if (const auto* region = std::get_if<Region>(&sets)) return *region;
+  return regions::Intersection{by_object(name, scene, std::get<RegionByObject>(sets))};
+}
+
+std::optional<Region> any_of(const std::string& name, const Scene& scene, const std::optional<Sets>& sets) {
+  if (!sets || std::holds_alternative<Region>(*sets)) return std::nullopt;
+  return regions::Union{by_object(name, scene, std::get<RegionByObject>(*sets))};
+}
 
 std::string file_path(const py::object& path) {
   return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
@@ -53,7 +84,7 @@ void bind_problem(py::module_& module) {
       .def_readonly("ground_stick", &ForceWeights::ground_stick);
   py::class_<Problem>(module, "Problem", problem_doc)
       .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
-                       const Number& duration, const Region& captured, const std::optional<Region>& succeeded,
+                       const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, const Number& rate,
                        const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts) {
              Problem problem{scene,
@@ -61,9 +92,11 @@ void bind_problem(py::module_& module) {
                              vector3("force", force),
                              vector3("torque", torque),
                              real("duration", duration),
-                             captured,
-                             succeeded,
+                             all_of("captured", scene, captured),
+                             succeeded ? std::make_optional(all_of("succeeded", scene, *succeeded)) : std::nullopt,
                              within,
+                             any_of("captured", scene, captured),
+                             any_of("succeeded", scene, succeeded),
                              effector(mode),
                              real("rate", rate),
                              force_weights,
@@ -83,6 +116,8 @@ void bind_problem(py::module_& module) {
       .def_readonly("duration", &Problem::duration, "Longest edge [s].")
       .def_readonly("captured", &Problem::captured, "Capture set.")
       .def_readonly("succeeded", &Problem::succeeded, "Success set, or None.")
+      .def_readonly("captured_any", &Problem::captured_any, "Where at least one object is captured, or None.")
+      .def_readonly("succeeded_any", &Problem::succeeded_any, "Where at least one object has succeeded, or None.")
       .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
       .def_property_readonly("effector", [](const Problem& problem) { return effector_name(problem.effector); })
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")

@@ -17,6 +17,17 @@ std::optional<ArrayLike> entry(const py::dict& dict, const char* key) {
   return ArrayLike{dict[key]};
 }
 
+constexpr const char* compound_doc = R"(Several solids that move as one.
+
+parts: Parts, or solids that stand at the body's frame; without any there is nothing to collide with. solid: the mass
+properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
+together. Raises ValueError on values that no solid can have.)";
+
+constexpr const char* inertial_doc = R"(How a body's mass is spread, in the body's frame.
+
+center: the centre of mass [m]; inertia: about it, along the frame's axes, principal moments (3,) or a matrix (3, 3)
+[kg m^2]. Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.)";
+
 // A body's state from a dict of position, orientation or yaw, velocity, angular_velocity.
 BodyState body_state(const std::string& name, const py::dict& dict, BodyState state) {
   for (const auto& item : dict) {
@@ -112,6 +123,73 @@ py::array_t<double> point_array(const std::vector<Vector3>& points) {
   return array;
 }
 
+// A part from a Part, or from a bare solid at the body's frame.
+Part part(const std::variant<Part, Solid>& given) {
+  if (const auto* solid = std::get_if<Solid>(&given)) return {*solid, {}};
+  return std::get<Part>(given);
+}
+
+Compound compound(const std::vector<std::variant<Part, Solid>>& given, const std::optional<MassProperties>& solid) {
+  Compound made;
+  for (const auto& one : given) made.parts.push_back(part(one));
+  made.solid = solid;
+  return validated(made);
+}
+
+// Principal moments (3,), or the whole matrix (3, 3).
+Inertial inertial_of(const ArrayLike& center, const ArrayLike& inertia) {
+  const py::array array = py::array::ensure(inertia.value);
+  const bool single = array && array.ndim() == 1;
+  if (!array) PyErr_Clear();
+  const Eigen::Matrix3d matrix_given = single ? Eigen::Matrix3d(vector3("inertia", inertia).asDiagonal())
+                                              : Eigen::Matrix3d(matrix("inertia", inertia, 3, 3));
+  return inertial(vector3("center", center), matrix_given);
+}
+
+// Exactly one of mass and density says how heavy a body is.
+double mass_of(const Shape& shape, const std::optional<double>& mass, const std::optional<double>& density) {
+  if (mass.has_value() == density.has_value()) {
+    throw std::invalid_argument(mass ? "mass and density are both given, expected one of them"
+                                     : "mass is not given, expected a mass [kg] or a density [kg/m^3]");
+  }
+  if (mass) return *mass;
+  const double volume = mass_properties(shape, 1.0).volume;
+  if (!(std::isfinite(*density) && *density > 0.0 && volume > 0.0)) {
+    throw std::invalid_argument("density is " + std::to_string(*density) +
+                                ", expected a finite number above 0, and a shape with a volume");
+  }
+  return *density * volume;
+}
+
+void bind_mass(py::module_& module) {
+  py::class_<MassProperties>(module, "MassProperties", "How a solid of even density resists to motion.")
+      .def(py::init([](const Number& volume, const ArrayLike& center, const ArrayLike& moments, const ArrayLike& axes) {
+             return MassProperties{real("volume", volume), vector3("center", center), vector3("moments", moments),
+                                   quaternion("axes", axes)};
+           }),
+           py::arg("volume"), py::arg("center"), py::arg("moments"), py::arg("axes") = py::make_tuple(0., 0., 0., 1.))
+      .def_readonly("volume", &MassProperties::volume, "[m^3].")
+      .def_readonly("center", &MassProperties::center, "Centre of mass in the shape's frame, shape (3,) [m].")
+      .def_readonly("moments", &MassProperties::moments, "Principal moments about the centre, shape (3,) [kg m^2].")
+      .def_property_readonly(
+          "axes", [](const MassProperties& mass) { return Eigen::Vector4d(mass.axes.coeffs()); },
+          "Unit quaternion x, y, z, w that turns the principal axes into the shape's.");
+  py::class_<Inertial>(module, "Inertial", inertial_doc)
+      .def(py::init(&inertial_of), py::arg("center") = py::make_tuple(0.0, 0.0, 0.0), py::kw_only(), py::arg("inertia"))
+      .def_readonly("center", &Inertial::center, "Centre of mass, shape (3,) [m].")
+      .def_readonly("moments", &Inertial::moments, "Principal moments about the centre, shape (3,) [kg m^2].")
+      .def_property_readonly(
+          "axes", [](const Inertial& spread) { return Eigen::Vector4d(spread.axes.coeffs()); },
+          "Unit quaternion x, y, z, w that turns the principal axes into the body's.");
+}
+
+void bind_mass_properties(py::module_& module) {
+  module.def(
+      "mass_properties",
+      [](const Shape& shape, const Number& mass) { return mass_properties(shape, real("mass", mass)); },
+      py::arg("shape"), py::arg("mass") = 1.0, "Mass properties of a solid shape of a mass [kg], of even density.");
+}
+
 void bind_shapes(py::module_& module) {
   py::class_<Plane>(module, "Plane", "The half space below a plane: {x : normal . x <= offset}.")
       .def_readonly("normal", &Plane::normal, "Unit vector out of the solid, shape (3,).")
@@ -137,11 +215,29 @@ void bind_shapes(py::module_& module) {
       .def_readonly("radius", &Capsule::radius)
       .def_readonly("length", &Capsule::length);
   py::class_<ConvexHull>(module, "ConvexHull",
-                         "The convex hull of points, shape (n, 3) [m]. Its centre of mass has to be the origin.")
+                         "The convex hull of points, shape (n, 3) [m], in the body's frame.")
       .def(py::init([](const ArrayLike& rows) { return validated(ConvexHull{points("points", rows)}); }),
            py::arg("points"))
       .def_property_readonly("points", [](const ConvexHull& hull) { return point_array(hull.points); })
       .def("centered", &centered, "The hull with its centre of mass moved to the origin.");
+  py::class_<Part>(module, "Part", "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).")
+      .def(py::init([](const Solid& shape, const ArrayLike& position, const std::optional<ArrayLike>& turned) {
+             return Part{shape,
+                         {vector3("position", position), orientation("", turned, std::nullopt, Quaternion::Identity())}};
+           }),
+           py::arg("shape"), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none())
+      .def_readonly("shape", &Part::shape)
+      .def_property_readonly(
+          "position", [](const Part& part) { return part.pose.position; }, "In the body's frame, shape (3,) [m].")
+      .def_property_readonly(
+          "orientation", [](const Part& part) { return Eigen::Vector4d(part.pose.orientation.coeffs()); },
+          "Unit quaternion x, y, z, w.");
+  bind_mass(module);
+  py::class_<Compound>(module, "Compound", compound_doc)
+      .def(py::init(&compound), py::arg("parts"), py::arg("solid") = py::none())
+      .def_readonly("parts", &Compound::parts)
+      .def_readonly("solid", &Compound::solid);
+  bind_mass_properties(module);
 }
 
 void bind_body(py::module_& module) {
@@ -163,6 +259,7 @@ void bind_body(py::module_& module) {
           "angular_velocity", [](const Body& body) { return body.state.angular_velocity; }, "Shape (3,) [rad/s].")
       .def_readonly("linear_factor", &Body::linear_factor, "1: free along the axis, 0: locked; shape (3,).")
       .def_readonly("angular_factor", &Body::angular_factor, "1: free about the axis, 0: locked; shape (3,).")
+      .def_readonly("inertial", &Body::inertial, "How its mass is spread, or None: as its shape is.")
       .def_readonly("force", &Body::force, "Acts all the time, in the world's axes, shape (3,) [N].")
       .def_property_readonly("fixed", &Body::fixed);
 }
@@ -174,6 +271,15 @@ void bind_joints(py::module_& module) {
   const auto orientation_of = [](Pose Joint::* pose) {
     return [pose](const Joint& joint) { return Eigen::Vector4d((joint.*pose).orientation.coeffs()); };
   };
+  py::class_<Mimic>(module, "Mimic",
+                    "A joint follows another: position = multiplier * (that joint's position) + offset, always.")
+      .def(py::init([](std::string joint, const Number& multiplier, const Number& offset) {
+             return Mimic{std::move(joint), real("multiplier", multiplier), real("offset", offset)};
+           }),
+           py::arg("joint"), py::arg("multiplier") = 1.0, py::arg("offset") = 0.0)
+      .def_readonly("joint", &Mimic::joint)
+      .def_readonly("multiplier", &Mimic::multiplier)
+      .def_readonly("offset", &Mimic::offset, "[rad] or [m].");
   py::class_<Joint>(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.")
       .def_readonly("name", &Joint::name)
       .def_property_readonly(
@@ -196,7 +302,8 @@ void bind_joints(py::module_& module) {
       .def_readonly("target_velocity", &Joint::target_velocity, "[rad/s].")
       .def_readonly("stiffness", &Joint::stiffness, "[N m/rad].")
       .def_readonly("damping", &Joint::damping, "[N m s/rad].")
-      .def_readonly("torque_limit", &Joint::torque_limit, "[N m].");
+      .def_readonly("torque_limit", &Joint::torque_limit, "[N m].")
+      .def_readonly("mimic", &Joint::mimic, "The Mimic by which it follows another joint, or None.");
   py::class_<Spring>(module, "Spring", "A spring between two bodies.")
       .def_readonly("body_a", &Spring::body_a)
       .def_readonly("body_b", &Spring::body_b)
@@ -213,6 +320,9 @@ type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 
 origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
 the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
 position and velocity do, and start and start_velocity are theirs when nothing else is said.
+
+mimic: the joint follows another one, as by a linkage without play, and has no limits, no drive, and no numbers in the
+state of its own.
 
 The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
 (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
@@ -237,9 +347,11 @@ extent.)";
 
 constexpr const char* add_body_doc = R"(Add a body.
 
-position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its centre of mass;
-velocity [m/s] and angular_velocity [rad/s] are in the world's axes. mass [kg] of 0 fixes it. role is 'object' (the body
-that disturbances act on), 'effector' or 'none'. The factors lock axes: 0 locked, 1 free; linear_factor=(1, 1, 0),
+position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
+shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
+density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
+act, and how the mass is spread; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
+'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
 angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
 or a motor does. Raises ValueError on bad values.)";
 
@@ -276,7 +388,8 @@ void bind_scene(py::module_& module) {
           py::arg("friction") = 0.5, "Add the fixed half space below a plane; by default z <= 0.")
       .def(
           "add_body",
-          [](Scene& scene, const std::string& name, const Shape& shape, const Number& mass, const ArrayLike& position,
+          [](Scene& scene, const std::string& name, const Shape& shape, const std::optional<Number>& mass,
+             const std::optional<Number>& density, const std::optional<Inertial>& inertial, const ArrayLike& position,
              const std::optional<ArrayLike>& quaternion_xyzw, const std::optional<Number>& yaw,
              const ArrayLike& velocity, const ArrayLike& angular_velocity, const Number& friction,
              const std::string& role_given, const ArrayLike& linear_factor, const ArrayLike& angular_factor,
@@ -284,7 +397,8 @@ void bind_scene(py::module_& module) {
             Body body;
             body.name = name;
             body.shape = shape;
-            body.mass = real("mass", mass);
+            body.mass = mass_of(shape, real("mass", mass), real("density", density));
+            body.inertial = inertial;
             body.state = {vector3("position", position),
                           orientation("", quaternion_xyzw, real("yaw", yaw), Quaternion::Identity()),
                           vector3("velocity", velocity), vector3("angular_velocity", angular_velocity)};
@@ -295,7 +409,8 @@ void bind_scene(py::module_& module) {
             body.force = vector3("force", force);
             scene.add_body(body);
           },
-          py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass"),
+          py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
+          py::arg("density") = py::none(), py::arg("inertial") = py::none(),
           py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none(),
           py::arg("yaw") = py::none(), py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
           py::arg("angular_velocity") = py::make_tuple(0.0, 0.0, 0.0), py::arg("friction") = 0.5,
@@ -309,7 +424,7 @@ void bind_scene(py::module_& module) {
              const ArrayLike& child_origin, const std::optional<ArrayLike>& child_orientation, const ArrayLike& axis,
              const std::pair<Number, Number>& limits, const Number& start, const Number& start_velocity, bool held,
              const std::optional<Number>& target, const Number& target_velocity, const Number& stiffness,
-             const Number& damping, const Number& torque_limit) {
+             const Number& damping, const Number& torque_limit, const std::optional<Mimic>& mimic) {
             const auto pose = [](const std::string& prefix, const ArrayLike& position,
                                  const std::optional<ArrayLike>& quaternion_xyzw) {
               return Pose{vector3(prefix + "origin", position),
@@ -332,6 +447,7 @@ void bind_scene(py::module_& module) {
             joint.stiffness = real("stiffness", stiffness);
             joint.damping = real("damping", damping);
             joint.torque_limit = real("torque_limit", torque_limit);
+            joint.mimic = mimic;
             scene.add_joint(std::move(joint));
           },
           py::arg("name"), py::kw_only(), py::arg("parent"), py::arg("child"), py::arg("type") = "revolute",
@@ -341,7 +457,16 @@ void bind_scene(py::module_& module) {
           py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("start") = 0.0,
           py::arg("start_velocity") = 0.0, py::arg("held") = false, py::arg("target") = py::none(),
           py::arg("target_velocity") = 0.0, py::arg("stiffness") = 0.0, py::arg("damping") = 0.0,
-          py::arg("torque_limit") = Joint{}.torque_limit, add_joint_doc)
+          py::arg("torque_limit") = Joint{}.torque_limit, py::arg("mimic") = py::none(), add_joint_doc)
+      .def("disable_collisions", &Scene::disable_collisions, py::arg("body_a"), py::arg("body_b"),
+           "From now on the two bodies never collide. Those that a joint connects never do.")
+      .def_property_readonly(
+          "disabled_collisions",
+          [](const Scene& scene) {
+            const auto& pairs = scene.disabled_collisions();
+            return std::vector<std::pair<std::string, std::string>>(pairs.begin(), pairs.end());
+          },
+          "Pairs of bodies.")
       .def(
           "add_spring",
           [](Scene& scene, const std::string& body_a, const std::string& body_b, const Number& stiffness,
@@ -375,7 +500,7 @@ void bind_scene(py::module_& module) {
           "joint_slice",
           [](const Scene& scene, const std::string& name) {
             const int offset = StateLayout(scene).joint_offset(scene.joint_index(name));
-            if (offset < 0) throw std::invalid_argument("joint '" + name + "' is fixed, expected one that moves");
+            if (offset < 0) throw std::invalid_argument("joint '" + name + "' is fixed or follows another, expected one that moves by itself");
             return py::slice(offset, offset + StateLayout::numbers_per_joint, 1);
           },
           py::arg("name"), "Where a joint's position and velocity stand in a state.")

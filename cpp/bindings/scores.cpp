@@ -50,10 +50,17 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
   });
 }
 
+Captured captured_objects(const std::string& name) {
+  if (name == "all") return Captured::all;
+  if (name == "any") return Captured::any;
+  throw std::invalid_argument("captured is '" + name + "', expected 'all' or 'any'");
+}
+
 Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
-              const WholeNumber& seed_given) {
+              const WholeNumber& seed_given, const std::string& captured) {
   EffortOptions options;
   options.planner = planner;
+  options.captured = captured_objects(captured);
   options.nodes = count("nodes", nodes);
   options.seed = seed("seed", seed_given);
   return interruptible([&](const std::atomic<bool>* stop) {
@@ -67,7 +74,7 @@ void bind_tree(py::module_& module) {
       .def_readonly("states", &Tree::states, "Shape (M + 1, n).")
       .def_readonly("costs", &Tree::costs, "Effort from the root, eq. 8, shape (M + 1,) [J].")
       .def_readonly("parents", &Tree::parents, "Row of the parent, -1 for the root, shape (M + 1,).")
-      .def_readonly("controls", &Tree::controls, "Wrench that led to the node, shape (M + 1, 6) [N, N m].")
+      .def_readonly("controls", &Tree::controls, "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
       .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
       .def("path_to", &Tree::path_to, py::arg("node"), "Rows from the root to a node, both included.")
       .def("__len__", &Tree::size);
@@ -77,6 +84,12 @@ void bind_results(py::module_& module) {
   py::class_<CaptureScore>(module, "CaptureScore", "Capture and success score, Section IV-B and Algorithm 2.")
       .def_readonly("capture", &CaptureScore::capture, "Omega_cap, eq. 5, 0..1; mean over the trees.")
       .def_readonly("success", &CaptureScore::success, "Omega_suc, eq. 6, 0..1; None without a success set.")
+      .def_readonly("capture_any", &CaptureScore::capture_any,
+                    "Of several objects at least one; None if the problem has no such set.")
+      .def_readonly("success_any", &CaptureScore::success_any,
+                    "Of several objects at least one; None if the problem has no such set.")
+      .def_readonly("capture_any_stderr", &CaptureScore::capture_any_stderr, "Standard error; None for a single tree.")
+      .def_readonly("success_any_stderr", &CaptureScore::success_any_stderr, "Standard error; None for a single tree.")
       .def_readonly("capture_stderr", &CaptureScore::capture_stderr, "Standard error; None for a single tree.")
       .def_readonly("success_stderr", &CaptureScore::success_stderr, "Standard error; None for a single tree.")
       .def_readonly("likelihoods", &CaptureScore::likelihoods, "Of the first tree's nodes, eq. 4, shape (M + 1,).")
@@ -161,8 +174,9 @@ void bind_scores(py::module_& module) {
              "Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` "
              "nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.");
   module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
-             py::arg("seed") = 0,
-             "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.");
+             py::arg("seed") = 0, py::arg("captured") = "all",
+             "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
+             "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.");
   module.def(
       "force_score",
       [](const Problem& problem, const std::optional<ForceWeights>& weights) {

@@ -117,12 +117,14 @@ void bind_world(py::module_& module) {
           "rollout",
           [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration) {
             const State start = vector("state", state, -1);
-            const Wrench push = wrench("wrench", wrench_given);
+            const std::size_t objects = shared.world().scene().with_role(Role::object).size();
+            const Disturbance pushes = wrenches("wrench", wrench_given, objects);
             const double seconds = real("duration", duration);
-            return shared.ask([&](World& world) { return world.rollout(start, push, seconds); });
+            return shared.ask([&](World& world) { return world.rollout(start, pushes, seconds); });
           },
           py::arg("state"), py::arg("wrench"), py::arg("duration"),
-          "Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.")
+          "Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], "
+          "rounded to whole steps.")
       .def(
           "simulate", &simulate, py::arg("state"), py::arg("steps"),
           py::arg("drives") = std::map<std::string, ArrayLike>{},

@@ -1,7 +1,9 @@
 #include "energymargin/batch.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <iterator>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -27,11 +29,39 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
   const CaptureScore score = capture_score(problem, capture);
   row.scores["capture"] = score.capture;
   if (score.success) row.scores["success"] = *score.success;
+  if (score.capture_any) row.scores["capture/any"] = *score.capture_any;
+  if (score.success_any) row.scores["success/any"] = *score.success_any;
 }
 
-void add_effort(const Problem& problem, const std::string& planner, const BatchOptions& options, std::uint64_t seed,
-                const std::atomic<bool>* stop, ScoreRow& row) {
-  row.scores["effort/" + planner] = escape_effort(problem, {planner, options.nodes, seed, stop}).effort;
+struct EffortMetric {
+  const char* name;
+  const char* planner;
+  Captured captured;
+};
+
+constexpr EffortMetric effort_metrics[] = {{"effort/est", "est", Captured::all},
+                                           {"effort/rrt", "rrt", Captured::all},
+                                           {"effort/est/any", "est", Captured::any},
+                                           {"effort/rrt/any", "rrt", Captured::any}};
+constexpr const char* tree_metrics[] = {"capture", "success", "capture/any", "success/any"};
+constexpr const char* force_metric = "force";
+
+const EffortMetric* effort_metric(const std::string& name) {
+  for (const EffortMetric& metric : effort_metrics) {
+    if (metric.name == name) return &metric;
+  }
+  return nullptr;
+}
+
+bool is_tree_metric(const std::string& name) {
+  return std::find(std::begin(tree_metrics), std::end(tree_metrics), name) != std::end(tree_metrics);
+}
+
+std::string known_metrics() {
+  std::string names = std::string("'") + force_metric + "'";
+  for (const char* name : tree_metrics) names += std::string(", '") + name + "'";
+  for (const EffortMetric& metric : effort_metrics) names += std::string(", '") + metric.name + "'";
+  return names;
 }
 
 void validate(const BatchOptions& options, std::size_t problems) {
@@ -42,9 +72,8 @@ void validate(const BatchOptions& options, std::size_t problems) {
   }
   if (options.metrics.empty()) reject("metrics", "empty", "at least one metric");
   for (const std::string& metric : options.metrics) {
-    if (metric != "capture" && metric != "success" && metric != "effort/est" && metric != "effort/rrt" &&
-        metric != "force") {
-      reject("metrics", "'" + metric + "'", "'capture', 'success', 'effort/est', 'effort/rrt' or 'force'");
+    if (metric != force_metric && !is_tree_metric(metric) && !effort_metric(metric)) {
+      reject("metrics", "'" + metric + "'", "some of " + known_metrics());
     }
   }
 }
@@ -58,12 +87,13 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
   row.index = index;
   bool tree_scored = false;
   for (const std::string& metric : options.metrics) {
-    if ((metric == "capture" || metric == "success") && !std::exchange(tree_scored, true)) {
+    if (is_tree_metric(metric) && !std::exchange(tree_scored, true)) {
       add_capture(problem, options, seed, stop, row);
     }
-    if (metric == "effort/est") add_effort(problem, "est", options, seed, stop, row);
-    if (metric == "effort/rrt") add_effort(problem, "rrt", options, seed, stop, row);
-    if (metric == "force") row.scores["force"] = force_score(problem).force;
+    if (const EffortMetric* effort = effort_metric(metric)) {
+      row.scores[metric] = escape_effort(problem, {effort->planner, options.nodes, seed, stop, effort->captured}).effort;
+    }
+    if (metric == force_metric) row.scores[metric] = force_score(problem).force;
   }
   row.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return row;

@@ -46,6 +46,10 @@ inline void require_unit(const std::string& argument, const Vector3& value) {
   if (!(std::abs(value.norm() - 1.0) < 1e-6)) reject(argument, text(value), "a vector of length 1");
 }
 
+inline void require_unit(const std::string& argument, const Quaternion& value) {
+  if (!(std::abs(value.norm() - 1.0) < 1e-6)) reject(argument, "of length " + text(value.norm()), "a unit quaternion");
+}
+
 inline void require_at_least(const std::string& argument, long long value, long long least) {
   if (value < least) reject(argument, std::to_string(value), "a whole number of at least " + std::to_string(least));
 }

@@ -18,26 +18,27 @@ double of_compliance(const Joint& joint, double position) {
 }  // namespace
 
 Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(scene) {
-  for (const Body& body : scene.bodies()) masses_.push_back(mass_properties(body.shape, body.mass));
+  for (const Body& body : scene.bodies()) spreads_.push_back(body.spread());
 }
 
 double Energy::operator()(const State& state) const {
   double energy = 0.0;
-  for (std::size_t i = 0; i < masses_.size(); ++i) {
+  for (std::size_t i = 0; i < spreads_.size(); ++i) {
     if (!scene_.bodies()[i].fixed()) energy += of_body(i, kinematics_(state.data(), i));
   }
   for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
-    const int offset = layout_.joint_offset(i);
-    if (offset >= 0) energy += of_compliance(scene_.joints()[i], state[offset]);
+    energy += of_compliance(scene_.joints()[i], layout_.joint(state.data(), i).position);
   }
   return energy;
 }
 
-double Energy::of_body(std::size_t body, const BodyState& at) const {
+double Energy::of_body(std::size_t body, const BodyState& frame) const {
   const double mass = scene_.bodies()[body].mass;
-  const Vector3 spin = (at.orientation * masses_[body].axes).conjugate() * at.angular_velocity;
-  return 0.5 * mass * at.velocity.squaredNorm() + 0.5 * spin.dot(masses_[body].inertia.cwiseProduct(spin)) -
+  const Inertial& spread = spreads_[body];
+  const BodyState at = moved_to(spread.center, frame);
+  const Vector3 spin = (at.orientation * spread.axes).conjugate() * at.angular_velocity;
+  return 0.5 * mass * at.velocity.squaredNorm() + 0.5 * spin.dot(spread.moments.cwiseProduct(spin)) -
          (mass * scene_.gravity() + scene_.bodies()[body].force).dot(at.position);
 }
 

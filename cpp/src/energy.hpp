@@ -19,13 +19,13 @@ class Energy {
   double operator()(const State& state) const;
 
  private:
-  double of_body(std::size_t body, const BodyState& at) const;
+  double of_body(std::size_t body, const BodyState& frame) const;
   double of_spring(const Spring& spring, const State& state) const;
 
   Scene scene_;
   StateLayout layout_;
   Kinematics kinematics_;
-  std::vector<MassProperties> masses_;
+  std::vector<Inertial> spreads_;  // of each body
 };
 
 }  // namespace energymargin

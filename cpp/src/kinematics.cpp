@@ -24,13 +24,19 @@ BodyState carried(const Joint& joint, const JointState& state, const BodyState& 
   return child;
 }
 
-Kinematics::Kinematics(const Scene& scene) {
-  const StateLayout layout(scene);
+BodyState moved_to(const Vector3& point, const BodyState& body) {
+  if (point.isZero(0.0)) return body;
+  const Vector3 arm = body.orientation * point;
+  return {body.position + arm, body.orientation, body.velocity + body.angular_velocity.cross(arm),
+          body.angular_velocity};
+}
+
+Kinematics::Kinematics(const Scene& scene) : layout_(scene) {
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    Node node{scene.bodies()[i].state, layout.offset(i), std::nullopt, -1, 0};
+    Node node{scene.bodies()[i].state, layout_.offset(i), std::nullopt, 0, 0};
     if (const auto joint = scene.joint_to(i)) {
       node.joint = scene.joints()[*joint];
-      node.joint_offset = layout.joint_offset(*joint);
+      node.joint_index = *joint;
       node.parent = scene.index(node.joint->parent);
     }
     nodes_.push_back(std::move(node));
@@ -41,9 +47,7 @@ BodyState Kinematics::operator()(const double* state, std::size_t body) const {
   const Node& node = nodes_[body];
   if (node.offset >= 0) return StateLayout::read(state + node.offset);
   if (!node.joint) return node.fixed;
-  JointState joint;
-  if (node.joint_offset >= 0) joint = {state[node.joint_offset], state[node.joint_offset + 1]};
-  return carried(*node.joint, joint, (*this)(state, node.parent));
+  return carried(*node.joint, layout_.joint(state, node.joint_index), (*this)(state, node.parent));
 }
 
 }  // namespace energymargin

@@ -28,12 +28,10 @@ void require_free(const std::string& name, const Vector3& bounds, const Vector3&
 
 void require_roles(const Scene& scene, Effector effector) {
   const std::vector<std::size_t> objects = scene.with_role(Role::object);
-  if (objects.size() != 1) {
-    reject("scene", "with " + std::to_string(objects.size()) + " bodies of role \"object\"", "exactly one");
-  }
-  if (scene.jointed(objects.front())) {
-    reject("scene", "with the object '" + scene.bodies()[objects.front()].name + "' on a joint",
-           "an object that is one free body");
+  if (objects.empty()) reject("scene", "without a body of role \"object\"", "at least one");
+  for (const std::size_t object : objects) {
+    if (!scene.jointed(object)) continue;
+    reject("scene", "with the object '" + scene.bodies()[object].name + "' on a joint", "objects that are free bodies");
   }
   const std::vector<std::size_t> effectors = scene.with_role(Role::effector);
   const bool moves =
@@ -74,9 +72,11 @@ void validate(const Problem& problem) {
   if (problem.force.isZero(0.0) && problem.torque.isZero(0.0)) {
     reject("force and torque", "0 on all axes", "at least one axis on which a disturbance can act");
   }
-  const Body& object = problem.scene.bodies()[problem.scene.with_role(Role::object).front()];
-  require_free("force", problem.force, object.linear_factor);
-  require_free("torque", problem.torque, object.angular_factor);
+  for (const std::size_t index : problem.scene.with_role(Role::object)) {
+    const Body& object = problem.scene.bodies()[index];
+    require_free("force", problem.force, object.linear_factor);
+    require_free("torque", problem.torque, object.angular_factor);
+  }
   const double step = problem.scene.stepping().step;
   if (!(problem.duration >= step && problem.duration <= most_steps * step)) {
     reject("duration", text(problem.duration),
@@ -93,6 +93,8 @@ void validate(const Problem& problem) {
   }
   require_region("captured", problem.captured, problem.scene);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem.scene);
+  if (problem.captured_any) require_region("captured_any", *problem.captured_any, problem.scene);
+  if (problem.succeeded_any) require_region("succeeded_any", *problem.succeeded_any, problem.scene);
   if (problem.within) {
     require_region("within", *problem.within, problem.scene);
     if (!Membership(*problem.within, problem.scene)(problem.state)) {
@@ -110,6 +112,12 @@ void validate(const Problem& problem) {
     require_finite("contact tangential_force", contact.tangential_force);
   }
   require_no_deep_penetration(problem.scene, problem.state);
+}
+
+const Region& capture_set(const Problem& problem, Captured captured) {
+  if (captured == Captured::all) return problem.captured;
+  if (!problem.captured_any) reject("captured", "'any'", "'all': the problem has no set in which any object is captured");
+  return *problem.captured_any;
 }
 
 EdgeStart::EdgeStart(const Problem& problem) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "check.hpp"
 #include "energymargin/kinematics.hpp"
@@ -20,7 +21,17 @@ void validate_body(const Body& body) {
   const std::string name = "body '" + body.name + "': ";
   try {
     validate(body.shape);
+    if (std::holds_alternative<Plane>(body.shape) && !body.fixed()) {
+      reject("mass", text(body.mass), "0: a plane is fixed");
+    }
     require_not_negative("mass", body.mass);
+    if (body.inertial) {
+      require_finite("inertial: center", body.inertial->center);
+      require_unit("inertial: axes", body.inertial->axes);
+      validate_moments("inertial: moments", body.inertial->moments);
+    } else if (!body.fixed() && !(body.spread().moments.array() > 0.0).all()) {
+      reject("inertial", "not given", "one for a body with a mass and without a volume");
+    }
     require_not_negative("friction", body.friction);
     require_finite("force", body.force);
     validate_factor("linear_factor", body.linear_factor);
@@ -29,16 +40,22 @@ void validate_body(const Body& body) {
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(name + error.what());
   }
-  if (std::holds_alternative<Plane>(body.shape) && !body.fixed()) {
-    throw std::invalid_argument(name + "mass is " + text(body.mass) + ", expected 0: a plane is fixed");
-  }
   if (body.role == Role::object && body.fixed()) {
     throw std::invalid_argument(name + "mass is 0, expected a mass above 0: the object must be able to move");
   }
-  const Vector3 centre = mass_properties(body.shape, 1.0).centre;
-  if (!body.fixed() && centre.norm() > 1e-6 * smallest_half_extent(body.shape)) {
-    throw std::invalid_argument(name + "the hull's centre of mass is " + text(centre) +
-                                ", expected the origin: use ConvexHull(points).centered() and move the body instead");
+}
+
+void validate_mimic(const Joint& joint) {
+  const Mimic& mimic = *joint.mimic;
+  require_finite("mimic multiplier", mimic.multiplier);
+  require_finite("mimic offset", mimic.offset);
+  if (mimic.multiplier == 0.0) reject("mimic multiplier", "0", "another number, or a joint of type fixed");
+  if (joint.type == JointType::fixed) reject("mimic", "given", "none: the joint is fixed");
+  if (joint.held || joint.stiffness != 0.0 || joint.damping != 0.0) {
+    reject("stiffness, damping or held", "given", "none of them: the joint follows '" + mimic.joint + "'");
+  }
+  if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) {
+    reject("limits", "given", "none: the joint follows '" + mimic.joint + "', and stops where that one does");
   }
 }
 
@@ -46,9 +63,7 @@ void validate_joint(const Joint& joint) {
   if (joint.name.empty()) reject("name", "empty", "a name that no other joint has");
   for (const auto& [name, pose] : {std::pair{"in_parent", joint.in_parent}, {"in_child", joint.in_child}}) {
     require_finite(std::string(name) + " position", pose.position);
-    if (!(std::abs(pose.orientation.norm() - 1.0) < 1e-6)) {
-      reject(std::string(name) + " orientation", "of length " + text(pose.orientation.norm()), "a unit quaternion");
-    }
+    require_unit(std::string(name) + " orientation", pose.orientation);
   }
   require_unit("axis", joint.axis);
   if (!(joint.lower < joint.upper)) {
@@ -65,6 +80,7 @@ void validate_joint(const Joint& joint) {
   require_finite("target_velocity", joint.target_velocity);
   require_not_negative("stiffness", joint.stiffness);
   require_not_negative("damping", joint.damping);
+  if (joint.mimic) validate_mimic(joint);
   if (!(joint.torque_limit >= 0.0)) reject("torque_limit", text(joint.torque_limit), "a number of at least 0");
 }
 
@@ -79,11 +95,11 @@ void require_hangable(const Body& body, const std::string& what) {
 // How fast a point of a free body moves after a unit impulse there, in the direction in which it is most [1/kg].
 double mobility(const Body& body, const Vector3& point) {
   if (body.fixed()) return 0.0;
-  const MassProperties mass = mass_properties(body.shape, body.mass);
-  const Vector3 arm = mass.axes.conjugate() * point;
+  const Inertial spread = body.spread();
+  const Vector3 arm = spread.axes.conjugate() * (point - spread.center);
   Eigen::Matrix3d cross;
   cross << 0.0, -arm.z(), arm.y(), arm.z(), 0.0, -arm.x(), -arm.y(), arm.x(), 0.0;
-  const Eigen::Matrix3d turning = -cross * mass.inertia.cwiseInverse().asDiagonal() * cross;
+  const Eigen::Matrix3d turning = -cross * spread.moments.cwiseInverse().asDiagonal() * cross;
   return 1.0 / body.mass + Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning).eigenvalues().maxCoeff();
 }
 
@@ -98,6 +114,30 @@ std::size_t find(const std::vector<Named>& all, const std::string& name, const s
 }
 
 }  // namespace
+
+Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia) {
+  if (!inertia.allFinite() || !inertia.isApprox(inertia.transpose(), 1e-9)) {
+    reject("inertia", inertia.allFinite() ? "not symmetric" : "not finite", "a symmetric matrix of finite numbers");
+  }
+  require_finite("center", center);
+  Inertial spread{center, inertia.diagonal(), Quaternion::Identity()};
+  if (!inertia.isDiagonal(0.0)) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+    Eigen::Matrix3d axes = solver.eigenvectors();
+    if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+    spread.moments = solver.eigenvalues();
+    spread.axes = Quaternion(axes).normalized();
+  }
+  validate_moments("inertia", spread.moments);
+  return spread;
+}
+
+Inertial Body::spread() const {
+  if (fixed()) return {Vector3::Zero(), Vector3::Zero(), Quaternion::Identity()};
+  if (inertial) return *inertial;
+  const MassProperties even = mass_properties(shape, mass);
+  return {even.center, even.moments, even.axes};
+}
 
 Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravity), stepping_(stepping) {
   require_finite("gravity", gravity);
@@ -139,6 +179,9 @@ std::size_t Scene::add_joint(Joint joint) {
       if (*above == child) reject("parent", "'" + joint.parent + "'", "a body that the child does not carry");
       const auto up = joint_to(*above);
       above = up ? std::optional(index(joints_[*up].parent)) : std::nullopt;
+    }
+    if (joint.mimic && !joints_[joint_index(joint.mimic->joint)].moves()) {
+      reject("mimic", "of '" + joint.mimic->joint + "'", "of a joint that moves, and follows no other");
     }
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(where + error.what());
@@ -190,6 +233,11 @@ void Scene::add_spring(Spring spring) {
     throw std::invalid_argument(where + error.what());
   }
   springs_.push_back(std::move(spring));
+}
+
+void Scene::disable_collisions(const std::string& body_a, const std::string& body_b) {
+  if (index(body_a) == index(body_b)) reject("body_b", "'" + body_b + "'", "another body than body_a");
+  disabled_.insert(std::minmax(body_a, body_b));
 }
 
 std::size_t Scene::index(const std::string& name) const { return find(bodies_, name, "body"); }

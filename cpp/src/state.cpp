@@ -19,9 +19,23 @@ StateLayout::StateLayout(const Scene& scene) {
     if (free) dimension_ += numbers_per_body;
   }
   for (const Joint& joint : scene.joints()) {
-    joint_offsets_.push_back(joint.moves() ? dimension_ : -1);
-    if (joint.moves()) dimension_ += numbers_per_joint;
+    joints_.emplace_back();
+    if (!joint.moves()) continue;
+    joints_.back().offset = dimension_;
+    dimension_ += numbers_per_joint;
   }
+  for (std::size_t i = 0; i < scene.joints().size(); ++i) {
+    if (const auto& mimic = scene.joints()[i].mimic) {
+      joints_[i] = {joints_[scene.joint_index(mimic->joint)].offset, mimic->multiplier, mimic->offset, true};
+    }
+  }
+}
+
+JointState StateLayout::joint(const double* numbers, std::size_t joint) const {
+  const JointNumbers& of = joints_[joint];
+  if (of.offset < 0) return {};
+  const JointState read{numbers[of.offset], numbers[of.offset + 1]};
+  return of.follows ? JointState{of.multiplier * read.position + of.shift, of.multiplier * read.velocity} : read;
 }
 
 BodyState StateLayout::read(const double* numbers) {
@@ -61,7 +75,11 @@ State pack(const Scene& scene, const std::map<std::string, BodyState>& bodies,
   }
   for (const auto& [name, joint] : joints) {
     const std::size_t index = scene.joint_index(name);
-    if (!scene.joints()[index].moves()) reject("joint", "'" + name + "'", "a joint that moves; this one is fixed");
+    if (!scene.joints()[index].moves()) {
+      reject("joint", "'" + name + "'",
+             std::string("a joint that moves by itself; this one ") +
+                 (scene.joints()[index].mimic ? "follows another" : "is fixed"));
+    }
     validate(scene.joints()[index], joint, "joint '" + name + "': ");
     write_joint(index, joint);
   }
@@ -77,8 +95,8 @@ Unpacked unpack(const Scene& scene, const State& state) {
     if (!scene.bodies()[i].fixed()) unpacked.bodies[scene.bodies()[i].name] = kinematics(state.data(), i);
   }
   for (std::size_t i = 0; i < scene.joints().size(); ++i) {
-    const int offset = layout.joint_offset(i);
-    if (offset >= 0) unpacked.joints[scene.joints()[i].name] = {state[offset], state[offset + 1]};
+    const Joint& joint = scene.joints()[i];
+    if (joint.type != JointType::fixed) unpacked.joints[joint.name] = layout.joint(state.data(), i);
   }
   return unpacked;
 }
@@ -92,13 +110,16 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
     reject(name + "orientation", "(" + text(q[0]) + ", " + text(q[1]) + ", " + text(q[2]) + ", " + text(q[3]) + ")",
            "a unit quaternion (x, y, z, w)");
   }
-  const auto locked = [](const Vector3& factor, const Vector3& v) {
-    return ((factor.array() == 0.0) && (v.array() != 0.0)).any();
+  const auto locked = [](const Vector3& factor, const Vector3& v, double slack) {
+    return ((factor.array() == 0.0) && (v.array().abs() > slack)).any();
   };
-  if (locked(body.linear_factor, state.velocity)) {
+  // The centre of mass is what is locked; where the frame lies elsewhere, its velocity is rounded.
+  const Vector3 center = body.spread().center;
+  const double slack = center.isZero(0.0) ? 0.0 : 1e-9 * (1.0 + state.angular_velocity.norm() * center.norm());
+  if (locked(body.linear_factor, moved_to(center, state).velocity, slack)) {
     reject(name + "velocity", text(state.velocity), "0 along locked axes");
   }
-  if (locked(body.angular_factor, state.angular_velocity)) {
+  if (locked(body.angular_factor, state.angular_velocity, 0.0)) {
     reject(name + "angular_velocity", text(state.angular_velocity), "0 about locked axes");
   }
   if (body.fixed() && (!state.velocity.isZero(0.0) || !state.angular_velocity.isZero(0.0))) {

@@ -22,7 +22,8 @@ struct ScoreRow {
 
 //! What to compute, and how.
 struct BatchOptions {
-  //! Of "capture", "success", "effort/est", "effort/rrt", "force".
+  //! Of "capture", "success", "effort/est", "effort/rrt", "force" and, for several objects, with "/any" for those of at
+  //! least one: "capture/any", "success/any", "effort/est/any", "effort/rrt/any".
   std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
   int nodes = 1000;
   std::uint64_t seed = 0;

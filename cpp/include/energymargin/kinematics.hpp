@@ -12,6 +12,9 @@ namespace energymargin {
 //! The body that a joint carries, from the joint's parent.
 BodyState carried(const Joint& joint, const JointState& state, const BodyState& parent);
 
+//! A body's frame moved to a point of the body, in its frame: where that point is, and how fast.
+BodyState moved_to(const Vector3& point, const BodyState& body);
+
 //! Forward kinematics of a scene.
 class Kinematics {
  public:
@@ -25,10 +28,11 @@ class Kinematics {
     BodyState fixed;             // where it is if no number of the state says so
     int offset;                  // in a state; -1: fixed, or a link
     std::optional<Joint> joint;  // that carries it
-    int joint_offset;
+    std::size_t joint_index;
     std::size_t parent;
   };
 
+  StateLayout layout_;
   std::vector<Node> nodes_;
 };
 

@@ -30,12 +30,14 @@ struct ForceWeights {
 struct Problem {
   Scene scene;
   State state;                        //!< z_init
-  Vector3 force = Vector3::Zero();    //!< largest |force| on the object along each axis [N]
-  Vector3 torque = Vector3::Zero();   //!< largest |torque| about each axis [N m]
-  double duration = 0.5;              //!< longest edge [s]
-  Region captured;                    //!< Z_cap(z_init)
-  std::optional<Region> succeeded{};  //!< Z_suc
-  std::optional<Region> within{};     //!< Z_b: where the search for an escape may go
+  Vector3 force = Vector3::Zero();        //!< largest |force| on each object along each axis [N]
+  Vector3 torque = Vector3::Zero();       //!< largest |torque| about each axis [N m]
+  double duration = 0.5;                  //!< longest edge [s]
+  Region captured;                        //!< Z_cap(z_init); of several objects: all are captured
+  std::optional<Region> succeeded{};      //!< Z_suc; of several objects: all have succeeded
+  std::optional<Region> within{};         //!< Z_b: where the search for an escape may go
+  std::optional<Region> captured_any{};   //!< of several objects at least one is captured
+  std::optional<Region> succeeded_any{};  //!< of several objects at least one has succeeded
   Effector effector = Effector::coast;
   double rate = 5.0;  //!< lambda of eq. 4 [1/J]
   ForceWeights force_weights{};
@@ -43,9 +45,18 @@ struct Problem {
 };
 
 //! Throws std::invalid_argument on a bad state, bounds that are negative or not finite, a duration shorter than a step,
-//! regions on unknown bodies, no object, more than one or one on joints, "drive" without an effector that can move, or
+//! regions on unknown bodies, no object or one on joints, "drive" without an effector that can move, or
 //! a start state in which a moving body is deeper in another than a quarter of the smaller one's smallest half extent.
 void validate(const Problem& problem);
+
+//! Of several objects, how many have to leave for an escape.
+enum class Captured {
+  all,  ///< while all are captured: one that leaves is an escape
+  any,  ///< while at least one is captured: an escape is when the last one has left
+};
+
+//! The set that an escape leaves. Throws std::invalid_argument if the problem has no set for `any`.
+const Region& capture_set(const Problem& problem, Captured captured);
 
 //! Where an edge of the search starts.
 class EdgeStart {

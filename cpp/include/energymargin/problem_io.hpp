@@ -9,7 +9,7 @@
 namespace energymargin {
 
 //! Format version that `save` writes; `load` refuses newer ones.
-inline constexpr int problem_format_version = 2;
+inline constexpr int problem_format_version = 3;
 
 //! The problem as JSON text. Throws std::invalid_argument for a region made of a user's own predicate.
 std::string to_json(const Problem& problem);

@@ -4,7 +4,9 @@
 
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "energymargin/shape.hpp"
@@ -15,16 +17,29 @@ namespace energymargin {
 //! What a body is in the manipulation.
 enum class Role {
   none,      ///< environment
-  object,    ///< the body that disturbances act on
+  object,    ///< a body that disturbances act on
   effector,  ///< a part of the robot
 };
 
-//! One rigid body. With a joint to a parent it is a link: then the joints say where it is.
+//! How a body's mass is spread, in the body's frame.
+struct Inertial {
+  Vector3 center = Vector3::Zero();          //!< centre of mass [m]
+  Vector3 moments = Vector3::Ones();         //!< principal moments about the centre [kg m^2]
+  Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the body's
+};
+
+//! From the inertia about the centre, along the body's axes [kg m^2]. Throws std::invalid_argument unless a rigid body
+//! can have it.
+Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia);
+
+//! One rigid body. With a joint to a parent it is a link: then the joints say where it is. Its frame is its shape's; the
+//! centre of mass, at which wrenches act, may lie elsewhere.
 struct Body {
   std::string name;  //!< unique in its scene
   Shape shape = Box{};
-  double mass = 0.0;      //!< [kg]; 0: fixed
-  BodyState state{};      //!< where it is when nothing else is said
+  double mass = 0.0;                   //!< [kg]; 0: fixed
+  std::optional<Inertial> inertial{};  //!< unset: that of the shape, of even density
+  BodyState state{};                   //!< where it is when nothing else is said
   double friction = 0.5;  //!< a contact's coefficient is the product of its two bodies'
   Role role = Role::none;
   Vector3 linear_factor = Vector3::Ones();   //!< 1: free along the axis, 0: locked
@@ -33,12 +48,22 @@ struct Body {
   Vector3 force = Vector3::Zero();
 
   bool fixed() const { return mass == 0.0; }
+
+  //! Centre of mass and principal axes in the body's frame; for a fixed body the frame itself, with moments of 0.
+  Inertial spread() const;
 };
 
 enum class JointType {
   fixed,      ///< the two bodies move as one
   revolute,   ///< turns about its axis
   prismatic,  ///< slides along its axis: a rail
+};
+
+//! A joint that follows another one: position = multiplier * (that joint's position) + offset, always.
+struct Mimic {
+  std::string joint;        //!< one that moves and follows no other
+  double multiplier = 1.0;  //!< not 0
+  double offset = 0.0;      //!< [rad] or [m]
 };
 
 //! A joint that carries `child` on `parent`. It is driven by position control with compliance: by the torque
@@ -61,9 +86,10 @@ struct Joint {
   double stiffness = 0.0;        //!< [N m/rad]
   double damping = 0.0;          //!< [N m s/rad]
   double torque_limit = std::numeric_limits<double>::infinity();  //!< [N m]
+  std::optional<Mimic> mimic{};                                   //!< set: it has no limits and no drive of its own
 
   //! Whether its position and velocity are numbers of the state.
-  bool moves() const { return type != JointType::fixed; }
+  bool moves() const { return type != JointType::fixed && !mimic; }
 };
 
 //! A spring between a point of one body and a point of another.
@@ -102,11 +128,15 @@ class Scene {
   //! Adds a spring; it has to be soft enough for the simulation's step.
   void add_spring(Spring spring);
 
+  //! From now on two bodies never collide; those that a joint connects never do.
+  void disable_collisions(const std::string& body_a, const std::string& body_b);
+
   const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]
   const Stepping& stepping() const { return stepping_; }
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
+  const std::set<std::pair<std::string, std::string>>& disabled_collisions() const { return disabled_; }
 
   //! Index of a body by name; the error lists the names that there are.
   std::size_t index(const std::string& name) const;
@@ -132,6 +162,7 @@ class Scene {
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
+  std::set<std::pair<std::string, std::string>> disabled_;  // the lesser name first
 };
 
 }  // namespace energymargin

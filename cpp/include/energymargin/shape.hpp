@@ -1,6 +1,8 @@
 #pragma once
 // The shapes of bodies, as plain values, and the mass properties that follow from them.
 
+#include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -34,31 +36,54 @@ struct Capsule {
   double length = 1.0;  //!< of the cylindrical part [m]
 };
 
-//! The convex hull of points in the body's frame, whose origin is the hull's centre of mass.
+//! The convex hull of points in the body's frame.
 struct ConvexHull {
   std::vector<Vector3> points;  //!< [m]
 };
 
-using Shape = std::variant<Plane, Box, Sphere, Cylinder, Capsule, ConvexHull>;
-
-//! Throws std::invalid_argument unless the sizes are finite and positive and the normal is a unit vector.
-void validate(const Shape& shape);
-
 //! How a solid of even density resists to motion.
 struct MassProperties {
   double volume = 0.0;                       //!< [m^3]
-  Vector3 centre = Vector3::Zero();          //!< centre of mass in the shape's frame [m]
-  Vector3 inertia = Vector3::Zero();         //!< principal moments about the centre [kg m^2]
+  Vector3 center = Vector3::Zero();          //!< centre of mass in the shape's frame [m]
+  Vector3 moments = Vector3::Zero();         //!< principal moments about the centre [kg m^2]
   Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the shape's
 };
 
-//! Mass properties of a solid `shape` of `mass` [kg]; all zero for a plane or a mass of 0.
+using Solid = std::variant<Box, Sphere, Cylinder, Capsule, ConvexHull>;
+
+//! A solid at its place in a compound.
+struct Part {
+  Solid shape;
+  Pose pose{};  //!< in the body's frame
+};
+
+//! Several solids that move as one; without parts there is nothing to collide with.
+struct Compound {
+  std::vector<Part> parts;
+  //! Of a body of 1 kg, where the parts stand for another solid, as for a mesh; unset: those of the parts together.
+  std::optional<MassProperties> solid{};
+};
+
+using Shape = std::variant<Plane, Box, Sphere, Cylinder, Capsule, ConvexHull, Compound>;
+
+//! Throws std::invalid_argument unless the sizes are finite and positive, the normal is a unit vector, and the poses and
+//! mass properties of a compound can be.
+void validate(const Shape& shape);
+
+//! Throws std::invalid_argument unless a rigid body can have these principal moments [kg m^2].
+void validate_moments(const std::string& name, const Vector3& moments);
+
+//! Mass properties of a solid `shape` of `mass` [kg]; all zero for a plane, for a mass of 0, and without parts.
 MassProperties mass_properties(const Shape& shape, double mass);
 
 //! The hull with its centre of mass moved to the origin.
 ConvexHull centered(const ConvexHull& hull);
 
-//! Half of the least extent, for a hull along its principal axes [m]; inf for a plane.
+//! Half of the least extent, for a hull along its principal axes, for a compound that of its most solid part [m]; inf for
+//! a plane, and without parts.
 double smallest_half_extent(const Shape& shape);
+
+//! Distance of the farthest point from a point in the shape's frame, or a little more [m]; inf for a plane.
+double reach_from(const Shape& shape, const Vector3& point);
 
 }  // namespace energymargin

@@ -3,7 +3,7 @@
 //
 // First come the bodies that are neither fixed nor links, in the scene's order, with 13 numbers each: position 3,
 // quaternion 4 (x, y, z, w), velocity 3, angular velocity 3. Then come the joints, in the scene's order, with their
-// position and velocity; a fixed joint has no numbers.
+// position and velocity; a fixed joint, or one that follows another, has no numbers.
 
 #include <map>
 #include <string>
@@ -27,16 +27,26 @@ class StateLayout {
   //! First number of a body by its index in the scene; -1 for a fixed body or a link.
   int offset(std::size_t body) const { return offsets_[body]; }
 
-  //! First number of a joint by its index in the scene; -1 for a fixed joint.
-  int joint_offset(std::size_t joint) const { return joint_offsets_[joint]; }
+  //! First number of a joint by its index in the scene; -1 for a fixed joint, and one that follows another.
+  int joint_offset(std::size_t joint) const { return joints_[joint].follows ? -1 : joints_[joint].offset; }
+
+  //! Where a joint is in the state that starts at `numbers`; a fixed joint is at 0.
+  JointState joint(const double* numbers, std::size_t joint) const;
 
   //! Reads a body's numbers from a state that starts at `numbers`.
   static BodyState read(const double* numbers);
   static void write(const BodyState& body, double* numbers);
 
  private:
+  struct JointNumbers {
+    int offset = -1;  // in a state, of the joint or of the one that it follows
+    double multiplier = 1.0;
+    double shift = 0.0;
+    bool follows = false;
+  };
+
   std::vector<int> offsets_;
-  std::vector<int> joint_offsets_;
+  std::vector<JointNumbers> joints_;
   int dimension_ = 0;
 };
 
@@ -47,7 +57,7 @@ State pack(const Scene& scene, const std::map<std::string, BodyState>& bodies = 
 //! What a state says.
 struct Unpacked {
   std::map<std::string, BodyState> bodies;   //!< of all bodies that are not fixed, links included
-  std::map<std::string, JointState> joints;  //!< of all joints that are not fixed
+  std::map<std::string, JointState> joints;  //!< of all joints that are not fixed, also those that follow another
 };
 Unpacked unpack(const Scene& scene, const State& state);
 

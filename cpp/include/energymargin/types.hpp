@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <vector>
 
 namespace energymargin {
 
@@ -16,20 +17,23 @@ using State = Eigen::VectorXd;
 //! N states, one a row.
 using States = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-//! N wrenches, one a row: force [N], torque [N m].
-using Wrenches = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+//! N wrenches, one a row: force [N], torque [N m]. With k objects a row has theirs one after the other, 6 k numbers.
+using Wrenches = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-//! A disturbance u = (f, tau) on a body: at its centre of mass, in the world's axes.
+//! A disturbance u = (f, tau) of a body: at its centre of mass, in the world's axes.
 struct Wrench {
   Vector3 force = Vector3::Zero();   //!< [N]
   Vector3 torque = Vector3::Zero();  //!< [N m]
 };
 
+//! A wrench for each object of a scene, in the scene's order.
+using Disturbance = std::vector<Wrench>;
+
 //! Where a body is and how it moves, in the world's axes.
 struct BodyState {
-  Vector3 position = Vector3::Zero();               //!< of the centre of mass [m]
+  Vector3 position = Vector3::Zero();               //!< of the body's frame [m]
   Quaternion orientation = Quaternion::Identity();  //!< unit quaternion
-  Vector3 velocity = Vector3::Zero();               //!< of the centre of mass [m/s]
+  Vector3 velocity = Vector3::Zero();               //!< of the frame's origin [m/s]
   Vector3 angular_velocity = Vector3::Zero();       //!< [rad/s]
 };
 

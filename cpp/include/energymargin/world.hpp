@@ -70,12 +70,17 @@ class World {
   const Scene& scene() const;
   const StateLayout& layout() const;
 
-  //! Applies `wrench` to the object for `duration` [s], rounded to whole steps.
+  //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums.
   //! Throws std::invalid_argument on a bad state, wrench or duration; std::runtime_error if the simulation diverges.
-  Rollout rollout(const State& state, const Wrench& wrench, double duration);
+  Rollout rollout(const State& state, const Disturbance& wrenches, double duration);
+
+  //! The same for a scene with one object.
+  Rollout rollout(const State& state, const Wrench& wrench, double duration) {
+    return rollout(state, Disturbance{wrench}, duration);
+  }
 
   //! The same without the checks and without the energy, for callers that made the arguments themselves.
-  Rollout rollout_unchecked(const State& state, const Wrench& wrench, int steps);
+  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps);
 
   //! One unbroken simulation of `steps` steps under a script, recorded after the steps in `record` (ascending, from 0,
   //! the start, to `steps`). The start's contacts are those of `contacts`.

@@ -1,6 +1,6 @@
 #include "articulation.hpp"
 
-#include "shapes.hpp"
+#include "energymargin/kinematics.hpp"
 
 namespace energymargin {
 namespace {
@@ -10,32 +10,27 @@ constexpr double no_velocity_limit = 1e9;
 
 }  // namespace
 
-Articulation::Articulation(const Scene& scene, const std::vector<std::unique_ptr<btCollisionShape>>& shapes,
-                           std::size_t base, std::optional<std::size_t> first, btMultiBodyDynamicsWorld& world)
+Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
+                           std::optional<std::size_t> first, btMultiBodyDynamicsWorld& world)
     : scene_(scene), layout_(scene), base_(base), world_(world) {
   const Body& root = scene.bodies()[base];
-  std::vector<MassProperties> masses;
-  for (const Body& body : scene.bodies()) {
-    masses.push_back(mass_properties(body.shape, body.mass));
-    axes_.push_back(body.fixed() ? Quaternion::Identity() : masses.back().axes);
-  }
+  for (const Body& body : scene.bodies()) spreads_.push_back(body.spread());
   find_links(base, -1, first);
-  body_ = std::make_unique<btMultiBody>(static_cast<int>(links_.size()), root.mass, to_bullet(masses[base].inertia),
-                                        root.fixed(), false);
+  body_ = std::make_unique<btMultiBody>(static_cast<int>(links_.size()), root.mass,
+                                        to_bullet(spreads_[base].moments), root.fixed(), false);
   body_->setLinearDamping(0.0);
   body_->setAngularDamping(0.0);
   body_->setMaxCoordinateVelocity(no_velocity_limit);
-  body_->setBaseWorldTransform(
-      btTransform(to_bullet(Quaternion(root.state.orientation * axes_[base])), to_bullet(root.state.position)));
-  for (int i = 0; i < static_cast<int>(links_.size()); ++i) set_up(i, masses);
+  body_->setBaseWorldTransform(bullet_pose(spreads_[base], root.state));
+  for (int i = 0; i < static_cast<int>(links_.size()); ++i) set_up(i);
   body_->finalizeMultiDof();
-  if (!root.fixed()) add_collider(*shapes[base], base, -1);
+  if (!root.fixed()) add_collider(*shapes[base].shape, base, -1);
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     Link& link = links_[static_cast<std::size_t>(i)];
     const Joint& joint = scene.joints()[link.joint];
     const std::size_t child = scene.index(joint.child);
-    add_collider(*shapes[child], child, i);
-    if (link.offset < 0 || joint.held) continue;
+    add_collider(*shapes[child].shape, child, i);
+    if (link.rigid || joint.mimic) continue;
     link.rows = std::make_unique<JointRows>(*body_, i, joint);
     world_.addMultiBodyConstraint(link.rows.get());
   }
@@ -57,26 +52,34 @@ void Articulation::find_links(std::size_t parent, int parent_link, std::optional
     if (joints[i].parent != scene_.bodies()[parent].name || (only && *only != i)) continue;
     const Joint& joint = joints[i];
     const std::size_t child = scene_.index(joint.child);
-    const Quaternion from_parent = axes_[parent].conjugate();
-    const Quaternion from_child = axes_[child].conjugate();
-    links_.push_back({i, parent_link, layout_.joint_offset(i),
-                      from_child * joint.in_child.orientation * joint.in_parent.orientation.conjugate() * axes_[parent],
-                      from_child * (joint.in_child.orientation * joint.axis), from_parent * joint.in_parent.position});
+    const Quaternion from_parent = spreads_[parent].axes.conjugate();
+    const Quaternion from_child = spreads_[child].axes.conjugate();
+    links_.push_back(
+        {i, parent_link, rigid(joint),
+         from_child * joint.in_child.orientation * joint.in_parent.orientation.conjugate() * spreads_[parent].axes,
+         from_child * (joint.in_child.orientation * joint.axis),
+         from_parent * (joint.in_parent.position - spreads_[parent].center)});
     find_links(child, static_cast<int>(links_.size()) - 1, std::nullopt);
   }
 }
 
-void Articulation::set_up(int index, const std::vector<MassProperties>& masses) {
+bool Articulation::rigid(const Joint& joint) const {
+  if (joint.mimic) return rigid(scene_.joints()[scene_.joint_index(joint.mimic->joint)]);
+  return joint.type == JointType::fixed || joint.held;
+}
+
+void Articulation::set_up(int index) {
   const Link& link = links_[static_cast<std::size_t>(index)];
   const Joint& joint = scene_.joints()[link.joint];
   const std::size_t child = scene_.index(joint.child);
   const double kilograms = scene_.bodies()[child].mass;
-  const btVector3 inertia = to_bullet(masses[child].inertia);
+  const btVector3 inertia = to_bullet(spreads_[child].moments);
   const btQuaternion turn = to_bullet(link.turn);
   const btVector3 axis = to_bullet(link.axis);
   const btVector3 pivot = to_bullet(link.pivot);
-  const btVector3 from_pivot = to_bullet(Vector3(-(axes_[child].conjugate() * joint.in_child.position)));
-  if (joint.type == JointType::fixed || joint.held) {
+  const btVector3 from_pivot = to_bullet(
+      Vector3(-(spreads_[child].axes.conjugate() * (joint.in_child.position - spreads_[child].center))));
+  if (link.rigid) {
     body_->setupFixed(index, kilograms, inertia, link.parent, turn, pivot, from_pivot);
   } else if (joint.type == JointType::revolute) {
     body_->setupRevolute(index, kilograms, inertia, link.parent, turn, axis, pivot, from_pivot, true);
@@ -100,11 +103,20 @@ void Articulation::add_collider(btCollisionShape& shape, std::size_t body, int l
   }
 }
 
+std::optional<JointPlace> Articulation::place_of(std::size_t joint) const {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (links_[i].joint == joint) return JointPlace{body_.get(), static_cast<int>(i)};
+  }
+  return std::nullopt;
+}
+
 // A held joint is rigid where it is: for Bullet a fixed link, turned or shifted to its place.
 void Articulation::hold(int index) {
   const Link& link = links_[static_cast<std::size_t>(index)];
   btMultibodyLink& held = body_->getLink(index);
-  if (scene_.joints()[link.joint].type == JointType::revolute) {
+  const JointType type = scene_.joints()[link.joint].type;
+  if (type == JointType::fixed) return;
+  if (type == JointType::revolute) {
     held.m_zeroRotParentToThis = btQuaternion(to_bullet(link.axis), -link.held) * to_bullet(link.turn);
   } else {
     held.m_eVector = to_bullet(Vector3(link.pivot + link.turn.conjugate() * link.axis * link.held));
@@ -114,24 +126,25 @@ void Articulation::hold(int index) {
 
 void Articulation::restore(const State& state) {
   if (const int offset = layout_.offset(base_); offset >= 0) {
-    const BodyState to = StateLayout::read(state.data() + offset);
-    body_->setBaseWorldTransform(
-        btTransform(to_bullet(Quaternion(to.orientation * axes_[base_])), to_bullet(to.position)));
-    body_->setBaseVel(to_bullet(to.velocity));
-    body_->setBaseOmega(to_bullet(to.angular_velocity));
+    const BodyState frame = StateLayout::read(state.data() + offset);
+    const BodyState center = moved_to(spreads_[base_].center, frame);
+    body_->setBaseWorldTransform(bullet_pose(spreads_[base_], frame));
+    body_->setBaseVel(to_bullet(center.velocity));
+    body_->setBaseOmega(to_bullet(center.angular_velocity));
   }
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     Link& link = links_[static_cast<std::size_t>(i)];
-    if (link.offset < 0) continue;
-    if (link.rows) {
-      body_->setJointPos(i, state[link.offset]);
-      body_->setJointVel(i, state[link.offset + 1]);
-      link.rows->set_target(scene_.joints()[link.joint].target);
-      link.rows->forget();
-    } else {
-      link.held = state[link.offset];
+    const JointState at = layout_.joint(state.data(), link.joint);
+    if (link.rigid) {
+      link.held = at.position;
       hold(i);
+      continue;
     }
+    body_->setJointPos(i, at.position);
+    body_->setJointVel(i, at.velocity);
+    if (!link.rows) continue;
+    link.rows->set_target(scene_.joints()[link.joint].target);
+    link.rows->forget();
   }
   body_->clearForcesAndTorques();
   body_->clearConstraintForces();
@@ -143,16 +156,18 @@ void Articulation::restore(const State& state) {
 
 void Articulation::read(State& state) const {
   if (const int offset = layout_.offset(base_); offset >= 0) {
-    const Quaternion orientation = from_bullet(body_->getWorldToBaseRot()).conjugate() * axes_[base_].conjugate();
-    StateLayout::write({from_bullet(body_->getBasePos()), orientation.normalized(), from_bullet(body_->getBaseVel()),
-                        from_bullet(body_->getBaseOmega())},
-                       state.data() + offset);
+    const Inertial& spread = spreads_[base_];
+    const Quaternion orientation = from_bullet(body_->getWorldToBaseRot()).conjugate() * spread.axes.conjugate();
+    const BodyState center{from_bullet(body_->getBasePos()), orientation.normalized(),
+                           from_bullet(body_->getBaseVel()), from_bullet(body_->getBaseOmega())};
+    StateLayout::write(moved_to(-spread.center, center), state.data() + offset);
   }
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     const Link& link = links_[static_cast<std::size_t>(i)];
-    if (link.offset < 0) continue;
-    state[link.offset] = link.rows ? body_->getJointPos(i) : link.held;
-    state[link.offset + 1] = link.rows ? body_->getJointVel(i) : 0.0;
+    const int offset = layout_.joint_offset(link.joint);
+    if (offset < 0) continue;
+    state[offset] = link.rigid ? link.held : body_->getJointPos(i);
+    state[offset + 1] = link.rigid ? 0.0 : body_->getJointVel(i);
   }
 }
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "energymargin/scene.hpp"
-#include "energymargin/shape.hpp"
 #include "energymargin/state.hpp"
 #include "joint_rows.hpp"
+#include "shapes.hpp"
 
 namespace energymargin {
 
@@ -20,7 +20,7 @@ namespace energymargin {
 class Articulation {
  public:
   //! The links on a free body `base`, or those on one fixed body that hang on joint `first`. `shapes` are the bodies'.
-  Articulation(const Scene& scene, const std::vector<std::unique_ptr<btCollisionShape>>& shapes, std::size_t base,
+  Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
                std::optional<std::size_t> first, btMultiBodyDynamicsWorld& world);
   ~Articulation();
   Articulation(const Articulation&) = delete;
@@ -28,6 +28,9 @@ class Articulation {
 
   //! The colliders, with the index of their body in the scene as user index.
   const std::vector<std::unique_ptr<btMultiBodyLinkCollider>>& colliders() const { return colliders_; }
+
+  //! None for a joint of another tree.
+  std::optional<JointPlace> place_of(std::size_t joint) const;
 
   void restore(const State& state);
   void read(State& state) const;
@@ -45,16 +48,17 @@ class Articulation {
   struct Link {
     std::size_t joint;  // in the scene
     int parent;         // among the links; -1: the base
-    int offset;         // in a state; -1: fixed
+    bool rigid;         // fixed, held, or following a held joint
     Quaternion turn;    // from vectors in the parent's principal axes to those in the link's, at position 0
     Vector3 axis;       // in the link's principal axes
     Vector3 pivot;      // in the parent's principal axes
-    std::unique_ptr<JointRows> rows{};  // unset: fixed, or held ...
-    double held = 0.0;                  // ... at this position
+    std::unique_ptr<JointRows> rows{};  // unset: rigid, or following another joint
+    double held = 0.0;                  // where a rigid one is
   };
 
   void find_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
-  void set_up(int link, const std::vector<MassProperties>& masses);
+  bool rigid(const Joint& joint) const;
+  void set_up(int link);
   void hold(int link);
   void add_collider(btCollisionShape& shape, std::size_t body, int link);
 
@@ -62,7 +66,7 @@ class Articulation {
   StateLayout layout_;
   std::size_t base_;
   btMultiBodyDynamicsWorld& world_;
-  std::vector<Quaternion> axes_;  // from the principal axes of each body of the scene to its frame
+  std::vector<Inertial> spreads_;  // of each body of the scene
   std::vector<Link> links_;
   std::unique_ptr<btMultiBody> body_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;

@@ -2,7 +2,6 @@
 
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +29,7 @@ void JointRows::forget() {
   for (int row = 0; row < rows_of_a_joint; ++row) internalSetAppliedImpulse(row, 0.0);
 }
 
-int JointRows::getIslandIdA() const { return m_bodyA->getLink(m_linkA).m_collider->getIslandTag(); }
+int JointRows::getIslandIdA() const { return island_of(place()); }
 
 void JointRows::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
                                      const btContactSolverInfo& info) {
@@ -52,7 +51,7 @@ double JointRows::fastest_joint() const {
 // The impulse is that of the spring and damper at the end of the step:
 // p = h (k (target - q - h v) + d (v_target - v)), which is a row of softness 1 / (h (h k + d)).
 void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step) {
-  btMultiBodySolverConstraint& row = add_row(rows, data, drive_row, 1.0);
+  btMultiBodySolverConstraint& row = add_row(*this, drive_row, rows, data, {place(), 1.0});
   const double inverse_inertia = 1.0 / row.m_jacDiagABInv;
   const double gain = step * joint_.stiffness + joint_.damping;
   const double softness = 1.0 / (step * gain);
@@ -69,43 +68,12 @@ void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianD
 // The joint may not cross its stop in this step; beyond it, it may not go on. Bringing it back would speed it up.
 void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
                          double gap) {
-  btMultiBodySolverConstraint& row = add_row(rows, data, direction > 0.0 ? lower_row : upper_row, direction);
+  btMultiBodySolverConstraint& row = 
+      add_row(*this, direction > 0.0 ? lower_row : upper_row, rows, data, {place(), direction});
   const double least = -std::max(gap, 0.0) / step;
   row.m_rhs = (least - direction * m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
   row.m_lowerLimit = 0.0;
   row.m_upperLimit = no_limit;
-}
-
-btMultiBodySolverConstraint& JointRows::add_row(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
-                                                int number, double direction) {
-  const int velocities = base_velocities + m_bodyA->getNumDofs();
-  btMultiBodySolverConstraint& row = rows.expandNonInitializing();
-  row = btMultiBodySolverConstraint();
-  row.m_relpos1CrossNormal.setZero();
-  row.m_contactNormal1.setZero();
-  row.m_appliedImpulse = 0.0;
-  row.m_cfm = 0.0;
-  row.m_multiBodyA = m_bodyA;
-  row.m_linkA = m_linkA;
-  row.m_multiBodyB = nullptr;
-  row.m_solverBodyIdA = row.m_solverBodyIdB = -1;
-  row.m_orgConstraint = this;
-  row.m_orgDofIndex = number;
-  if (m_bodyA->getCompanionId() < 0) {
-    m_bodyA->setCompanionId(data.m_deltaVelocities.size());
-    data.m_deltaVelocities.resize(data.m_deltaVelocities.size() + velocities);
-  }
-  row.m_deltaVelAindex = m_bodyA->getCompanionId();
-  row.m_jacAindex = data.m_jacobians.size();
-  data.m_jacobians.resize(row.m_jacAindex + velocities, 0.0);
-  data.m_deltaVelocitiesUnitImpulse.resize(row.m_jacAindex + velocities, 0.0);
-  const int velocity = base_velocities + m_bodyA->getLink(m_linkA).m_dofOffset;
-  data.m_jacobians[row.m_jacAindex + velocity] = direction;
-  m_bodyA->calcAccelerationDeltasMultiDof(&data.m_jacobians[row.m_jacAindex],
-                                          &data.m_deltaVelocitiesUnitImpulse[row.m_jacAindex], data.scratch_r,
-                                          data.scratch_v);
-  row.m_jacDiagABInv = 1.0 / (direction * data.m_deltaVelocitiesUnitImpulse[row.m_jacAindex + velocity]);
-  return row;
 }
 
 }  // namespace energymargin

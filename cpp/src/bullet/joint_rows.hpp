@@ -1,9 +1,8 @@
 #pragma once
 // A joint's drive and limits as rows of Bullet's constraint solver.
 
-#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
-
 #include "energymargin/scene.hpp"
+#include "solver_row.hpp"
 
 namespace energymargin {
 
@@ -30,8 +29,7 @@ class JointRows : public btMultiBodyConstraint {
   void add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step);
   void add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
                 double gap);
-  btMultiBodySolverConstraint& add_row(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, int number,
-                                       double direction);
+  JointPlace place() const { return {m_bodyA, m_linkA}; }
 
   Joint joint_;
 };

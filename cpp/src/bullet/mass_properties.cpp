@@ -53,7 +53,14 @@ Moments moments(const std::vector<Vector3>& points) {
   return total;
 }
 
-struct Solid {
+MassProperties diagonalized(double volume, const Vector3& center, const Eigen::Matrix3d& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+  Eigen::Matrix3d axes = solver.eigenvectors();
+  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+  return {volume, center, solver.eigenvalues(), Quaternion(axes).normalized()};
+}
+
+struct Measure {
   double mass;
 
   MassProperties operator()(const Plane&) const { return {}; }
@@ -90,16 +97,41 @@ struct Solid {
     const double density = mass / total.volume;
     const Vector3 centre = total.first / total.volume;
     const Eigen::Matrix3d spread = density * total.second - mass * centre * centre.transpose();
-    const Eigen::Matrix3d inertia = spread.trace() * Eigen::Matrix3d::Identity() - spread;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
-    Eigen::Matrix3d axes = solver.eigenvectors();
-    if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
-    return {total.volume, centre, solver.eigenvalues(), Quaternion(axes).normalized()};
+    return diagonalized(total.volume, centre, spread.trace() * Eigen::Matrix3d::Identity() - spread);
+  }
+  MassProperties operator()(const Compound& compound) const {
+    if (compound.solid) {
+      MassProperties scaled = *compound.solid;
+      scaled.moments *= mass;
+      return scaled;
+    }
+    std::vector<MassProperties> parts;  // of unit mass
+    double volume = 0.0;
+    Vector3 first = Vector3::Zero();
+    for (const auto& [shape, pose] : compound.parts) {
+      MassProperties part = std::visit(Measure{1.0}, shape);
+      part.center = pose.position + pose.orientation * part.center;
+      part.axes = pose.orientation * part.axes;
+      volume += part.volume;
+      first += part.volume * part.center;
+      parts.push_back(part);
+    }
+    if (parts.empty()) return {};
+    const Vector3 center = first / volume;
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    for (const MassProperties& part : parts) {
+      const Eigen::Matrix3d axes = part.axes.toRotationMatrix();
+      const Vector3 arm = part.center - center;
+      const double share = mass * part.volume / volume;
+      inertia += share * (axes * part.moments.asDiagonal() * axes.transpose() +
+                          arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+    }
+    return diagonalized(volume, center, inertia);
   }
 };
 
 }  // namespace
 
-MassProperties mass_properties(const Shape& shape, double mass) { return std::visit(Solid{mass}, shape); }
+MassProperties mass_properties(const Shape& shape, double mass) { return std::visit(Measure{mass}, shape); }
 
 }  // namespace energymargin

@@ -48,6 +48,14 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
+// A point about the middle of a solid, in its own frame. A hull's frame is its body's, and may lie outside of it.
+btVector3 middle(const btCollisionShape& shape) {
+  if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE) return btVector3(0.0, 0.0, 0.0);
+  btVector3 low, high;
+  shape.getAabb(btTransform::getIdentity(), low, high);
+  return 0.5 * (low + high);
+}
+
 bool is_plane(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == STATIC_PLANE_PROXYTYPE;
 }
@@ -76,8 +84,9 @@ class PlaneContacts : public btCollisionAlgorithm {
     result->setPersistentManifold(manifold_);
     const btTransform& pose = solid.getWorldTransform();
     const btVector3 down = -normal * pose.getBasis();
+    const double half_way = down.dot(middle(*solid.getCollisionShape()));
     for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
-      if (down.dot(point) < 0.0) return;  // the top of a thin body is in reach too, and must not carry it
+      if (down.dot(point) < half_way) return;  // the top of a thin body is in reach too, and must not carry it
       const btVector3 on_solid = pose * point;
       const double distance = normal.dot(on_solid) - offset;
       if (distance < reach) result->addContactPoint(normal, on_solid - normal * distance, distance);
@@ -98,7 +107,7 @@ class PlaneContacts : public btCollisionAlgorithm {
   // starts from nothing would stand it on its first corner.
   void share_load(const btCollisionObject& solid, const btVector3& normal) {
     const btRigidBody* body = btRigidBody::upcast(&solid);
-    if (!body || body->getInvMass() == 0.0) return;
+    if (!body || body->getInvMass() == 0.0 || body->getCollisionShape()->isCompound()) return;
     const double approach = -normal.dot(body->getLinearVelocity());
     if (approach <= 0.0) return;
     const int count = manifold_->getNumContacts();

@@ -3,6 +3,10 @@
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "energymargin/kinematics.hpp"
 
 namespace energymargin {
 namespace {
@@ -10,12 +14,11 @@ namespace {
 // Bullet's default of 4 cm would swallow a 10 cm box; a twentieth keeps GJK well conditioned at any scale.
 constexpr double margin_share = 0.05;
 
+// A solid whose frame is at `pose` in Bullet's. Hulls are moved there; other solids stay where they are.
 struct Builder {
+  Pose pose;
   double margin;
 
-  std::unique_ptr<btCollisionShape> operator()(const Plane& plane) const {
-    return std::make_unique<btStaticPlaneShape>(to_bullet(plane.normal), plane.offset);
-  }
   std::unique_ptr<btCollisionShape> operator()(const Box& box) const {
     auto shape = std::make_unique<btBoxShape>(to_bullet(Vector3(0.5 * box.size)));
     shape->setMargin(margin);
@@ -33,9 +36,8 @@ struct Builder {
     return std::make_unique<btCapsuleShapeZ>(capsule.radius, capsule.length);
   }
   std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
-    const Quaternion to_axes = mass_properties(hull, 1.0).axes.conjugate();
     std::vector<Vector3> points;
-    for (const Vector3& point : hull.points) points.push_back(to_axes * point);
+    for (const Vector3& point : hull.points) points.push_back(pose.orientation * point + pose.position);
     // Bullet adds the margin outside of a hull, so the hull is shrunk by it first.
     btConvexHullComputer computer;
     const double shrunk =
@@ -48,11 +50,55 @@ struct Builder {
   }
 };
 
+std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, std::optional<double> margin) {
+  const double most = std::visit([](const auto& of) { return smallest_half_extent(of); }, solid);
+  return std::visit(Builder{pose, margin ? std::min(*margin, 0.5 * most) : margin_share * most}, solid);
+}
+
+bool is_nowhere_else(const Pose& pose) {
+  return pose.position.isZero(0.0) && pose.orientation.coeffs() == Quaternion::Identity().coeffs();
+}
+
 }  // namespace
 
-std::unique_ptr<btCollisionShape> collision_shape(const Shape& shape, std::optional<double> margin) {
-  const double most = smallest_half_extent(shape);
-  return std::visit(Builder{margin ? std::min(*margin, 0.5 * most) : margin_share * most}, shape);
+btTransform bullet_pose(const Inertial& spread, const BodyState& frame) {
+  const BodyState center = moved_to(spread.center, frame);
+  return btTransform(to_bullet(Quaternion(center.orientation * spread.axes)), to_bullet(center.position));
+}
+
+CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
+  if (const auto* plane = std::get_if<Plane>(&body.shape)) {
+    return {std::make_unique<btStaticPlaneShape>(to_bullet(plane->normal), plane->offset)};
+  }
+  const Inertial spread = body.spread();
+  const Quaternion turn = spread.axes.conjugate();
+  std::vector<Part> parts;  // in Bullet's frame
+  const auto add = [&](const Solid& solid, const Pose& in_body) {
+    parts.push_back({solid, {turn * (in_body.position - spread.center), turn * in_body.orientation}});
+  };
+  std::visit(
+      [&](const auto& shape) {
+        using Kind = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Kind, Compound>) {
+          for (const auto& [solid, pose] : shape.parts) add(solid, pose);
+        } else if constexpr (!std::is_same_v<Kind, Plane>) {
+          add(shape, Pose{});
+        }
+      },
+      body.shape);
+  const bool single = !std::holds_alternative<Compound>(body.shape);
+  if (single && (is_nowhere_else(parts[0].pose) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
+    return {solid_shape(parts[0].shape, parts[0].pose, margin)};
+  }
+  CollisionShape made;
+  auto compound = std::make_unique<btCompoundShape>();
+  for (const auto& [solid, pose] : parts) {
+    made.parts.push_back(solid_shape(solid, pose, margin));
+    const bool moved = std::holds_alternative<ConvexHull>(solid);
+    compound->addChildShape(to_bullet(moved ? Pose{} : pose), made.parts.back().get());
+  }
+  made.shape = std::move(compound);
+  return made;
 }
 
 }  // namespace energymargin

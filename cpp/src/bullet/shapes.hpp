@@ -5,8 +5,9 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
-#include "energymargin/shape.hpp"
+#include "energymargin/scene.hpp"
 
 namespace energymargin {
 
@@ -15,8 +16,22 @@ inline btQuaternion to_bullet(const Quaternion& q) { return {q.x(), q.y(), q.z()
 inline Vector3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 inline Quaternion from_bullet(const btQuaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
-//! The collision shape, in the frame of the shape's principal axes. Its outer surface is the true one: the margin
-//! lies inside and only rounds the edges. `margin` unset: a twentieth of the smallest half extent.
-std::unique_ptr<btCollisionShape> collision_shape(const Shape& shape, std::optional<double> margin);
+inline btTransform to_bullet(const Pose& pose) {
+  return btTransform(to_bullet(pose.orientation), to_bullet(pose.position));
+}
+
+//! Where Bullet's frame of a body is: at its centre of mass, along its principal axes.
+btTransform bullet_pose(const Inertial& spread, const BodyState& frame);
+
+//! A collision shape and the parts that it is made of.
+struct CollisionShape {
+  std::unique_ptr<btCollisionShape> shape;
+  std::vector<std::unique_ptr<btCollisionShape>> parts{};
+};
+
+//! The collision shape in a frame at the body's centre of mass, along its principal axes, as Bullet wants it. Its outer
+//! surface is the true one: the margin lies inside and only rounds the edges. `margin` unset: a twentieth of the smallest
+//! half extent of each part.
+CollisionShape collision_shape(const Body& body, std::optional<double> margin);
 
 }  // namespace energymargin

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "../check.hpp"
+#include "energymargin/kinematics.hpp"
 #include "plane_contacts.hpp"
 #include "shapes.hpp"
 
@@ -34,7 +35,7 @@ btScalar PairPoints::addSingleResult(btManifoldPoint& point, const btCollisionOb
   return 0.0;
 }
 
-bool JointedPairs::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
+bool SeparatePairs::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
   if (!(a->m_collisionFilterGroup & b->m_collisionFilterMask) ||
       !(b->m_collisionFilterGroup & a->m_collisionFilterMask)) {
     return false;
@@ -50,17 +51,18 @@ Simulation::Simulation(const Scene& scene)
       configuration_(small_pools()),
       dispatcher_(&configuration_),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
-      objects_(scene.bodies().size()),
+      colliders_(scene.bodies().size()),
       before_(scene.bodies().size()),
       tree_of_(scene.bodies().size()) {
   configure();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Body& body = scene.bodies()[i];
-    axes_.push_back(mass_properties(body.shape, body.mass).axes);
-    shapes_.push_back(collision_shape(body.shape, scene.stepping().margin));
+    spreads_.push_back(body.spread());
+    shapes_.push_back(collision_shape(body, scene.stepping().margin));
     if (body.fixed() || !scene.jointed(i)) add_rigid(i);
   }
   add_articulations();
+  add_mimics();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (tree_of_[i] && !scene.bodies()[i].force.isZero(0.0)) loaded_links_.push_back(i);
   }
@@ -70,16 +72,16 @@ Simulation::Simulation(const Scene& scene)
 }
 
 Simulation::~Simulation() {
+  for (auto& mimic : mimics_) world_.removeMultiBodyConstraint(mimic.get());
   articulations_.clear();
   for (auto& body : rigids_) world_.removeRigidBody(body.get());
 }
 
 void Simulation::configure() {
   use_plane_contacts(dispatcher_);
-  if (!scene_.joints().empty()) {
-    for (const Joint& joint : scene_.joints()) jointed_.add(scene_.index(joint.parent), scene_.index(joint.child));
-    broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&jointed_);
-  }
+  for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
+  for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
+  if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
   world_.setGravity(to_bullet(scene_.gravity()));
   world_.setForceUpdateAllAabbs(false);
   world_.getDispatchInfo().m_deterministicOverlappingPairs = true;
@@ -97,14 +99,14 @@ void Simulation::configure() {
 
 void Simulation::add_rigid(std::size_t index) {
   const Body& body = scene_.bodies()[index];
-  const MassProperties mass = mass_properties(body.shape, body.mass);
-  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_[index].get(), to_bullet(mass.inertia));
-  info.m_startWorldTransform =
-      btTransform(to_bullet(Quaternion(body.state.orientation * axes_[index])), to_bullet(body.state.position));
+  const Inertial& spread = spreads_[index];
+  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_[index].shape.get(),
+                                                to_bullet(spread.moments));
+  info.m_startWorldTransform = bullet_pose(spread, body.state);
   info.m_friction = body.friction;
   rigids_.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& rigid = *rigids_.back();
-  objects_[index] = &rigid;
+  colliders_[index] = &rigid;
   rigid.setLinearFactor(to_bullet(body.linear_factor));
   rigid.setAngularFactor(to_bullet(body.angular_factor));
   rigid.setFlags(rigid.getFlags() | BT_DISABLE_WORLD_GRAVITY);  // `step` brings it
@@ -116,9 +118,9 @@ void Simulation::add_rigid(std::size_t index) {
   world_.addRigidBody(&rigid);
   if (body.fixed()) return;
   rigid.setActivationState(DISABLE_DEACTIVATION);
-  if (body.role == Role::object && !object_) object_ = &rigid;
+  if (body.role == Role::object) objects_.push_back(&rigid);
   const Vector3 gained = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor) * step_;
-  free_.push_back({layout_.offset(index), axes_[index], to_bullet(gained), &rigid});
+  free_.push_back({layout_.offset(index), spread, to_bullet(gained), &rigid});
 }
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
@@ -127,7 +129,7 @@ void Simulation::add_articulations() {
   const auto add = [this](std::size_t base, std::optional<std::size_t> first) {
     articulations_.push_back(std::make_unique<Articulation>(scene_, shapes_, base, first, world_));
     for (const auto& collider : articulations_.back()->colliders()) {
-      objects_[body_of(*collider)] = collider.get();
+      colliders_[body_of(*collider)] = collider.get();
       tree_of_[body_of(*collider)] = articulations_.size() - 1;
     }
   };
@@ -143,17 +145,36 @@ void Simulation::add_articulations() {
 
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
 
-btRigidBody& Simulation::object() const {
-  if (!object_) reject("scene", "without a free object", "one body of role \"object\" that is on no joint");
-  return *object_;
+// A joint and the one that it follows may be on two trees.
+void Simulation::add_mimics() {
+  const auto link_of = [this](std::size_t joint) -> JointPlace {
+    for (const auto& articulation : articulations_) {
+      if (const auto place = articulation->place_of(joint)) return *place;
+    }
+    throw std::logic_error("a joint that is on no tree");
+  };
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    const auto& mimic = scene_.joints()[i].mimic;
+    if (!mimic) continue;
+    const std::size_t followed = scene_.joint_index(mimic->joint);
+    if (scene_.joints()[followed].held) continue;  // then both are rigid
+    mimics_.push_back(std::make_unique<MimicRow>(link_of(i), link_of(followed), *mimic));
+    world_.addMultiBodyConstraint(mimics_.back().get());
+  }
+}
+
+const std::vector<btRigidBody*>& Simulation::objects() const {
+  if (objects_.empty()) reject("scene", "without a free object", "a body of role \"object\" that is on no joint");
+  return objects_;
 }
 
 // Everything that could carry the past into the next rollout is set anew.
 void Simulation::restore(const State& state) {
   btOverlappingPairCache* pairs = broadphase_.getOverlappingPairCache();
   for (const Free& body : free_) {
-    const BodyState to = StateLayout::read(state.data() + body.offset);
-    const btTransform transform(to_bullet(Quaternion(to.orientation * body.axes)), to_bullet(to.position));
+    const BodyState frame = StateLayout::read(state.data() + body.offset);
+    const BodyState to = moved_to(body.spread.center, frame);
+    const btTransform transform = bullet_pose(body.spread, frame);
     const btVector3 velocity = to_bullet(to.velocity);
     const btVector3 angular_velocity = to_bullet(to.angular_velocity);
     body.rigid->setCenterOfMassTransform(transform);
@@ -171,6 +192,7 @@ void Simulation::restore(const State& state) {
       pairs->cleanProxyFromPairs(collider->getBroadphaseHandle(), &dispatcher_);
     }
   }
+  for (const auto& mimic : mimics_) mimic->forget();
   solver_.reset();
   find_pulls();
 }
@@ -179,10 +201,11 @@ void Simulation::read(State& state) const {
   state.resize(layout_.dimension());
   for (const Free& body : free_) {
     const btTransform& transform = body.rigid->getCenterOfMassTransform();
-    const Quaternion orientation = from_bullet(transform.getRotation()) * body.axes.conjugate();
-    StateLayout::write({from_bullet(transform.getOrigin()), orientation.normalized(),
-                        from_bullet(body.rigid->getLinearVelocity()), from_bullet(body.rigid->getAngularVelocity())},
-                       state.data() + body.offset);
+    const Quaternion orientation = from_bullet(transform.getRotation()) * body.spread.axes.conjugate();
+    const BodyState center{from_bullet(transform.getOrigin()), orientation.normalized(),
+                           from_bullet(body.rigid->getLinearVelocity()),
+                           from_bullet(body.rigid->getAngularVelocity())};
+    StateLayout::write(moved_to(-body.spread.center, center), state.data() + body.offset);
   }
   for (const auto& articulation : articulations_) articulation->read(state);
   if (!state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
@@ -198,7 +221,7 @@ void Simulation::step() {
     apply(body, to_bullet(scene_.bodies()[body].force), btVector3(0, 0, 0));
   }
   for (const Pull& pull : pulls_) apply(pull.body, pull.force, pull.torque);
-  for (std::size_t i = 0; i < objects_.size(); ++i) before_[i] = objects_[i]->getWorldTransform().getBasis();
+  for (std::size_t i = 0; i < colliders_.size(); ++i) before_[i] = colliders_[i]->getWorldTransform().getBasis();
   world_.stepSimulation(step_, 0);
   turn_normals();
   find_pulls();
@@ -209,7 +232,7 @@ void Simulation::step() {
 // with the face, if a round body rolls on it; and not at all on a fixed body.
 void Simulation::turn_normals() {
   const auto turn = [this](std::size_t body) {
-    return objects_[body]->getWorldTransform().getBasis() * before_[body].transpose();
+    return colliders_[body]->getWorldTransform().getBasis() * before_[body].transpose();
   };
   const auto trace = [](const btMatrix3x3& m) { return m[0][0] + m[1][1] + m[2][2]; };
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
@@ -229,9 +252,9 @@ void Simulation::turn_normals() {
 
 void Simulation::apply(std::size_t body, const btVector3& force, const btVector3& torque) {
   if (tree_of_[body]) {
-    articulation(body).apply(static_cast<btMultiBodyLinkCollider&>(*objects_[body]), force, torque);
+    articulation(body).apply(static_cast<btMultiBodyLinkCollider&>(*colliders_[body]), force, torque);
   } else {
-    auto& rigid = static_cast<btRigidBody&>(*objects_[body]);
+    auto& rigid = static_cast<btRigidBody&>(*colliders_[body]);
     rigid.applyCentralImpulse(force * step_);
     rigid.applyTorqueImpulse(torque * step_);
   }
@@ -249,7 +272,7 @@ void Simulation::find_pulls() {
     const Spring& spring = scene_.springs()[i];
     const auto [a, b] = spring_ends_[i];
     const auto on_body = [this](std::size_t body, const Vector3& point) {
-      return objects_[body]->getWorldTransform() * to_bullet(Vector3(axes_[body].conjugate() * point));
+      return colliders_[body]->getWorldTransform() * to_bullet(Vector3(spreads_[body].axes.conjugate() * (point - spreads_[body].center)));
     };
     const btVector3 end_a = on_body(a, spring.point_a);
     const btVector3 end_b = on_body(b, spring.point_b);
@@ -260,16 +283,16 @@ void Simulation::find_pulls() {
     const btVector3 pull = along * (spring.stiffness * (length - spring.rest_length) + spring.damping * growth);
     for (const auto& [body, end, force] : {std::tuple{a, end_a, pull}, std::tuple{b, end_b, btVector3(-pull)}}) {
       if (scene_.bodies()[body].fixed()) continue;
-      pulls_.push_back({body, force, (end - objects_[body]->getWorldTransform().getOrigin()).cross(force)});
+      pulls_.push_back({body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
     }
   }
 }
 
 btVector3 Simulation::velocity(std::size_t body, const btVector3& point) const {
   if (tree_of_[body]) {
-    return articulation(body).velocity(static_cast<const btMultiBodyLinkCollider&>(*objects_[body]), point);
+    return articulation(body).velocity(static_cast<const btMultiBodyLinkCollider&>(*colliders_[body]), point);
   }
-  const auto& rigid = static_cast<const btRigidBody&>(*objects_[body]);
+  const auto& rigid = static_cast<const btRigidBody&>(*colliders_[body]);
   return rigid.getVelocityInLocalPoint(point - rigid.getCenterOfMassPosition());
 }
 
@@ -293,13 +316,13 @@ std::vector<Contact> Simulation::contacts() const {
 }
 
 PairPoints Simulation::pair(std::size_t a, std::size_t b, double reach) {
-  PairPoints points(*objects_[a], reach);
-  world_.contactPairTest(objects_[a], objects_[b], points);
+  PairPoints points(*colliders_[a], reach);
+  world_.contactPairTest(colliders_[a], colliders_[b], points);
   return points;
 }
 
 bool Simulation::can_collide(std::size_t a, std::size_t b) const {
-  return !(scene_.bodies()[a].fixed() && scene_.bodies()[b].fixed()) && !jointed_.contains(a, b);
+  return !(scene_.bodies()[a].fixed() && scene_.bodies()[b].fixed()) && !separate_.contains(a, b);
 }
 
 }  // namespace energymargin

@@ -13,6 +13,8 @@
 
 #include "articulation.hpp"
 #include "energymargin/world.hpp"
+#include "mimic_row.hpp"
+#include "shapes.hpp"
 
 namespace energymargin {
 
@@ -29,8 +31,8 @@ struct PairPoints : btCollisionWorld::ContactResultCallback {
                            const btCollisionObjectWrapper*, int, int) override;
 };
 
-//! Bodies that a joint connects overlap where the joint is, and never collide.
-struct JointedPairs : btOverlapFilterCallback {
+//! Bodies that a joint connects overlap where the joint is, and never collide; nor do those for which the scene says so.
+struct SeparatePairs : btOverlapFilterCallback {
   std::set<std::pair<std::size_t, std::size_t>> pairs{};  // the lower index first
 
   void add(std::size_t a, std::size_t b) { pairs.insert(std::minmax(a, b)); }
@@ -50,8 +52,8 @@ class Simulation {
   const StateLayout& layout() const { return layout_; }
   int whole_steps(double duration) const;
 
-  //! The object's body; throws std::invalid_argument if the scene has no object, or one on joints.
-  btRigidBody& object() const;
+  //! The objects' bodies, in the scene's order; throws std::invalid_argument if the scene has none, or one on joints.
+  const std::vector<btRigidBody*>& objects() const;
 
   void restore(const State& state);
   void read(State& state) const;
@@ -73,7 +75,7 @@ class Simulation {
  private:
   struct Free {
     int offset;              // in a state
-    Quaternion axes;         // from principal axes to the body's frame
+    Inertial spread;         // where Bullet's frame is in the body's
     btVector3 speed_gained;  // in one step, of gravity and the body's constant force
     btRigidBody* rigid;
   };
@@ -86,6 +88,7 @@ class Simulation {
   void configure();
   void add_rigid(std::size_t index);
   void add_articulations();
+  void add_mimics();
   void turn_normals();
   void find_pulls();
   btVector3 velocity(std::size_t body, const btVector3& point) const;
@@ -94,24 +97,25 @@ class Simulation {
   Scene scene_;
   StateLayout layout_;
   double step_;
-  std::vector<Quaternion> axes_;
+  std::vector<Inertial> spreads_;  // of all bodies
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
-  JointedPairs jointed_;
+  SeparatePairs separate_;
   btDbvtBroadphase broadphase_;
   btMultiBodyConstraintSolver solver_;
   btMultiBodyDynamicsWorld world_;
-  std::vector<std::unique_ptr<btCollisionShape>> shapes_;  // of all bodies
+  std::vector<CollisionShape> shapes_;                     // of all bodies
   std::vector<std::unique_ptr<btRigidBody>> rigids_;       // fixed and free bodies without joints, and fixed bases
   std::vector<std::unique_ptr<Articulation>> articulations_;
-  std::vector<btCollisionObject*> objects_;          // of all bodies
+  std::vector<std::unique_ptr<MimicRow>> mimics_;
+  std::vector<btCollisionObject*> colliders_;        // of all bodies
   std::vector<btMatrix3x3> before_;                  // how they stood before the step
   std::vector<std::optional<std::size_t>> tree_of_;  // index of the articulation that a body is in
   std::vector<Free> free_;
   std::vector<std::size_t> loaded_links_;                         // bodies of trees with a constant force
   std::vector<std::pair<std::size_t, std::size_t>> spring_ends_;  // bodies of each spring
   std::vector<Pull> pulls_;                                       // in the next step
-  btRigidBody* object_ = nullptr;
+  std::vector<btRigidBody*> objects_;
 };
 
 }  // namespace energymargin

@@ -24,6 +24,34 @@ class World::Bullet {
 
 namespace {
 
+// A wrench on one object, step by step.
+class Push {
+ public:
+  Push(btRigidBody& object, const Wrench& wrench, double step)
+      : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)), step_(step) {}
+
+  void apply() {
+    velocity_ = object_.getLinearVelocity();
+    spin_ = object_.getAngularVelocity();
+    object_.applyCentralImpulse(force_ * step_);
+    object_.applyTorqueImpulse(torque_ * step_);
+  }
+
+  //! Of the last step. The mean of the velocities before and after makes the work on a free body its gain of kinetic
+  //! energy, exactly.
+  double work() const {
+    const double power =
+        0.5 * (force_.dot(velocity_ + object_.getLinearVelocity()) + torque_.dot(spin_ + object_.getAngularVelocity()));
+    return power * step_;
+  }
+
+ private:
+  btRigidBody& object_;
+  btVector3 force_, torque_;
+  double step_;
+  btVector3 velocity_, spin_;  // before the step
+};
+
 void validate_record(const std::vector<int>& record, int steps) {
   for (std::size_t i = 0; i < record.size(); ++i) {
     if (record[i] < 0 || record[i] > steps || (i > 0 && record[i] <= record[i - 1])) {
@@ -39,6 +67,7 @@ void validate_drive(const Scene& scene, const Drive& drive, int steps) {
   if (drive.wrenches.rows() != steps) {
     reject(name, std::to_string(drive.wrenches.rows()) + " rows", std::to_string(steps) + " rows, one a step");
   }
+  if (drive.wrenches.cols() != 6) reject(name, std::to_string(drive.wrenches.cols()) + " columns", "6 columns");
   if (!drive.wrenches.allFinite()) reject(name, "not finite", "finite numbers");
 }
 
@@ -64,39 +93,41 @@ World& World::operator=(World&&) noexcept = default;
 const Scene& World::scene() const { return bullet_->simulation.scene(); }
 const StateLayout& World::layout() const { return bullet_->simulation.layout(); }
 
-Rollout World::rollout(const State& state, const Wrench& wrench, double duration) {
+Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration) {
   validate(scene(), state);
-  require_finite("wrench force", wrench.force);
-  require_finite("wrench torque", wrench.torque);
+  const std::size_t objects = bullet_->simulation.objects().size();
+  if (wrenches.size() != objects) {
+    reject("wrenches", std::to_string(wrenches.size()) + " wrenches", std::to_string(objects) + ", one an object");
+  }
+  for (const Wrench& wrench : wrenches) {
+    require_finite("wrench force", wrench.force);
+    require_finite("wrench torque", wrench.torque);
+  }
   require_not_negative("duration", duration);
   if (duration > most_steps * scene().stepping().step) {
     reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
   }
-  Rollout result = rollout_unchecked(state, wrench, bullet_->simulation.whole_steps(duration));
+  Rollout result = rollout_unchecked(state, wrenches, bullet_->simulation.whole_steps(duration));
   result.energy = bullet_->energy(result.state);
   return result;
 }
 
-Rollout World::rollout_unchecked(const State& state, const Wrench& wrench, int steps) {
+Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps) {
   Simulation& simulation = bullet_->simulation;
   const double step = scene().stepping().step;
-  const btVector3 force = to_bullet(wrench.force);
-  const btVector3 torque = to_bullet(wrench.torque);
-  btRigidBody& object = simulation.object();
+  std::vector<Push> pushes;
+  for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench, step);
   simulation.restore(state);
   Rollout result;
   result.steps = steps;
   for (int i = 0; i < steps; ++i) {
-    const btVector3 velocity = object.getLinearVelocity();
-    const btVector3 spin = object.getAngularVelocity();
-    object.applyCentralImpulse(force * step);
-    object.applyTorqueImpulse(torque * step);
+    for (Push& push : pushes) push.apply();
     simulation.step();
-    // The mean of the velocities before and after makes the work of a free body its gain of kinetic energy, exactly.
-    const double power =
-        0.5 * (force.dot(velocity + object.getLinearVelocity()) + torque.dot(spin + object.getAngularVelocity()));
-    result.effort += std::abs(power) * step;
-    result.work += power * step;
+    for (const Push& push : pushes) {
+      const double work = push.work();
+      result.effort += std::abs(work);
+      result.work += work;
+    }
   }
   simulation.read(result.state);
   return result;

@@ -13,7 +13,7 @@ namespace {
 
 // Line 3 of Algorithm 2: EST(P_inf, M).
 Tree energy_cost_field(const Problem& problem, int nodes, std::uint64_t seed, const std::atomic<bool>* stop) {
-  search::BoundedProblem bounded(problem, search::Goal::none, nodes, seed, stop);
+  search::BoundedProblem bounded(problem, nullptr, nodes, seed, stop);
   search::Est est(bounded, stream(seed, 0));
   est.solve(bounded.termination());
   return bounded.take_tree();
@@ -56,23 +56,23 @@ CaptureScore capture_score(const Problem& problem, const CaptureOptions& options
   const auto count = static_cast<std::size_t>(options.trees);
   CaptureScore score;
   score.trees.resize(count);
-  Eigen::VectorXd capture(options.trees);
-  Eigen::VectorXd success(options.trees);
   parallel_for(count, options.threads, [&](std::size_t i) {
-    Tree& tree = score.trees[i];
-    tree = energy_cost_field(problem, options.nodes, stream(options.seed, i), options.stop);
-    const Eigen::VectorXd weights = likelihoods(tree.costs, rate);
-    const auto row = static_cast<Eigen::Index>(i);
-    capture[row] = likelihood_inside(problem.captured, problem.scene, tree, weights);
-    if (problem.succeeded) success[row] = likelihood_inside(*problem.succeeded, problem.scene, tree, weights);
+    score.trees[i] = energy_cost_field(problem, options.nodes, stream(options.seed, i), options.stop);
   });
   score.likelihoods = likelihoods(score.trees.front().costs, rate);
-  score.capture = capture.mean();
-  score.capture_stderr = standard_error(capture);
-  if (problem.succeeded) {
-    score.success = success.mean();
-    score.success_stderr = standard_error(success);
-  }
+  const auto weigh = [&](const Region& region, auto& mean, std::optional<double>& error) {
+    Eigen::VectorXd inside(options.trees);
+    for (Eigen::Index i = 0; i < inside.size(); ++i) {
+      const Tree& tree = score.trees[static_cast<std::size_t>(i)];
+      inside[i] = likelihood_inside(region, problem.scene, tree, likelihoods(tree.costs, rate));
+    }
+    mean = inside.mean();
+    error = standard_error(inside);
+  };
+  weigh(problem.captured, score.capture, score.capture_stderr);
+  if (problem.succeeded) weigh(*problem.succeeded, score.success, score.success_stderr);
+  if (problem.captured_any) weigh(*problem.captured_any, score.capture_any, score.capture_any_stderr);
+  if (problem.succeeded_any) weigh(*problem.succeeded_any, score.success_any, score.success_any_stderr);
   return score;
 }
 

@@ -15,21 +15,27 @@ ForceScore force_score(const Problem& problem) {
   if (effectors.empty()) {
     reject("scene", "without an effector", "a body of role \"effector\": the force score is about its contacts");
   }
-  const std::string& object = scene.bodies()[scene.with_role(Role::object).front()].name;
 
   World world(scene);
   ForceScore score;
   for (const Contact& contact : problem.contacts ? *problem.contacts : world.contacts(problem.state)) {
-    if (contact.body_a != object && contact.body_b != object) continue;
-    const Body& other = scene.body(contact.body_a == object ? contact.body_b : contact.body_a);
+    const Body& a = scene.body(contact.body_a);
+    const Body& b = scene.body(contact.body_b);
+    if ((a.role == Role::object) == (b.role == Role::object)) continue;
+    const Body& other = a.role == Role::object ? b : a;
     ContactMargins& margins = other.role == Role::effector ? score.effector : score.ground;
     const double mu = contact.friction;
     margins.engage += contact.normal_force;
     margins.stick += (mu * contact.normal_force - contact.tangential_force.norm()) * std::cos(std::atan(mu));
   }
-  score.distance = std::numeric_limits<double>::infinity();
-  for (const std::size_t effector : effectors) {
-    score.distance = std::min(score.distance, world.distance(problem.state, object, scene.bodies()[effector].name));
+  const std::vector<std::size_t> objects = scene.with_role(Role::object);
+  for (const std::size_t object : objects) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::size_t effector : effectors) {
+      least = std::min(least,
+                       world.distance(problem.state, scene.bodies()[object].name, scene.bodies()[effector].name));
+    }
+    score.distance += least / static_cast<double>(objects.size());
   }
   const ForceWeights& weights = problem.force_weights;
   score.force = weights.engage * score.effector.engage + weights.stick * score.effector.stick +

@@ -8,12 +8,10 @@
 namespace energymargin::problem_io {
 namespace {
 
-Shape read_shape(const Place& place) {
+constexpr const char* solids = "\"box\", \"sphere\", \"cylinder\", \"capsule\" or \"convex_hull\"";
+
+Solid read_solid(const Place& place) {
   const std::string type = place["type"].word();
-  if (type == "plane") {
-    place.only({"type", "normal", "offset"});
-    return Plane{place["normal"].vector3(), place["offset"].number()};
-  }
   if (type == "box") {
     place.only({"type", "size"});
     return Box{place["size"].vector3()};
@@ -26,7 +24,7 @@ Shape read_shape(const Place& place) {
     place.only({"type", "radius", "length"});
     const double radius = place["radius"].number();
     const double length = place["length"].number();
-    return type == "cylinder" ? Shape(Cylinder{radius, length}) : Shape(Capsule{radius, length});
+    return type == "cylinder" ? Solid(Cylinder{radius, length}) : Solid(Capsule{radius, length});
   }
   if (type == "convex_hull") {
     place.only({"type", "points"});
@@ -34,12 +32,42 @@ Shape read_shape(const Place& place) {
     for (const Place& point : place["points"].items()) hull.points.push_back(point.vector3());
     return hull;
   }
-  place["type"].fail("\"plane\", \"box\", \"sphere\", \"cylinder\", \"capsule\" or \"convex_hull\"");
+  place["type"].fail(solids);
+}
+
+MassProperties read_mass_properties(const Place& place) {
+  place.only({"volume", "center", "moments", "axes"});
+  return {place["volume"].number(), place["center"].vector3(), place["moments"].vector3(), place["axes"].quaternion()};
+}
+
+Compound read_compound(const Place& place) {
+  place.only({"type", "parts", "solid"});
+  Compound compound;
+  for (const Place& part : place["parts"].items()) {
+    part.only({"shape", "position", "orientation"});
+    compound.parts.push_back(
+        {read_solid(part["shape"]), {part["position"].vector3(), part["orientation"].quaternion()}});
+  }
+  if (place.has("solid")) compound.solid = read_mass_properties(place["solid"]);
+  return compound;
+}
+
+Shape read_shape(const Place& place) {
+  const std::string type = place["type"].word();
+  if (type == "plane") {
+    place.only({"type", "normal", "offset"});
+    return Plane{place["normal"].vector3(), place["offset"].number()};
+  }
+  if (type == "compound") return read_compound(place);
+  if (type != "box" && type != "sphere" && type != "cylinder" && type != "capsule" && type != "convex_hull") {
+    place["type"].fail(std::string("\"plane\", \"compound\", ") + solids);
+  }
+  return std::visit([](auto&& solid) { return Shape(std::move(solid)); }, read_solid(place));
 }
 
 Body read_body(const Place& place) {
   place.only({"name", "shape", "mass", "position", "orientation", "velocity", "angular_velocity", "friction", "role",
-              "linear_factor", "angular_factor", "force"});
+              "linear_factor", "angular_factor", "force", "inertial"});
   Body body;
   body.name = place["name"].word();
   body.shape = read_shape(place["shape"]);
@@ -51,6 +79,12 @@ Body read_body(const Place& place) {
   body.linear_factor = place["linear_factor"].vector3();
   body.angular_factor = place["angular_factor"].vector3();
   if (place.has("force")) body.force = place["force"].vector3();
+  if (place.has("inertial")) {
+    const Place inertial = place["inertial"];
+    inertial.only({"center", "moments", "axes"});
+    body.inertial =
+        Inertial{inertial["center"].vector3(), inertial["moments"].vector3(), inertial["axes"].quaternion()};
+  }
   return body;
 }
 
@@ -61,7 +95,7 @@ Pose read_pose(const Place& place) {
 
 Joint read_joint(const Place& place) {
   place.only({"name", "type", "parent", "child", "in_parent", "in_child", "axis", "lower", "upper", "position",
-              "velocity", "held", "target", "target_velocity", "stiffness", "damping", "torque_limit"});
+              "velocity", "held", "target", "target_velocity", "stiffness", "damping", "torque_limit", "mimic"});
   Joint joint;
   joint.name = place["name"].word();
   joint.type = place["type"].one_of(joint_types);
@@ -79,6 +113,11 @@ Joint read_joint(const Place& place) {
   joint.stiffness = place["stiffness"].number();
   joint.damping = place["damping"].number();
   joint.torque_limit = place["torque_limit"].size();
+  if (place.has("mimic")) {
+    const Place mimic = place["mimic"];
+    mimic.only({"joint", "multiplier", "offset"});
+    joint.mimic = Mimic{mimic["joint"].word(), mimic["multiplier"].number(), mimic["offset"].number()};
+  }
   return joint;
 }
 
@@ -110,7 +149,7 @@ void add_each(const Place& list, const Add& add) {
 
 Scene read_scene(const Place& place) {
   place.only({"gravity", "step", "solver_iterations", "solver_tolerance", "friction_directions", "margin", "bodies",
-              "joints", "springs"});
+              "joints", "springs", "disabled_collisions"});
   Stepping stepping;
   stepping.step = place["step"].number();
   stepping.iterations = place["solver_iterations"].integer();
@@ -123,6 +162,13 @@ Scene read_scene(const Place& place) {
   if (place.has("joints")) add_each(place["joints"], [&](const Place& joint) { scene.add_joint(read_joint(joint)); });
   if (place.has("springs")) {
     add_each(place["springs"], [&](const Place& spring) { scene.add_spring(read_spring(spring)); });
+  }
+  if (place.has("disabled_collisions")) {
+    add_each(place["disabled_collisions"], [&](const Place& pair) {
+      const std::vector<Place> names = pair.items();
+      if (names.size() != 2) pair.fail("a list of two bodies");
+      scene.disable_collisions(names[0].word(), names[1].word());
+    });
   }
   return scene;
 }
@@ -244,7 +290,7 @@ Problem read_problem(const Json& json) {
   const Place place(json, "problem");
   check_header(place);
   place.only({"format", "version", "scene", "state", "force", "torque", "duration", "captured", "succeeded", "within",
-              "effector", "rate", "force_weights", "contacts"});
+              "effector", "rate", "force_weights", "contacts", "captured_any", "succeeded_any"});
   const std::vector<Place> numbers = place["state"].items();
   State state(static_cast<Eigen::Index>(numbers.size()));
   for (std::size_t i = 0; i < numbers.size(); ++i) state[static_cast<Eigen::Index>(i)] = numbers[i].number();
@@ -253,6 +299,8 @@ Problem read_problem(const Json& json) {
                   place["duration"].number(), region_at(place["captured"])};
   if (place.has("succeeded")) problem.succeeded = region_at(place["succeeded"]);
   if (place.has("within")) problem.within = region_at(place["within"]);
+  if (place.has("captured_any")) problem.captured_any = region_at(place["captured_any"]);
+  if (place.has("succeeded_any")) problem.succeeded_any = region_at(place["succeeded_any"]);
   problem.effector = place["effector"].one_of(effectors);
   problem.rate = place["rate"].number();
   if (place.has("force_weights")) problem.force_weights = read_force_weights(place["force_weights"]);

@@ -34,6 +34,20 @@ struct ShapeWriter {
     for (const Vector3& point : s.points) points.push_back(write(point));
     return {{"type", "convex_hull"}, {"points", points}};
   }
+  Json operator()(const Compound& s) const {
+    Json json = {{"type", "compound"}, {"parts", Json::array()}};
+    for (const auto& [solid, pose] : s.parts) {
+      json["parts"].push_back({{"shape", std::visit(*this, solid)},
+                               {"position", write(pose.position)},
+                               {"orientation", write(pose.orientation)}});
+    }
+    if (!s.solid) return json;
+    json["solid"] = {{"volume", s.solid->volume},
+                     {"center", write(s.solid->center)},
+                     {"moments", write(s.solid->moments)},
+                     {"axes", write(s.solid->axes)}};
+    return json;
+  }
 };
 
 struct RegionWriter {
@@ -111,7 +125,7 @@ struct RegionWriter {
 Json write(const Region& region) { return RegionWriter{}.write_region(region); }
 
 Json write(const Body& body) {
-  return {{"name", body.name},
+  Json json = {{"name", body.name},
           {"shape", std::visit(ShapeWriter{}, body.shape)},
           {"mass", body.mass},
           {"position", write(body.state.position)},
@@ -122,13 +136,19 @@ Json write(const Body& body) {
           {"role", name_of(roles, body.role)},
           {"linear_factor", write(body.linear_factor)},
           {"angular_factor", write(body.angular_factor)},
-          {"force", write(body.force)}};
+               {"force", write(body.force)}};
+  if (body.inertial) {
+    json["inertial"] = {{"center", write(body.inertial->center)},
+                        {"moments", write(body.inertial->moments)},
+                        {"axes", write(body.inertial->axes)}};
+  }
+  return json;
 }
 
 Json write(const Pose& pose) { return {{"position", write(pose.position)}, {"orientation", write(pose.orientation)}}; }
 
 Json write(const Joint& joint) {
-  return {{"name", joint.name},
+  Json json = {{"name", joint.name},
           {"type", name_of(joint_types, joint.type)},
           {"parent", joint.parent},
           {"child", joint.child},
@@ -144,7 +164,12 @@ Json write(const Joint& joint) {
           {"target_velocity", joint.target_velocity},
           {"stiffness", joint.stiffness},
           {"damping", joint.damping},
-          {"torque_limit", write_size(joint.torque_limit)}};
+               {"torque_limit", write_size(joint.torque_limit)}};
+  if (joint.mimic) {
+    json["mimic"] = {
+        {"joint", joint.mimic->joint}, {"multiplier", joint.mimic->multiplier}, {"offset", joint.mimic->offset}};
+  }
+  return json;
 }
 
 Json write(const Spring& spring) {
@@ -175,6 +200,7 @@ Json write(const Scene& scene) {
   for (const Joint& joint : scene.joints()) json["joints"].push_back(write(joint));
   json["springs"] = Json::array();
   for (const Spring& spring : scene.springs()) json["springs"].push_back(write(spring));
+  if (!scene.disabled_collisions().empty()) json["disabled_collisions"] = scene.disabled_collisions();
   return json;
 }
 
@@ -201,6 +227,8 @@ Json write_problem(const Problem& problem) {
   json["captured"] = write(problem.captured);
   if (problem.succeeded) json["succeeded"] = write(*problem.succeeded);
   if (problem.within) json["within"] = write(*problem.within);
+  if (problem.captured_any) json["captured_any"] = write(*problem.captured_any);
+  if (problem.succeeded_any) json["succeeded_any"] = write(*problem.succeeded_any);
   json["effector"] = name_of(effectors, problem.effector);
   json["rate"] = problem.rate;
   json["force_weights"] = write(problem.force_weights);

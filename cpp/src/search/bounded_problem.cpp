@@ -65,7 +65,7 @@ class NoTarget : public ompl::base::ValidStateSampler {
 
 }  // namespace
 
-BoundedProblem::BoundedProblem(const Problem& problem, Goal goal, int nodes, std::uint64_t seed,
+BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
                                const std::atomic<bool>* stop)
     : most_nodes_(nodes), stop_(stop) {
   require_at_least("nodes", nodes, 1);
@@ -81,18 +81,18 @@ BoundedProblem::BoundedProblem(const Problem& problem, Goal goal, int nodes, std
   si_->setValidStateSamplerAllocator(
       [](const ompl::base::SpaceInformation* si) { return std::make_shared<NoTarget>(si); });
   std::optional<Membership> within;
-  if (goal == Goal::escape && problem.within) within.emplace(*problem.within, problem.scene);
+  if (captured && problem.within) within.emplace(*problem.within, problem.scene);
   si_->setStateValidityChecker(std::make_shared<BelowBound>(si_, *space_, *propagator_, std::move(within)));
   si_->setup();
 
   definition_ = std::make_shared<ompl::base::ProblemDefinition>(si_);
-  if (goal == Goal::escape) {
-    definition_->setGoal(std::make_shared<Outside>(si_, *propagator_, Membership(problem.captured, problem.scene)));
+  if (captured) {
+    definition_->setGoal(std::make_shared<Outside>(si_, *propagator_, Membership(*captured, problem.scene)));
   } else {
     definition_->setGoal(std::make_shared<OutOfReach>(si_));
   }
   CostSpace::StateType root;
-  root.object = space_->start();
+  root.objects = space_->starts();
   root.node = 0;
   definition_->addStartState(&root);
 }

@@ -16,7 +16,7 @@ namespace {
 constexpr double sample_reach = 6.0;
 // The cost counts as much as one longest edge over the whole of [0, c].
 constexpr double cost_weight = 1.0;
-// Where nothing pushes, a longest edge counts as this share of the object's smallest half extent.
+// Where nothing pushes, a longest edge counts as this share of an object's smallest half extent.
 constexpr double smallest_reach = 0.01;
 
 Vector3 rotation_vector(const Quaternion& rotation) {
@@ -24,7 +24,24 @@ Vector3 rotation_vector(const Quaternion& rotation) {
   return turn.angle() * turn.axis();
 }
 
-// Draws around the start: position, orientation and velocities evenly, the cost evenly below its bound.
+double squared_distance(const BodyState& a, const BodyState& b, const Scales& scales) {
+  const auto squared = [](const Vector3& difference, double scale) {
+    return difference.squaredNorm() / (scale * scale);
+  };
+  const double alignment = std::min(std::abs(a.orientation.dot(b.orientation)), 1.0);
+  const double angle = 2.0 * std::acos(alignment) / scales.orientation;
+  return squared(a.position - b.position, scales.position) + angle * angle +
+         squared(a.velocity - b.velocity, scales.velocity) +
+         squared(a.angular_velocity - b.angular_velocity, scales.angular_velocity);
+}
+
+BodyState between(const BodyState& a, const BodyState& b, double t) {
+  const auto mix = [t](const Vector3& one, const Vector3& two) -> Vector3 { return (1.0 - t) * one + t * two; };
+  return {mix(a.position, b.position), a.orientation.slerp(t, b.orientation), mix(a.velocity, b.velocity),
+          mix(a.angular_velocity, b.angular_velocity)};
+}
+
+// Draws around the starts: position, orientation and velocities evenly, the cost evenly below its bound.
 class CostSampler : public ompl::base::StateSampler {
  public:
   CostSampler(const CostSpace* space, std::uint64_t seed) : StateSampler(space), cost_space_(space) {
@@ -33,14 +50,9 @@ class CostSampler : public ompl::base::StateSampler {
 
   void sampleUniform(ompl::base::State* state) override {
     auto* sample = state->as<CostSpace::StateType>();
-    const BodyState& start = cost_space_->start();
-    const Scales& scales = cost_space_->scales();
-    sample->object.position = around(start.position, scales.position);
-    const Vector3 turn = around(Vector3::Zero(), std::min(scales.orientation, 1.0));
-    const Eigen::AngleAxisd rotation(turn.norm(), turn.norm() > 0.0 ? Vector3(turn.normalized()) : Vector3::UnitZ());
-    sample->object.orientation = Quaternion(rotation) * start.orientation;
-    sample->object.velocity = around(start.velocity, scales.velocity);
-    sample->object.angular_velocity = around(start.angular_velocity, scales.angular_velocity);
+    for (std::size_t i = 0; i < sample->objects.size(); ++i) {
+      sample->objects[i] = around(cost_space_->starts()[i], cost_space_->scales()[i]);
+    }
     const double bound = cost_space_->bound();
     sample->cost = std::isfinite(bound) ? rng_.uniformReal(0.0, bound) : 0.0;
     sample->node = -1;
@@ -50,6 +62,17 @@ class CostSampler : public ompl::base::StateSampler {
   void sampleGaussian(ompl::base::State* state, const ompl::base::State*, double) override { sampleUniform(state); }
 
  private:
+  BodyState around(const BodyState& start, const Scales& scales) {
+    BodyState drawn;
+    drawn.position = around(start.position, scales.position);
+    const Vector3 turn = around(Vector3::Zero(), std::min(scales.orientation, 1.0));
+    const Eigen::AngleAxisd rotation(turn.norm(), turn.norm() > 0.0 ? Vector3(turn.normalized()) : Vector3::UnitZ());
+    drawn.orientation = Quaternion(rotation) * start.orientation;
+    drawn.velocity = around(start.velocity, scales.velocity);
+    drawn.angular_velocity = around(start.angular_velocity, scales.angular_velocity);
+    return drawn;
+  }
+
   Vector3 around(const Vector3& centre, double scale) {
     Vector3 drawn = centre;
     for (double& value : drawn) value += rng_.uniformReal(-sample_reach * scale, sample_reach * scale);
@@ -61,9 +84,8 @@ class CostSampler : public ompl::base::StateSampler {
 
 }  // namespace
 
-Scales::Scales(const Problem& problem) {
+Scales::Scales(const Problem& problem, std::size_t index) {
   const Scene& scene = problem.scene;
-  const std::size_t index = scene.with_role(Role::object).front();
   const Body& object = scene.bodies()[index];
   const Kinematics kinematics(scene);
   const BodyState start = kinematics(problem.state.data(), index);
@@ -75,7 +97,7 @@ Scales::Scales(const Problem& problem) {
   const double radius = smallest_half_extent(object.shape);
   const double time = problem.duration;
   const double acceleration = problem.force.norm() / object.mass;
-  const double inertia = mass_properties(object.shape, object.mass).inertia.maxCoeff();
+  const double inertia = object.spread().moments.maxCoeff();
   const double angular_acceleration = problem.torque.norm() / inertia;
   const double gyration = std::max(std::sqrt(inertia / object.mass), radius);
   position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
@@ -85,23 +107,29 @@ Scales::Scales(const Problem& problem) {
 }
 
 CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
-    : scales_(problem), bound_(std::numeric_limits<double>::infinity()), seed_(seed) {
+    : bound_(std::numeric_limits<double>::infinity()), seed_(seed) {
   setName("StateCost");
   const StateLayout layout(problem.scene);
-  start_ = StateLayout::read(problem.state.data() + layout.offset(problem.scene.with_role(Role::object).front()));
+  for (const std::size_t object : problem.scene.with_role(Role::object)) {
+    starts_.push_back(StateLayout::read(problem.state.data() + layout.offset(object)));
+    scales_.emplace_back(problem, object);
+  }
+}
+
+ompl::base::State* CostSpace::allocState() const {
+  auto* state = new StateType;
+  state->objects.resize(starts_.size());
+  return state;
 }
 
 double CostSpace::distance(const ompl::base::State* a, const ompl::base::State* b) const {
   const auto* one = a->as<StateType>();
   const auto* two = b->as<StateType>();
-  const auto squared = [](const Vector3& difference, double scale) {
-    return difference.squaredNorm() / (scale * scale);
-  };
-  const double alignment = std::min(std::abs(one->object.orientation.dot(two->object.orientation)), 1.0);
-  const double angle = 2.0 * std::acos(alignment) / scales_.orientation;
-  double sum = squared(one->object.position - two->object.position, scales_.position) + angle * angle +
-               squared(one->object.velocity - two->object.velocity, scales_.velocity) +
-               squared(one->object.angular_velocity - two->object.angular_velocity, scales_.angular_velocity);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < scales_.size(); ++i) {
+    sum += squared_distance(one->objects[i], two->objects[i], scales_[i]);
+  }
+  sum /= static_cast<double>(scales_.size());
   if (std::isfinite(bound_) && bound_ > 0.0) {
     const double cost = cost_weight * (one->cost - two->cost) / bound_;
     sum += cost * cost;
@@ -118,22 +146,24 @@ void CostSpace::copyState(ompl::base::State* destination, const ompl::base::Stat
 bool CostSpace::equalStates(const ompl::base::State* a, const ompl::base::State* b) const {
   const auto* one = a->as<StateType>();
   const auto* two = b->as<StateType>();
-  return one->node == two->node && one->cost == two->cost && one->object.position == two->object.position &&
-         one->object.orientation.coeffs() == two->object.orientation.coeffs() &&
-         one->object.velocity == two->object.velocity && one->object.angular_velocity == two->object.angular_velocity;
+  const auto same = [](const BodyState& x, const BodyState& y) {
+    return x.position == y.position && x.orientation.coeffs() == y.orientation.coeffs() && x.velocity == y.velocity &&
+           x.angular_velocity == y.angular_velocity;
+  };
+  return one->node == two->node && one->cost == two->cost &&
+         std::equal(one->objects.begin(), one->objects.end(), two->objects.begin(), same);
 }
 
 void CostSpace::interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
                             ompl::base::State* state) const {
   const Values one = *from->as<StateType>();
   const Values two = *to->as<StateType>();
-  const auto mix = [t](const auto& a, const auto& b) -> Vector3 { return (1.0 - t) * a + t * b; };
-  auto* between = state->as<StateType>();
-  between->object = {
-      mix(one.object.position, two.object.position), one.object.orientation.slerp(t, two.object.orientation),
-      mix(one.object.velocity, two.object.velocity), mix(one.object.angular_velocity, two.object.angular_velocity)};
-  between->cost = (1.0 - t) * one.cost + t * two.cost;
-  between->node = -1;
+  auto* middle = state->as<StateType>();
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    middle->objects[i] = between(one.objects[i], two.objects[i], t);
+  }
+  middle->cost = (1.0 - t) * one.cost + t * two.cost;
+  middle->node = -1;
 }
 
 ompl::base::StateSamplerPtr CostSpace::allocDefaultStateSampler() const {

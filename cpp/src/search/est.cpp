@@ -24,11 +24,14 @@ class Projection : public ompl::base::ProjectionEvaluator {
 
   void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
     const auto* node = state->as<CostSpace::StateType>();
-    const BodyState& start = cost_space_.start();
-    const Scales& scales = cost_space_.scales();
     const double bound = cost_space_.bound();
-    projection.head<3>() = cells_per_edge / scales.position * (node->object.position - start.position);
-    projection.segment<3>(3) = cells_per_edge / scales.orientation * turned(start, node->object);
+    projection.setZero();
+    for (std::size_t i = 0; i < node->objects.size(); ++i) {
+      const BodyState& start = cost_space_.starts()[i];
+      const Scales& scales = cost_space_.scales()[i];
+      projection.head<3>() += cells_per_edge / scales.position * (node->objects[i].position - start.position);
+      projection.segment<3>(3) += cells_per_edge / scales.orientation * turned(start, node->objects[i]);
+    }
     projection[6] = std::isfinite(bound) && bound > 0.0 ? cells_of_cost * node->cost / bound : 0.0;
   }
 

@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'ForceWeights', 'Joint', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'regions', 'stream']
+__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'mass_properties', 'regions', 'stream']
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -66,7 +66,7 @@ class Capsule:
         ...
 class ConvexHull:
     """
-    The convex hull of points, shape (n, 3) [m]. Its centre of mass has to be the origin.
+    The convex hull of points, shape (n, 3) [m], in the body's frame.
     """
     def __init__(self, points: numpy.typing.ArrayLike) -> None:
         ...
@@ -76,6 +76,91 @@ class ConvexHull:
         """
     @property
     def points(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+class Part:
+    """
+    A solid at its place in a Compound: position [m] and orientation (x, y, z, w).
+    """
+    def __init__(self, shape: Box | Sphere | Cylinder | Capsule | ConvexHull, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None) -> None:
+        ...
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w.
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        In the body's frame, shape (3,) [m].
+        """
+    @property
+    def shape(self) -> Box | Sphere | Cylinder | Capsule | ConvexHull:
+        ...
+class MassProperties:
+    """
+    How a solid of even density resists to motion.
+    """
+    def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
+        ...
+    @property
+    def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w that turns the principal axes into the shape's.
+        """
+    @property
+    def center(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Centre of mass in the shape's frame, shape (3,) [m].
+        """
+    @property
+    def moments(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Principal moments about the centre, shape (3,) [kg m^2].
+        """
+    @property
+    def volume(self) -> float:
+        """
+        [m^3].
+        """
+class Inertial:
+    """
+    How a body's mass is spread, in the body's frame.
+    
+    center: the centre of mass [m]; inertia: about it, along the frame's axes, principal moments (3,) or a matrix (3, 3)
+    [kg m^2]. Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.
+    """
+    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike) -> None:
+        ...
+    @property
+    def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w that turns the principal axes into the body's.
+        """
+    @property
+    def center(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Centre of mass, shape (3,) [m].
+        """
+    @property
+    def moments(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Principal moments about the centre, shape (3,) [kg m^2].
+        """
+class Compound:
+    """
+    Several solids that move as one.
+    
+    parts: Parts, or solids that stand at the body's frame; without any there is nothing to collide with. solid: the mass
+    properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
+    together. Raises ValueError on values that no solid can have.
+    """
+    def __init__(self, parts: collections.abc.Sequence[Part | Box | Sphere | Cylinder | Capsule | ConvexHull], solid: MassProperties | None = None) -> None:
+        ...
+    @property
+    def parts(self) -> list[Part]:
+        ...
+    @property
+    def solid(self) -> MassProperties | None:
         ...
 class Body:
     """
@@ -103,6 +188,11 @@ class Body:
     def friction(self) -> float:
         """
         A contact's coefficient is the product of its two bodies'.
+        """
+    @property
+    def inertial(self) -> Inertial | None:
+        """
+        How its mass is spread, or None: as its shape is.
         """
     @property
     def linear_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -133,12 +223,29 @@ class Body:
         'object', 'effector' or 'none'.
         """
     @property
-    def shape(self) -> Plane | Box | Sphere | Cylinder | Capsule | ConvexHull:
+    def shape(self) -> Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound:
         ...
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Shape (3,) [m/s].
+        """
+class Mimic:
+    """
+    A joint follows another: position = multiplier * (that joint's position) + offset, always.
+    """
+    def __init__(self, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None:
+        ...
+    @property
+    def joint(self) -> str:
+        ...
+    @property
+    def multiplier(self) -> float:
+        ...
+    @property
+    def offset(self) -> float:
+        """
+        [rad] or [m].
         """
 class Joint:
     """
@@ -176,6 +283,11 @@ class Joint:
     def limits(self) -> tuple[float, float]:
         """
         [rad].
+        """
+    @property
+    def mimic(self) -> Mimic | None:
+        """
+        The Mimic by which it follows another joint, or None.
         """
     @property
     def name(self) -> str:
@@ -277,17 +389,19 @@ class Scene:
         where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
         extent.
         """
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull, *, mass: float, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
         Add a body.
         
-        position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its centre of mass;
-        velocity [m/s] and angular_velocity [rad/s] are in the world's axes. mass [kg] of 0 fixes it. role is 'object' (the body
-        that disturbances act on), 'effector' or 'none'. The factors lock axes: 0 locked, 1 free; linear_factor=(1, 1, 0),
+        position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
+        shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
+        density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
+        act, and how the mass is spread; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
+        'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
         angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
         or a motor does. Raises ValueError on bad values.
         """
-    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ...) -> None:
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None) -> None:
         """
         Hang the body `child` on the body `parent`, which makes it a link.
         
@@ -295,6 +409,9 @@ class Scene:
         origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
         the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
         position and velocity do, and start and start_velocity are theirs when nothing else is said.
+        
+        mimic: the joint follows another one, as by a linkage without play, and has no limits, no drive, and no numbers in the
+        state of its own.
         
         The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
         (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
@@ -313,6 +430,10 @@ class Scene:
         
         It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
         a spring too stiff for the scene's step.
+        """
+    def disable_collisions(self, body_a: str, body_b: str) -> None:
+        """
+        From now on the two bodies never collide. Those that a joint connects never do.
         """
     def joint_slice(self, name: str) -> slice:
         """
@@ -337,6 +458,11 @@ class Scene:
     def dimension(self) -> int:
         """
         n, numbers in a state vector.
+        """
+    @property
+    def disabled_collisions(self) -> list[tuple[str, str]]:
+        """
+        Pairs of bodies.
         """
     @property
     def friction_directions(self) -> int:
@@ -474,7 +600,7 @@ class World:
         """
     def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float) -> Rollout:
         """
-        Apply a wrench (6,), force [N] and torque [N m], to the object for a duration [s], rounded to whole steps.
+        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
         """
@@ -527,8 +653,9 @@ class Problem:
     One question: how robust is this state against these disturbances?
     
     scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
-    object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
-    succeeded: the success set Z_suc; within: where the search for an escape may go, Z_b. effector: 'coast', it is not
+    object along and about each axis, or of each object. duration [s]: the longest edge of the search. captured: the capture set
+    Z_cap; succeeded: the success set Z_suc. Where there are several objects, a dict of regions, one by object, asks twice: are
+    all of them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an escape may go, Z_b. effector: 'coast', it is not
     actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
     rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
     a state in deep penetration.
@@ -545,7 +672,7 @@ class Problem:
         """
     def __getstate__(self) -> str:
         ...
-    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: Region, succeeded: Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None) -> None:
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None) -> None:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
@@ -565,6 +692,11 @@ class Problem:
     def captured(self) -> Region:
         """
         Capture set.
+        """
+    @property
+    def captured_any(self) -> Region | None:
+        """
+        Where at least one object is captured, or None.
         """
     @property
     def contacts(self) -> list[Contact] | None:
@@ -610,6 +742,11 @@ class Problem:
         Success set, or None.
         """
     @property
+    def succeeded_any(self) -> Region | None:
+        """
+        Where at least one object has succeeded, or None.
+        """
+    @property
     def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Largest |torque| about each axis, shape (3,) [N m].
@@ -630,9 +767,9 @@ class Tree:
         Rows from the root to a node, both included.
         """
     @property
-    def controls(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+    def controls(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        Wrench that led to the node, shape (M + 1, 6) [N, N m].
+        Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].
         """
     @property
     def costs(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
@@ -666,6 +803,16 @@ class CaptureScore:
         Omega_cap, eq. 5, 0..1; mean over the trees.
         """
     @property
+    def capture_any(self) -> float | None:
+        """
+        Of several objects at least one; None if the problem has no such set.
+        """
+    @property
+    def capture_any_stderr(self) -> float | None:
+        """
+        Standard error; None for a single tree.
+        """
+    @property
     def capture_stderr(self) -> float | None:
         """
         Standard error; None for a single tree.
@@ -679,6 +826,16 @@ class CaptureScore:
     def success(self) -> float | None:
         """
         Omega_suc, eq. 6, 0..1; None without a success set.
+        """
+    @property
+    def success_any(self) -> float | None:
+        """
+        Of several objects at least one; None if the problem has no such set.
+        """
+    @property
+    def success_any_stderr(self) -> float | None:
+        """
+        Standard error; None for a single tree.
         """
     @property
     def success_stderr(self) -> float | None:
@@ -806,13 +963,17 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0) -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all') -> EscapeEffort:
     """
-    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
+    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
     """
 def force_score(problem: Problem, weights: ForceWeights | None = None) -> ForceScore:
     """
     The wrench-based baseline: the weighted sum of engaging score, sticking score and, taken off, distance. weights: by default the problem's.
+    """
+def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0) -> MassProperties:
+    """
+    Mass properties of a solid shape of a mass [kg], of even density.
     """
 def stream(seed: int, number: typing.SupportsInt | typing.SupportsIndex) -> int:
     """

@@ -21,10 +21,14 @@ struct CaptureOptions {
 };
 
 struct CaptureScore {
-  double capture = 0.0;                    //!< Omega_cap, eq. 5, mean over the trees
-  std::optional<double> success{};         //!< Omega_suc, eq. 6; unset without a success set
-  std::optional<double> capture_stderr{};  //!< unset for a single tree
+  double capture = 0.0;                 //!< Omega_cap, eq. 5, mean over the trees; of several objects: that all stay
+  std::optional<double> success{};      //!< Omega_suc, eq. 6; unset without a success set; of several objects: of all
+  std::optional<double> capture_any{};  //!< of several objects at least one; unset without such a set
+  std::optional<double> success_any{};
+  std::optional<double> capture_stderr{};  //!< standard errors; unset for a single tree
   std::optional<double> success_stderr{};
+  std::optional<double> capture_any_stderr{};
+  std::optional<double> success_any_stderr{};
   std::vector<Tree> trees;
   Eigen::VectorXd likelihoods;  //!< of the first tree's nodes, eq. 4; they add up to 1
 };

@@ -15,6 +15,7 @@ struct EffortOptions {
   int nodes = 1000;             //!< nodes of the tree besides its root, over all iterations of AO-x
   std::uint64_t seed = 0;
   const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
+  Captured captured = Captured::all;        //!< of several objects, which have to leave
 };
 
 //! Least effort found that leads out of the capture set; inf if none was. Throws std::invalid_argument on bad input.

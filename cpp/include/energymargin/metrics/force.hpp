@@ -13,12 +13,12 @@ struct ContactMargins {
 
 struct ForceScore {
   double force = 0.0;       //!< Omega_force, the weighted sum
-  ContactMargins effector;  //!< over the contacts with all bodies of the effector, such as its fingers
+  ContactMargins effector;  //!< over the objects' contacts with all bodies of the effector, such as its fingers
   ContactMargins ground;    //!< over the contacts with all other bodies
-  double distance = 0.0;    //!< Omega_dist, least distance between the object and any body of the effector [m]
+  double distance = 0.0;    //!< Omega_dist, least distance to any body of the effector [m]; the objects' mean
 };
 
-//! Uses the object's contacts that the problem brings, or those simulated at its state, with the problem's weights.
+//! Of several objects all contacts count but those between them. Uses the contacts that the problem brings, or those simulated at its state, with the problem's weights.
 //! Throws std::invalid_argument on a bad problem, or one whose scene has no effector.
 ForceScore force_score(const Problem& problem);
 

@@ -16,12 +16,6 @@
 
 namespace energymargin::search {
 
-//! What counts as a solution.
-enum class Goal {
-  escape,  ///< the complement of the capture set, within the problem's bounds (Algorithm 1)
-  none,    ///< a goal out of reach, without bounds: the tree only grows (Algorithm 2)
-};
-
 //! A search was stopped from another thread.
 class Stopped : public std::runtime_error {
  public:
@@ -30,8 +24,11 @@ class Stopped : public std::runtime_error {
 
 class BoundedProblem {
  public:
-  //! At most `nodes` rollouts; `stop`, if given, ends the search early.
-  BoundedProblem(const Problem& problem, Goal goal, int nodes, std::uint64_t seed, const std::atomic<bool>* stop);
+  //! At most `nodes` rollouts; `stop`, if given, ends the search early. The goal is the complement of `captured`, within
+  //! the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only grows
+  //! (Algorithm 2).
+  BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
+                 const std::atomic<bool>* stop);
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }

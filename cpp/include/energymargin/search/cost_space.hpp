@@ -4,12 +4,13 @@
 #include <ompl/base/StateSpace.h>
 
 #include <cstdint>
+#include <vector>
 
 #include "energymargin/problem.hpp"
 
 namespace energymargin::search {
 
-//! How far the object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities
+//! How far an object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities
 //! are free of units. Made from the wrench bounds, the longest edge and the speeds at the start.
 struct Scales {
   double position = 1.0;          //!< [m]
@@ -17,34 +18,36 @@ struct Scales {
   double velocity = 1.0;          //!< [m/s]
   double angular_velocity = 1.0;  //!< [rad/s]
 
-  explicit Scales(const Problem& problem);
+  Scales(const Problem& problem, std::size_t object);
 };
 
-//! The space Z x R+ of the feasible problem P_c. A planner needs of z only the object's part; the whole state is kept
-//! once, in the tree's row `node`.
+//! The space Z x R+ of the feasible problem P_c. A planner needs of z only the objects' parts; the whole state is
+//! kept once, in the tree's row `node`.
 class CostSpace : public ompl::base::StateSpace {
  public:
   struct Values {
-    BodyState object;   //!< the object's part of z
-    double cost = 0.0;  //!< effort from the root [J]
-    int node = -1;      //!< row of the tree; -1 for a sample
+    std::vector<BodyState> objects;  //!< the objects' parts of z
+    double cost = 0.0;               //!< effort from the root [J]
+    int node = -1;                   //!< row of the tree; -1 for a sample
   };
   class StateType : public ompl::base::State, public Values {};
 
-  //! Samples lie around the object's start; `seed` is that of the sampler.
+  //! Samples lie around the objects' starts; `seed` is that of the sampler.
   CostSpace(const Problem& problem, std::uint64_t seed);
 
-  const BodyState& start() const { return start_; }
-  const Scales& scales() const { return scales_; }
+  //! In the order of the scene's objects.
+  const std::vector<BodyState>& starts() const { return starts_; }
+  const std::vector<Scales>& scales() const { return scales_; }
 
   //! The bound c on the cost; inf at first.
   double bound() const { return bound_; }
   void lower_bound(double cost) { bound_ = cost; }
 
-  //! Squared sum of scaled differences of the object's coordinates; once the bound is finite, of the cost too.
+  //! Root of the sum of squared, scaled differences of an object's coordinates, squares meaned over the objects; once the
+  //! bound is finite, of the cost too.
   double distance(const ompl::base::State* a, const ompl::base::State* b) const override;
 
-  unsigned int getDimension() const override { return 14; }
+  unsigned int getDimension() const override { return 13 * static_cast<unsigned int>(starts_.size()) + 1; }
   double getMaximumExtent() const override;
   double getMeasure() const override { return 1.0; }
   void enforceBounds(ompl::base::State*) const override {}
@@ -54,12 +57,12 @@ class CostSpace : public ompl::base::StateSpace {
   void interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
                    ompl::base::State* state) const override;
   ompl::base::StateSamplerPtr allocDefaultStateSampler() const override;
-  ompl::base::State* allocState() const override { return new StateType; }
+  ompl::base::State* allocState() const override;
   void freeState(ompl::base::State* state) const override { delete state->as<StateType>(); }
 
  private:
-  BodyState start_;
-  Scales scales_;
+  std::vector<BodyState> starts_;
+  std::vector<Scales> scales_;
   double bound_;
   std::uint64_t seed_;
 };

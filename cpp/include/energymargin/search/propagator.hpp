@@ -6,6 +6,7 @@
 #include <ompl/control/spaces/RealVectorControlSpace.h>
 
 #include <cstdint>
+#include <vector>
 
 #include "energymargin/problem.hpp"
 #include "energymargin/search/tree.hpp"
@@ -13,17 +14,20 @@
 
 namespace energymargin::search {
 
-//! A control is a wrench (6 numbers) and the number of steps it lasts.
+//! A control is a wrench on each object (6 numbers each) and the number of steps that they last.
 class WrenchSpace : public ompl::control::RealVectorControlSpace {
  public:
   WrenchSpace(const ompl::base::StateSpacePtr& states, const Problem& problem, std::uint64_t seed);
 
-  static Wrench wrench(const ompl::control::Control* control);
-  static int steps(const ompl::control::Control* control);
+  Disturbance wrenches(const ompl::control::Control* control) const;
+  int steps(const ompl::control::Control* control) const;
+
+  unsigned int objects() const { return objects_; }
 
   ompl::control::ControlSamplerPtr allocDefaultControlSampler() const override;
 
  private:
+  unsigned int objects_;
   std::uint64_t seed_;
 };
 
@@ -54,7 +58,7 @@ class Propagator : public ompl::control::StatePropagator {
   EdgeStart edge_start_;
   mutable Tree tree_;
   mutable int nodes_ = 0;
-  int object_;  //!< offset of the object's numbers in a state
+  std::vector<int> objects_;  //!< offsets of the objects' numbers in a state
   double step_;
 };
 

@@ -13,7 +13,7 @@ struct Tree {
   States states;              //!< (M + 1, n)
   Eigen::VectorXd costs;      //!< effort from the root, eq. 8 [J]
   Eigen::VectorXi parents;    //!< -1 for the root
-  Wrenches controls;          //!< zero for the root
+  Wrenches controls;          //!< (M + 1, 6 k) for k objects; zero for the root
   Eigen::VectorXd durations;  //!< [s]
 
   int size() const { return static_cast<int>(costs.size()); }

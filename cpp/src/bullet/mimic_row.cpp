@@ -1,0 +1,38 @@
+#include "mimic_row.hpp"
+
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+
+namespace energymargin {
+namespace {
+
+constexpr double no_limit = 1e10;  // [N m s]
+// Of what the solver left over, this share is put right in one step.
+constexpr double correction = 0.2;
+
+}  // namespace
+
+MimicRow::MimicRow(const JointPlace& follower, const JointPlace& followed, const Mimic& mimic)
+    : btMultiBodyConstraint(follower.body, followed.body, follower.link, followed.link, 1, false,
+                            MULTIBODY_CONSTRAINT_GEAR),
+      follower_(follower),
+      followed_(followed),
+      mimic_(mimic) {
+  allocateJacobiansMultiDof();
+  forget();
+}
+
+void MimicRow::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
+                                    const btContactSolverInfo& info) {
+  const auto position = [](const JointPlace& joint) { return joint.body->getJointPos(joint.link); };
+  const auto velocity = [](const JointPlace& joint) { return joint.body->getJointVel(joint.link); };
+  btMultiBodySolverConstraint& row =
+      add_row(*this, 0, rows, data, {follower_, 1.0}, JointShare{followed_, -mimic_.multiplier});
+  const double away = position(follower_) - mimic_.multiplier * position(followed_) - mimic_.offset;
+  const double growing = velocity(follower_) - mimic_.multiplier * velocity(followed_);
+  row.m_rhs = -(growing + correction * away / info.m_timeStep) * row.m_jacDiagABInv;
+  row.m_lowerLimit = -no_limit;
+  row.m_upperLimit = no_limit;
+}
+
+}  // namespace energymargin

@@ -1,0 +1,31 @@
+#pragma once
+// Rows of Bullet's constraint solver that act on joints.
+
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
+
+#include <optional>
+
+namespace energymargin {
+
+//! Where a joint is among Bullet's.
+struct JointPlace {
+  btMultiBody* body;
+  int link;
+};
+
+//! What one joint has to do with a row: the row's velocity is the sum of share * joint velocity.
+struct JointShare {
+  JointPlace joint;
+  double share;
+};
+
+//! Adds row `number` of `owner`, over one joint or over two, on one tree or on two. It has neither target nor limits yet;
+//! its m_jacDiagABInv is the inverse of the velocity that a unit impulse gives.
+btMultiBodySolverConstraint& add_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows,
+                                     btMultiBodyJacobianData& data, const JointShare& a,
+                                     const std::optional<JointShare>& b = std::nullopt);
+
+//! Bullet's number of the island that a joint's link is in.
+int island_of(const JointPlace& joint);
+
+}  // namespace energymargin
