@@ -1,11 +1,14 @@
 #include "energymargin/potential.hpp"
 
+#include <algorithm>
+
 #include "energymargin/kinematics.hpp"
 
 namespace energymargin {
 
 Potential::Potential(const Scene& scene, const State& state, std::size_t body)
-    : load_(scene.bodies()[body].mass * scene.gravity() + scene.bodies()[body].force) {
+    : load_(scene.bodies()[body].mass * scene.gravity() + scene.bodies()[body].force),
+      center_(scene.bodies()[body].spread().center) {
   const Kinematics kinematics(scene);
   for (const Spring& spring : scene.springs()) {
     const std::size_t a = scene.index(spring.body_a);
@@ -18,13 +21,18 @@ Potential::Potential(const Scene& scene, const State& state, std::size_t body)
 }
 
 double Potential::operator()(const Pose& pose) const {
-  double energy = -load_.dot(pose.position);
+  double energy = -load_.dot(pose.position + pose.orientation * center_);
   for (const End& end : springs_) {
     const double stretch =
         (pose.position + pose.orientation * end.point - end.anchor).norm() - end.rest_length;
     energy += 0.5 * end.stiffness * stretch * stretch;
   }
   return energy;
+}
+
+bool Potential::turns() const {
+  const auto off_origin = [](const End& end) { return !end.point.isZero(0.0); };
+  return !center_.isZero(0.0) || std::any_of(springs_.begin(), springs_.end(), off_origin);
 }
 
 Vector3 Potential::force(const Pose& pose) const {

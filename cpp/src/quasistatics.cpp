@@ -27,8 +27,8 @@ State at_rest(const Problem& problem) {
 }
 
 // Two free axes of the world leave none locked: turns about them add up to turns about the third.
-Turning turning_of(const Body& body) {
-  if (std::holds_alternative<Sphere>(body.shape)) return Turning::none;
+Turning turning_of(const Body& body, const Potential& potential) {
+  if (std::holds_alternative<Sphere>(body.shape) && !potential.turns()) return Turning::none;
   const double free = body.angular_factor.sum();
   if (free == 0.0) return Turning::none;
   return free == 1.0 ? Turning::about_axis : Turning::all;
@@ -49,7 +49,7 @@ Quasistatics::Quasistatics(const Problem& problem, std::size_t object)
       free_space_(problem.scene, problem.state, object),
       potential_(problem.scene, problem.state, object),
       captured_(problem.captured, problem.scene),
-      turning_(turning_of(body_)),
+      turning_(turning_of(body_, potential_)),
       axis_(body_.angular_factor),
       size_(smallest_half_extent(body_.shape)),
       radius_(free_space_.radius()),

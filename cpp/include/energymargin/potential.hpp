@@ -21,7 +21,14 @@ class Potential {
 
   //! Gravity and the constant force alone [N].
   const Vector3& load() const { return load_; }
+
+  //! Where they act, in the body's frame [m].
+  const Vector3& center() const { return center_; }
+
   bool has_springs() const { return !springs_.empty(); }
+
+  //! Whether a turn about the frame's origin changes it.
+  bool turns() const;
 
  private:
   struct End {  // of a spring, at the body
@@ -30,7 +37,7 @@ class Potential {
     double stiffness, rest_length;
   };
 
-  Vector3 load_;
+  Vector3 load_, center_;
   std::vector<End> springs_;
 };
 

@@ -21,8 +21,6 @@ namespace {
 // Share of the object's smallest half extent that it may be in a body, besides what it is at the start.
 constexpr double touching = 2e-4;
 
-btTransform transform(const Pose& pose) { return btTransform(to_bullet(pose.orientation), to_bullet(pose.position)); }
-
 // A convex piece of the object.
 struct Piece {
   const btConvexShape* shape;
@@ -77,9 +75,9 @@ class FreeSpace::Bullet {
     simulation_.restore(state);
     const BodyState start = Kinematics(scene)(state.data(), object);
     const Pose pose{start.position, start.orientation};
-    const btCollisionObject& body = simulation_.collision_object(object);
+    const btCollisionObject& body = simulation_.collider(object);
     // What the simulation makes of a body's frame is the same in every pose.
-    const btTransform in_frame = transform(pose).inverse() * body.getWorldTransform();
+    const btTransform in_frame = to_bullet(pose).inverse() * body.getWorldTransform();
     for_each_piece(*body.getCollisionShape(), in_frame, [this](const btCollisionShape& shape, const btTransform& at) {
       add_piece(static_cast<const btConvexShape&>(shape), at);
     });
@@ -88,12 +86,12 @@ class FreeSpace::Bullet {
       if (other != object && simulation_.can_collide(object, other)) add_obstacles(other);
     }
     for (Obstacle& obstacle : obstacles_) {
-      obstacle.depth = tolerance_ + std::max(0.0, -distance(transform(pose), obstacle, 0.0));
+      obstacle.depth = tolerance_ + std::max(0.0, -distance(to_bullet(pose), obstacle, 0.0));
     }
   }
 
   double clearance(const Pose& pose, double reach) const {
-    const btTransform at = transform(pose);
+    const btTransform at = to_bullet(pose);
     double least = reach;
     for (const Obstacle& obstacle : obstacles_) {
       least = std::min(least, distance(at, obstacle, std::max(least, 0.0)) + obstacle.depth);
@@ -116,7 +114,7 @@ class FreeSpace::Bullet {
   }
 
   void add_obstacles(std::size_t body) {
-    const btCollisionObject& other = simulation_.collision_object(body);
+    const btCollisionObject& other = simulation_.collider(body);
     for_each_piece(*other.getCollisionShape(), other.getWorldTransform(),
                   [this](const btCollisionShape& shape, const btTransform& pose) {
                     Obstacle obstacle{&shape, pose, {}, {}, 0.0};

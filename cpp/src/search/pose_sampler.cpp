@@ -9,7 +9,6 @@ namespace {
 
 constexpr int most_tries = 200;
 // Shares of the draws.
-constexpr double settled_share = 0.3;  // that slide down to what is below
 constexpr double upright_share = 0.5;  // whose orientation is near that of the start
 constexpr double local_share = 0.2;    // that set out from a known pose
 constexpr double larger_share = 0.1;   // from a box twice as large
@@ -29,10 +28,7 @@ std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector
     if (statics_.energy(pose) >= bound) continue;
     if (side != Side::any && statics_.outside(pose) != (side == Side::outside)) continue;
     if (!statics_.allowed(pose)) continue;
-    if (side == Side::outside) return statics_.settled(pose, reach_, true);
-    if (side == Side::any || rng_.uniform01() >= settled_share) return pose;
-    pose = statics_.settled(pose, reach_, false);
-    if (!statics_.outside(pose)) return pose;
+    return side == Side::outside ? statics_.settled(pose, reach_, true) : pose;
   }
   return std::nullopt;
 }
@@ -41,7 +37,8 @@ std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector
 double PoseSampler::below_bound(int axis, double bound, double reach) const {
   const Vector3& load = statics_.potential().load();
   const bool alone = !statics_.potential().has_springs() && std::abs(load[axis]) == load.norm() && load[axis] != 0.0;
-  return alone ? std::min(reach, bound / std::abs(load[axis])) : reach;
+  if (!alone) return reach;
+  return std::min(reach, bound / std::abs(load[axis]) + 2.0 * statics_.potential().center().norm());
 }
 
 // Mostly in the box, and now and then in one twice, four times, ... as large.

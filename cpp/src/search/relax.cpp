@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace energymargin::search {
 namespace {
@@ -12,6 +13,7 @@ constexpr double first_scale = 0.3;     // of a trial's move, in radii of the ob
 constexpr double least_scale = 1e-4;    // at which the search is over, in smallest half extents
 constexpr double first_spacing = 0.5;     // of the poses that are moved, in radii
 constexpr double least_spacing = 0.1;
+constexpr int trials_per_fall = 8;         // every such trial lets the top fall down to what is below
 constexpr double after_success = 1.5;   // the scale's factors: it stays where one trial in five is a success
 constexpr double after_failure = 0.9;
 
@@ -54,6 +56,11 @@ std::size_t top(Path& path, const Barrier& highest, const Quasistatics& statics)
 Pose moved(const Pose& pose, const Pose& from, const Pose& to, double share) {
   const Quaternion turn = Quaternion::Identity().slerp(share, to.orientation * from.orientation.conjugate());
   return {pose.position + share * (to.position - from.position), (turn * pose.orientation).normalized()};
+}
+
+// A pose of a path as low as it gets without turning; the last one as low as it gets outside.
+Pose fallen(const Path& path, std::size_t index, Quasistatics& statics) {
+  return statics.settled(path[index], std::numeric_limits<double>::infinity(), index + 1 == path.size());
 }
 
 // Bends a path so that one pose gets to `to`, and up to `width` - 1 poses on each side of it go along with a part of
@@ -133,6 +140,9 @@ Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int tr
     const std::size_t index = top(relaxed, highest, statics);
     if (index == 0) break;
     const std::size_t width = 1 + sampler.below(relaxed.size());
+    if (i % trials_per_fall == 0 && bend(relaxed, index, 1, fallen(relaxed, index, statics), highest.energy, statics)) {
+      continue;
+    }
     const bool moved = bend(relaxed, index, width, sampler.near(relaxed[index], scale), highest.energy, statics);
     scale *= moved ? after_success : after_failure;
   }
