@@ -23,8 +23,7 @@ Potential::Potential(const Scene& scene, const State& state, std::size_t body)
 double Potential::operator()(const Pose& pose) const {
   double energy = -load_.dot(pose.position + pose.orientation * center_);
   for (const End& end : springs_) {
-    const double stretch =
-        (pose.position + pose.orientation * end.point - end.anchor).norm() - end.rest_length;
+    const double stretch = (pose.position + pose.orientation * end.point - end.anchor).norm() - end.rest_length;
     energy += 0.5 * end.stiffness * stretch * stretch;
   }
   return energy;

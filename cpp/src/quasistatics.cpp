@@ -40,32 +40,31 @@ Pose between(const Pose& from, const Pose& to, double t) {
   return {(1.0 - t) * from.position + t * to.position, from.orientation.slerp(t, to.orientation).normalized()};
 }
 
-double angle(const Quaternion& a, const Quaternion& b) {
-  return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b))));
-}
+double angle(const Quaternion& a, const Quaternion& b) { return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b)))); }
 
 Quasistatics::Quasistatics(const Problem& problem, std::size_t object)
     : body_(problem.scene.bodies()[object]),
+      center_(body_.spread().center),
       free_space_(problem.scene, problem.state, object),
       potential_(problem.scene, problem.state, object),
       captured_(problem.captured, problem.scene),
       turning_(turning_of(body_, potential_)),
       axis_(body_.angular_factor),
       size_(smallest_half_extent(body_.shape)),
-      radius_(free_space_.radius()),
+      radius_(reach_from(body_.shape, center_)),
       spacing_(spacing_share * radius_),
       least_step_(least_step_share * size_),
       offset_(StateLayout(problem.scene).offset(object)),
       state_(at_rest(problem)) {
   if (problem.within) within_.emplace(*problem.within, problem.scene);
   const BodyState start = StateLayout::read(state_.data() + offset_);
-  start_ = {start.position, start.orientation};
-  start_energy_ = potential_(start_);
+  start_ = {start.position + start.orientation * center_, start.orientation};
+  start_energy_ = potential_(frame(start_));
 }
 
-double Quasistatics::energy(const Pose& pose) const { return std::max(0.0, potential_(pose) - start_energy_); }
+double Quasistatics::energy(const Pose& pose) const { return std::max(0.0, potential_(frame(pose)) - start_energy_); }
 
-bool Quasistatics::allowed(const Pose& pose) { return free_space_.clearance(pose, 0.0) >= 0.0 && within(pose); }
+bool Quasistatics::allowed(const Pose& pose) { return free_space_.clearance(frame(pose), 0.0) >= 0.0 && within(pose); }
 
 bool Quasistatics::within(const Pose& pose) { return !within_ || (*within_)(state(pose)); }
 
@@ -88,8 +87,7 @@ Quasistatics::Peak Quasistatics::peak(const Pose& from, const Pose& to) const {
     const double here = energy(pose);
     if (here > highest.energy) highest = {here, at};
   };
-  // Along a way without springs and turns the energy is linear.
-  if (potential_.has_springs() || turning_ != Turning::none) {
+  if (potential_.has_springs()) {  // without, it is linear
     const int count = static_cast<int>(std::ceil(length(from, to) / spacing_));
     for (int i = 1; i < count; ++i) {
       const double at = static_cast<double>(i) / count;
@@ -115,7 +113,7 @@ bool Quasistatics::passes(const Pose& from, const Pose& to) {
     const auto [first, last] = open_[next];
     const double middle = 0.5 * (first + last);
     const double half = 0.5 * (last - first) * whole;
-    const double clear = free_space_.clearance(between(from, to, middle), half);
+    const double clear = free_space_.clearance(frame(between(from, to, middle)), half);
     if (clear < 0.0) return false;
     if (clear >= half || half <= least_step_) continue;
     open_.emplace_back(first, middle - clear / whole);
@@ -125,7 +123,11 @@ bool Quasistatics::passes(const Pose& from, const Pose& to) {
 }
 
 Vector3 Quasistatics::downhill(const Pose& pose) const {
-  return potential_.force(pose).cwiseProduct(body_.linear_factor);
+  return potential_.force(frame(pose)).cwiseProduct(body_.linear_factor);
+}
+
+Pose Quasistatics::frame(const Pose& pose) const {
+  return {pose.position - pose.orientation * center_, pose.orientation};
 }
 
 bool Quasistatics::in_reach(const Pose& pose, double reach) const {
@@ -139,11 +141,11 @@ Pose Quasistatics::settled(Pose pose, double reach, bool outside) {
   for (int i = 0; i < most_slides && longest > rest; ++i) {
     const Vector3 pull = downhill(pose);
     if (pull.isZero(0.0)) break;
-    const double step = std::min(longest, free_space_.clearance(pose, reach) - rest);
+    const double step = std::min(longest, free_space_.clearance(frame(pose), reach) - rest);
     if (step < rest) break;
     Pose next = pose;
     next.position += step * pull.normalized();
-    const bool better = potential_(next) < potential_(pose) && in_reach(next, reach) && within(next) &&
+    const bool better = potential_(frame(next)) < potential_(frame(pose)) && in_reach(next, reach) && within(next) &&
                         (!outside || this->outside(next));
     if (better) {
       pose = next;
@@ -156,8 +158,9 @@ Pose Quasistatics::settled(Pose pose, double reach, bool outside) {
 
 const State& Quasistatics::state(const Pose& pose) {
   double* numbers = state_.data() + offset_;
-  std::copy_n(pose.position.data(), 3, numbers);
-  std::copy_n(pose.orientation.coeffs().data(), 4, numbers + 3);
+  const Pose at = frame(pose);
+  std::copy_n(at.position.data(), 3, numbers);
+  std::copy_n(at.orientation.coeffs().data(), 4, numbers + 3);
   return state_;
 }
 

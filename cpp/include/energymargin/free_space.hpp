@@ -18,14 +18,12 @@ class FreeSpace {
   FreeSpace(FreeSpace&&) noexcept;
   FreeSpace& operator=(FreeSpace&&) noexcept;
 
-  //! How far every point of the object can move before it is in anything [m], at most `reach`; negative: not free.
+  //! How far every point of the object can move before it is in anything [m], up to `reach`; negative: not free. `pose`
+  //! is that of the body's frame.
   double clearance(const Pose& pose, double reach);
 
   //! How much deeper than at the start the object may be in a body [m]: so that it can slide along what it rests on.
   double tolerance() const;
-
-  //! Distance of the object's farthest point from the origin of its frame, or a little more [m].
-  double radius() const;
 
  private:
   class Bullet;

@@ -21,17 +21,13 @@ class Potential {
 
   //! Gravity and the constant force alone [N].
   const Vector3& load() const { return load_; }
-
-  //! Where they act, in the body's frame [m].
-  const Vector3& center() const { return center_; }
-
   bool has_springs() const { return !springs_.empty(); }
 
   //! Whether a turn about the frame's origin changes it.
   bool turns() const;
 
  private:
-  struct End {  // of a spring, at the body
+  struct End {       // of a spring, at the body
     Vector3 point;   // in the body's frame
     Vector3 anchor;  // the other end, in the world
     double stiffness, rest_length;

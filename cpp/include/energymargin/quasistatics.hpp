@@ -28,7 +28,8 @@ enum class Turning {
   all,         ///< freely
 };
 
-//! One object of a problem, quasi-statically. One thread at a time.
+//! One object of a problem, quasi-statically. Its poses are those of its centre of mass: so it turns about that, and
+//! without springs its energy is linear on a way. One thread at a time.
 class Quasistatics {
  public:
   //! `object` is the index of a body that moves freely.
@@ -40,7 +41,7 @@ class Quasistatics {
   const Vector3& axis() const { return axis_; }  //!< for Turning::about_axis
   const Potential& potential() const { return potential_; }
   double size() const { return size_; }      //!< the object's smallest half extent [m]
-  double radius() const { return radius_; }  //!< of its farthest point from its frame's origin [m]
+  double radius() const { return radius_; }  //!< of its farthest point from its centre of mass [m]
 
   //! Above that at the start, and at least 0 [J].
   double energy(const Pose& pose) const;
@@ -77,11 +78,14 @@ class Quasistatics {
   const State& state(const Pose& pose);
 
  private:
+  //! Of the body's frame.
+  Pose frame(const Pose& pose) const;
   bool in_reach(const Pose& pose, double reach) const;
   Vector3 downhill(const Pose& pose) const;
   bool within(const Pose& pose);
 
   Body body_;
+  Vector3 center_;  // of mass, in the body's frame
   Pose start_;
   FreeSpace free_space_;
   Potential potential_;

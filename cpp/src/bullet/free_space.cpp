@@ -101,26 +101,23 @@ class FreeSpace::Bullet {
   }
 
   double tolerance() const { return tolerance_; }
-  double radius() const { return radius_; }
 
  private:
   void add_piece(const btConvexShape& shape, const btTransform& in_object) {
     btVector3 centre;
     btScalar radius = 0.0;
     shape.getBoundingSphere(centre, radius);
-    radius += centre.length();
-    pieces_.push_back({&shape, in_object, radius});
-    radius_ = std::max(radius_, in_object.getOrigin().length() + radius);
+    pieces_.push_back({&shape, in_object, radius + centre.length()});
   }
 
   void add_obstacles(std::size_t body) {
     const btCollisionObject& other = simulation_.collider(body);
     for_each_piece(*other.getCollisionShape(), other.getWorldTransform(),
-                  [this](const btCollisionShape& shape, const btTransform& pose) {
-                    Obstacle obstacle{&shape, pose, {}, {}, 0.0};
-                    shape.getAabb(pose, obstacle.lower, obstacle.upper);
-                    obstacles_.push_back(obstacle);
-                  });
+                   [this](const btCollisionShape& shape, const btTransform& pose) {
+                     Obstacle obstacle{&shape, pose, {}, {}, 0.0};
+                     shape.getAabb(pose, obstacle.lower, obstacle.upper);
+                     obstacles_.push_back(obstacle);
+                   });
   }
 
   double distance(const btTransform& object, const Obstacle& obstacle, double reach) const {
@@ -148,7 +145,6 @@ class FreeSpace::Bullet {
   std::vector<Piece> pieces_;
   std::vector<Obstacle> obstacles_;
   double tolerance_ = 0.0;
-  double radius_ = 0.0;
 };
 
 FreeSpace::FreeSpace(const Scene& scene, const State& state, std::size_t object)
@@ -159,6 +155,5 @@ FreeSpace& FreeSpace::operator=(FreeSpace&&) noexcept = default;
 
 double FreeSpace::clearance(const Pose& pose, double reach) { return bullet_->clearance(pose, reach); }
 double FreeSpace::tolerance() const { return bullet_->tolerance(); }
-double FreeSpace::radius() const { return bullet_->radius(); }
 
 }  // namespace energymargin

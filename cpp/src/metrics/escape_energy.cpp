@@ -51,14 +51,14 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   if (options.reach) require_positive("reach", *options.reach);
   validate(problem);
   const std::size_t object = escaping(problem.scene, options.object);
-  search::QuasistaticProblem quasistatic(problem, object,
-                                         {options.samples, options.seed, options.reach, options.stop});
+  search::QuasistaticProblem quasistatic(problem, object, {options.samples, options.seed, options.reach, options.stop});
   if (options.planner == "bit*") {
     search::bit_star(quasistatic);
   } else {
     search::rrt_star(quasistatic);
   }
-  if (quasistatic.stopped() && quasistatic.samples() < options.samples) throw search::Stopped();
+  if (quasistatic.stopped() && quasistatic.energy() > 0.0 && quasistatic.samples() < options.samples)
+    throw search::Stopped();
   return result(quasistatic);
 }
 

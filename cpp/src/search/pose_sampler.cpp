@@ -37,8 +37,7 @@ std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector
 double PoseSampler::below_bound(int axis, double bound, double reach) const {
   const Vector3& load = statics_.potential().load();
   const bool alone = !statics_.potential().has_springs() && std::abs(load[axis]) == load.norm() && load[axis] != 0.0;
-  if (!alone) return reach;
-  return std::min(reach, bound / std::abs(load[axis]) + 2.0 * statics_.potential().center().norm());
+  return alone ? std::min(reach, bound / std::abs(load[axis])) : reach;
 }
 
 // Mostly in the box, and now and then in one twice, four times, ... as large.
@@ -69,7 +68,9 @@ Pose PoseSampler::anywhere(double bound) {
 Pose PoseSampler::along(const std::vector<Pose>& known) {
   if (statics_.sliding().isZero(0.0)) return anywhere(std::numeric_limits<double>::infinity());
   const bool from_start = known.empty() || rng_.uniform01() < start_share;
-  const Pose& from = from_start ? statics_.start() : known[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(known.size()) - 1))];
+  const Pose& from = from_start
+                         ? statics_.start()
+                         : known[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(known.size()) - 1))];
   Pose pose = near(from, log_uniform(0.03 * statics_.size(), statics_.size()));
   int axis = rng_.uniformInt(0, 2);
   while (statics_.sliding()[axis] == 0.0) axis = (axis + 1) % 3;
@@ -91,8 +92,7 @@ Pose PoseSampler::near(const Pose& pose, double scale) {
   }
   const double turn = scale / statics_.radius();
   if (statics_.turning() == Turning::about_axis) {
-    moved.orientation =
-        Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), statics_.axis())) * moved.orientation;
+    moved.orientation = Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), statics_.axis())) * moved.orientation;
   } else if (statics_.turning() == Turning::all) {
     const Vector3 by(rng_.gaussian(0.0, turn), rng_.gaussian(0.0, turn), rng_.gaussian(0.0, turn));
     moved.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * moved.orientation;

@@ -19,13 +19,19 @@ namespace {
 
 namespace ob = ompl::base;
 
-constexpr double least_gain = 1e-4;        // a better way is better by this share
-constexpr int poses_for_reach = 64;        // free ones, of which a fair share has to be outside
+constexpr double least_gain = 1e-4;  // a better way is better by this share
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// The box to draw from is large enough once this share of the free poses in it is outside of the capture set.
 constexpr double fair_share = 0.25;
-constexpr int most_doublings = 24;
-constexpr int trials = 400;
-constexpr int first_polish = 64;
-constexpr int most_polish = 4096;
+constexpr int poses_in_box = 64;
+constexpr int poses_in_given_box = 2000;
+constexpr int most_boxes = 20;
+// Sets about orientations have the same share in a box of any size: the first one is as good.
+constexpr double more_by_chance = 1.5;
+constexpr double least_share = 1.0 / poses_in_box;
+constexpr int first_trials = 800;  // to relax a new way
+constexpr int first_polish = 64;   // samples at which the best way is relaxed again
+constexpr int most_polish = 4096;  // trials of that
 constexpr double captured_per_goal = 10.0;
 
 class Allowed : public ob::StateValidityChecker {
@@ -143,7 +149,7 @@ QuasistaticProblem::QuasistaticProblem(const Problem& problem, std::size_t objec
     : budget_(budget),
       statics_(problem, object),
       sampler_(statics_, stream(budget.seed, 1), budget.stop),
-      energy_(std::numeric_limits<double>::infinity()) {
+      energy_(infinity) {
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   if (statics_.outside(statics_.start())) {
     energy_ = 0.0;
@@ -153,33 +159,37 @@ QuasistaticProblem::QuasistaticProblem(const Problem& problem, std::size_t objec
   }
   find_reach();
   const auto space = std::make_shared<PoseSpace>(statics_, sampler_.reach());
-  space->setStateSamplerAllocator(
-      [this](const ob::StateSpace* of) { return std::make_shared<Draws>(of, *this); });
+  space->setStateSamplerAllocator([this](const ob::StateSpace* of) { return std::make_shared<Draws>(of, *this); });
   si_ = std::make_shared<ob::SpaceInformation>(space);
   si_->setStateValidityChecker(std::make_shared<Allowed>(si_, *this));
   si_->setMotionValidator(std::make_shared<Passes>(si_, *this));
   si_->setup();
 }
 
-// Doubled until the box holds the capture set with some of what is around it.
+// Doubled until a fair share of the box around the start is outside of the capture set.
 void QuasistaticProblem::find_reach() {
-  const double infinity = std::numeric_limits<double>::infinity();
-  sampler_.set_reach(budget_.reach.value_or(2.0 * statics_.radius()), false);
-  for (int i = 0; i <= (budget_.reach ? 0 : most_doublings); ++i) {
-    outside_.poses.clear();
-    for (int drawn = 0; drawn < poses_for_reach; ++drawn) {
+  double share = 0.0;
+  double best = 0.0;
+  double reach = budget_.reach.value_or(2.0 * statics_.radius());
+  for (int i = 0; i < (budget_.reach ? 1 : most_boxes) && share < fair_share && !stopped(); ++i, reach *= 2.0) {
+    sampler_.set_reach(reach, false);
+    std::vector<Pose> outside;
+    const int poses = budget_.reach ? poses_in_given_box : poses_in_box;
+    for (int drawn = 0; drawn < poses && outside.size() < fair_share * poses_in_box; ++drawn) {
       const std::optional<Pose> pose = sampler_.draw(infinity, PoseSampler::Side::any);
-      if (pose && statics_.outside(*pose)) outside_.poses.push_back(statics_.settled(*pose, sampler_.reach(), true));
+      if (pose && statics_.outside(*pose)) outside.push_back(statics_.settled(*pose, reach, true));
     }
-    const double share = static_cast<double>(outside_.poses.size()) / poses_for_reach;
-    if (stopped() || share >= (budget_.reach ? 0.5 / poses_for_reach : fair_share)) {
-      sampler_.set_reach(sampler_.reach(), !budget_.reach);
-      return;
-    }
-    if (!budget_.reach) sampler_.set_reach(2.0 * sampler_.reach(), false);
+    const double share_here = static_cast<double>(outside.size()) / poses_in_box;
+    if (share_here < more_by_chance * share + least_share) continue;
+    share = share_here;
+    best = reach;
+    outside_.poses = std::move(outside);
   }
-  reject("reach", budget_.reach ? text(*budget_.reach) : "not given, and up to " + text(sampler_.reach()) + " m",
-         "one in which poses of the object outside of its capture set are free");
+  if (share == 0.0 && !stopped()) {
+    reject("reach", budget_.reach ? text(*budget_.reach) : "not given, and nothing is found up to " + text(reach),
+           "one in which poses of the object outside of its capture set are free");
+  }
+  sampler_.set_reach(best, !budget_.reach);
 }
 
 bool QuasistaticProblem::spent() const { return samples_ >= budget_.samples || energy_ == 0.0 || stopped(); }
@@ -210,14 +220,21 @@ ob::ProblemDefinitionPtr QuasistaticProblem::ask() {
 bool QuasistaticProblem::draw(PoseSampler::Side side, Pose& pose) {
   Pool& known = pool(side);
   if (known.next == known.poses.size()) {
+    if (spent()) return false;
     ++samples_;
-    if (samples_ >= first_polish && (samples_ & (samples_ - 1)) == 0 && !path_.empty()) keep(relax(path_, statics_, sampler_, std::min(samples_, most_polish), budget_.stop));
+    polish();
     const std::optional<Pose> drawn = sampler_.draw(bound(), side, known.poses);
     if (!drawn) return false;
     known.poses.push_back(*drawn);
   }
   pose = known.poses[known.next++];
   return true;
+}
+
+// At powers of two, whatever the budget: so more samples never make it worse.
+void QuasistaticProblem::polish() {
+  if (path_.empty() || samples_ < first_polish || (samples_ & (samples_ - 1)) != 0) return;
+  keep(relax(path_, statics_, sampler_, std::min(2 * samples_, most_polish), budget_.stop));
 }
 
 std::size_t QuasistaticProblem::most_goals() const {
@@ -231,7 +248,7 @@ void QuasistaticProblem::take(ob::ProblemDefinition& definition) {
     found.push_back(pose_of(state));
   }
   definition.clearSolutionPaths();
-  keep(relax(found, statics_, sampler_, trials, budget_.stop));
+  keep(relax(found, statics_, sampler_, first_trials, budget_.stop));
 }
 
 void QuasistaticProblem::keep(Path path) {

@@ -7,14 +7,14 @@
 namespace energymargin::search {
 namespace {
 
-constexpr int halvings = 40;            // of the step on which a path leaves the capture set
-constexpr double closest = 0.02;         // two poses of a path, in smallest half extents
-constexpr double first_scale = 0.3;     // of a trial's move, in radii of the object
-constexpr double least_scale = 1e-4;    // at which the search is over, in smallest half extents
-constexpr double first_spacing = 0.5;     // of the poses that are moved, in radii
+constexpr int halvings = 40;           // of the step on which a path leaves the capture set
+constexpr double closest = 0.02;       // two poses of a path, in smallest half extents
+constexpr double first_scale = 0.3;    // of a trial's move, in radii of the object
+constexpr double least_scale = 1e-4;   // at which the search is over, in smallest half extents
+constexpr double first_spacing = 0.5;  // of the poses that are moved, in radii
 constexpr double least_spacing = 0.1;
-constexpr int trials_per_fall = 8;         // every such trial lets the top fall down to what is below
-constexpr double after_success = 1.5;   // the scale's factors: it stays where one trial in five is a success
+constexpr int trials_per_fall = 8;     // every such trial lets the top fall down to what is below
+constexpr double after_success = 1.5;  // the scale's factors: it stays where one trial in five is a success
 constexpr double after_failure = 0.9;
 
 // Leaves out what it can without a higher barrier.

@@ -5,8 +5,8 @@
 
 namespace energymargin::search {
 
-//! Runs until the problem's samples are spent. OMPL's own pruning stays off: with several goals it may drop the start (its
-//! issue 949). Instead each new question starts from the poses drawn so far that are below the bound.
+//! Runs until the problem's samples are spent. OMPL's own pruning stays off: with several goals it may drop the start
+//! (its issue 949). Instead each new question starts from the poses drawn so far that are below the bound.
 void bit_star(QuasistaticProblem& problem);
 
 }  // namespace energymargin::search

@@ -31,8 +31,8 @@ class PoseSampler {
     any,
   };
 
-  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn around those
-  //! already known.
+  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn around
+  //! those already known.
   std::optional<Pose> draw(double bound, Side side, const std::vector<Pose>& known = {});
 
   //! A pose nearby: as far as about `scale` [m] away.

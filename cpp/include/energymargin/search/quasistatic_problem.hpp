@@ -21,7 +21,7 @@ namespace energymargin::search {
 struct QuasistaticBudget {
   int samples = 0;  //!< poses to draw
   std::uint64_t seed = 0;
-  std::optional<double> reach{};            //!< half the edge of the box around the start to draw from [m]; unset: found
+  std::optional<double> reach{};  //!< half the edge of the box around the start to draw from [m]; unset: found
   const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
 };
 
@@ -33,7 +33,8 @@ class QuasistaticProblem {
 
   const ompl::base::SpaceInformationPtr& space_information() const { return si_; }
 
-  //! The question anew: from the start to outside below the present bound. None if no pose outside could be drawn there.
+  //! The question anew: from the start to outside below the present bound. None if no pose outside could be drawn
+  //! there.
   ompl::base::ProblemDefinitionPtr ask();
 
   //! Poses drawn so far.
@@ -76,6 +77,7 @@ class QuasistaticProblem {
   };
 
   void find_reach();
+  void polish();
   void keep(Path path);
   Pool& pool(PoseSampler::Side side) { return side == PoseSampler::Side::captured ? captured_ : outside_; }
 
