@@ -32,7 +32,8 @@ constexpr double least_share = 1.0 / poses_in_box;
 constexpr int first_trials = 800;  // to relax a new way
 constexpr int first_polish = 64;   // samples at which the best way is relaxed again
 constexpr int most_polish = 4096;  // trials of that
-constexpr double captured_per_goal = 10.0;
+constexpr std::size_t captured_per_goal = 10;
+constexpr std::size_t most_goals_asked = 32;  // BIT* goes through all of them for every edge
 
 class Allowed : public ob::StateValidityChecker {
  public:
@@ -238,7 +239,7 @@ void QuasistaticProblem::polish() {
 }
 
 std::size_t QuasistaticProblem::most_goals() const {
-  return 1 + static_cast<std::size_t>(static_cast<double>(captured_.next) / captured_per_goal);
+  return std::min<std::size_t>(1 + captured_.next / captured_per_goal, most_goals_asked);
 }
 
 void QuasistaticProblem::take(ob::ProblemDefinition& definition) {
