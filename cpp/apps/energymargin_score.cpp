@@ -13,6 +13,7 @@
 
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
+#include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/problem_io.hpp"
 
@@ -21,19 +22,22 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* usage =
-    R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|force] [--planner est|rrt] [--captured all|any]
-                          [--nodes M] [--seed S] [--trees R] [--threads T]
+    R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|force|escape_energy] [--planner NAME]
+                          [--captured all|any] [--nodes M] [--samples N] [--seed S] [--trees R] [--threads T]
        energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
        energymargin_score --schema
 
 Scores a problem file and prints JSON.
 
   --metric    capture: capture and success score (the default), null for the sets that the problem does not have;
-              effort: effort of escape [J], null if no escape was found; force: the wrench-based baseline
-  --planner   for --metric effort: the x of AO-x (default est)
+              effort: effort of escape [J], null if no escape was found; force: the wrench-based baseline;
+              escape_energy: least potential energy of a quasi-static escape [J], null if none was found
+  --planner   for --metric effort: the x of AO-x, est or rrt (default est); for --metric escape_energy: bit* or rrt*
+              (default bit*)
   --captured  for --metric effort, of several objects: all, an escape is when one has left (the default), or any, when
               the last one has
   --nodes     nodes of the search tree (default 1000)
+  --samples   for --metric escape_energy: poses of the object to draw (default 2000)
   --seed      64-bit seed (default 0); the same seed gives the same bits, also from Python
   --trees     for --metric capture: independent trees, two or more give standard errors (default 1)
   --threads   for several trees (default 1)
@@ -52,8 +56,9 @@ examples: energymargin_score problem.json --metric effort --nodes 5000
 struct Arguments {
   std::string file;
   std::string metric = "capture";
-  std::string planner = "est";
+  std::string planner;  // empty: the metric's own default
   int nodes = 1000;
+  int samples = 2000;
   std::uint64_t seed = 0;
   int trees = 1;
   int threads = 1;
@@ -128,6 +133,8 @@ Arguments parse(const std::vector<std::string>& words) {
       arguments.planner = value;
     } else if (word == "--nodes") {
       arguments.nodes = count(word, value);
+    } else if (word == "--samples") {
+      arguments.samples = count(word, value);
     } else if (word == "--seed") {
       arguments.seed = whole_number(word, value);
     } else if (word == "--trees") {
@@ -164,7 +171,7 @@ Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
 
 Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
   energymargin::EffortOptions options;
-  options.planner = arguments.planner;
+  if (!arguments.planner.empty()) options.planner = arguments.planner;
   options.nodes = arguments.nodes;
   options.seed = arguments.seed;
   options.captured = arguments.captured;
@@ -173,6 +180,18 @@ Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
   for (const auto& [nodes, best] : escape.history) history.push_back({{"nodes", nodes}, {"effort", best}});
   const bool found = std::isfinite(escape.effort);
   return {{"effort", found ? Json(escape.effort) : Json(nullptr)}, {"history", history}};
+}
+
+Json escape_energy(const energymargin::Problem& problem, const Arguments& arguments) {
+  energymargin::EscapeEnergyOptions options;
+  if (!arguments.planner.empty()) options.planner = arguments.planner;
+  options.samples = arguments.samples;
+  options.seed = arguments.seed;
+  const energymargin::EscapeEnergy escape = energymargin::escape_energy(problem, options);
+  Json history = Json::array();
+  for (const auto& [samples, best] : escape.history) history.push_back({{"samples", samples}, {"energy", best}});
+  const bool found = std::isfinite(escape.energy);
+  return {{"energy", found ? Json(escape.energy) : Json(nullptr)}, {"history", history}};
 }
 
 Json force(const energymargin::Problem& problem) {
@@ -187,12 +206,15 @@ Json force(const energymargin::Problem& problem) {
 }
 
 Json score(const Arguments& arguments) {
-  if (arguments.metric != "capture" && arguments.metric != "effort" && arguments.metric != "force") {
-    throw std::invalid_argument("--metric is '" + arguments.metric + "', expected capture, effort or force");
+  if (arguments.metric != "capture" && arguments.metric != "effort" && arguments.metric != "force" &&
+      arguments.metric != "escape_energy") {
+    throw std::invalid_argument("--metric is '" + arguments.metric +
+                                "', expected capture, effort, force or escape_energy");
   }
   const energymargin::Problem problem = energymargin::load(arguments.file);
   if (arguments.metric == "capture") return capture(problem, arguments);
   if (arguments.metric == "effort") return effort(problem, arguments);
+  if (arguments.metric == "escape_energy") return escape_energy(problem, arguments);
   return force(problem);
 }
 

@@ -7,6 +7,7 @@
 #include "energymargin/batch.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
+#include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/random.hpp"
 
@@ -69,6 +70,21 @@ Escape effort(const Problem& problem, const std::string& planner, const WholeNum
   });
 }
 
+EscapeEnergy energy(const Problem& problem, const std::string& planner, const WholeNumber& samples,
+                    const WholeNumber& seed_given, const std::optional<Number>& reach,
+                    const std::optional<std::string>& object) {
+  EscapeEnergyOptions options;
+  options.planner = planner;
+  options.samples = count("samples", samples);
+  options.seed = seed("seed", seed_given);
+  options.reach = real("reach", reach);
+  options.object = object.value_or("");
+  return interruptible([&](const std::atomic<bool>* stop) {
+    options.stop = stop;
+    return escape_energy(problem, options);
+  });
+}
+
 void bind_tree(py::module_& module) {
   py::class_<Tree>(module, "Tree", "All rollouts of a search as flat arrays; row 0 is the root.")
       .def_readonly("states", &Tree::states, "Shape (M + 1, n).")
@@ -113,6 +129,21 @@ void bind_results(py::module_& module) {
       .def_readonly("tree", &Escape::tree)
       .def("__repr__", [](const Escape& escape) {
         return "EscapeEffort(effort=" + py::repr(py::cast(escape.effort)).cast<std::string>() + ")";
+      });
+  py::class_<EscapeEnergy>(module, "EscapeEnergy", "Escape energy, Definitions 1 and 2.")
+      .def_readonly("energy", &EscapeEnergy::energy, "Lowest barrier found [J]; inf if no way out was, as of a cage.")
+      .def_readonly("history", &EscapeEnergy::history, "(samples so far, best energy) at each improvement.")
+      .def_readonly("path", &EscapeEnergy::path,
+                    "States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 if no "
+                    "way out was found.")
+      .def_property_readonly(
+          "barrier",
+          [](const EscapeEnergy& escape) {
+            return escape.barrier < 0 ? std::nullopt : std::make_optional(escape.barrier);
+          },
+          "Row of the path's highest energy; None if no way out was found.")
+      .def("__repr__", [](const EscapeEnergy& escape) {
+        return "EscapeEnergy(energy=" + py::repr(py::cast(escape.energy)).cast<std::string>() + ")";
       });
   py::class_<ContactMargins>(module, "ContactMargins", "What the object's contacts with one kind of body can bear.")
       .def_readonly("engage", &ContactMargins::engage, "Sum of the normal forces [N].")
@@ -177,6 +208,11 @@ void bind_scores(py::module_& module) {
              py::arg("seed") = 0, py::arg("captured") = "all",
              "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
              "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.");
+  module.def("escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
+             py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(),
+             "Least potential energy above that of the start over which the object gets out of the capture set when it is "
+             "moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the "
+             "edge of the box around the start to search in [m], by default found. object: which one, of several.");
   module.def(
       "force_score",
       [](const Problem& problem, const std::optional<ForceWeights>& weights) {

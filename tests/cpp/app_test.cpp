@@ -8,6 +8,7 @@
 
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
+#include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "expect.hpp"
 #include "problem_files.hpp"
@@ -137,6 +138,24 @@ TEST_F(App, EffortWithoutAnEscapeIsNull) {
   EXPECT_TRUE(Json::parse(outcome.out)["effort"].is_null());
 }
 
+TEST_F(App, EscapeEnergyOfEachPlannerIsTheLibrarysToTheLastBit) {
+  save(lift(0.2), problem);
+  for (const std::string planner : {"bit*", "rrt*"}) {
+    const Outcome outcome =
+        run(problem + " --metric escape_energy --samples 300 --seed 18446744073709551615 --planner '" + planner + "'");
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    EscapeEnergyOptions options;
+    options.planner = planner;
+    options.samples = 300;
+    options.seed = 18446744073709551615ULL;
+    const EscapeEnergy escape = escape_energy(lift(0.2), options);
+    const Json json = Json::parse(outcome.out);
+    EXPECT_TRUE(same_bits(json["energy"].get<double>(), escape.energy));
+    ASSERT_EQ(json["history"].size(), escape.history.size());
+    EXPECT_EQ(json["history"].back()["samples"], escape.history.back().first);
+  }
+}
+
 TEST_F(App, ForceIsTheLibrarysToTheLastBit) {
   save(push(), problem);
   const Outcome outcome = run(problem + " --metric force");
@@ -173,8 +192,8 @@ TEST_F(App, SchemaIsTheLibrarys) {
 TEST_F(App, HelpNamesEveryOption) {
   const Outcome outcome = run("--help");
   EXPECT_EQ(outcome.code, 0);
-  for (const char* option : {"--metric", "--planner", "--nodes", "--seed", "--trees", "--threads", "--captured",
-                             "--save", "--meshes", "--schema"}) {
+  for (const char* option : {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads",
+                             "--captured", "--save", "--meshes", "--schema"}) {
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   }
 }
@@ -186,7 +205,7 @@ TEST_F(App, WrongArgumentsAreOneClearLine) {
   expect_error(problem + " --nodes 10x", {"--nodes", "10x", "whole number"});
   expect_error(problem + " --seed -1", {"--seed", "-1"});
   expect_error(problem + " --seed 18446744073709551616", {"--seed", "18446744073709551616"});
-  expect_error(problem + " --metric luck", {"--metric", "luck", "capture, effort or force"});
+  expect_error(problem + " --metric luck", {"--metric", "luck", "capture, effort, force or escape_energy"});
   expect_error(problem + " --metric effort --planner sst", {"planner", "sst", "'est' or 'rrt'"});
   expect_error(problem + " --colour red", {"--colour"});
   expect_error(problem + " --nodes", {"--nodes", "no value"});

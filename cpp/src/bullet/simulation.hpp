@@ -66,6 +66,9 @@ class Simulation {
   std::vector<Contact> contacts() const;
   PairPoints pair(std::size_t a, std::size_t b, double reach);
 
+  //! A body as Bullet sees it, where the last `restore` or `step` left it.
+  const btCollisionObject& collider(std::size_t body) const { return *colliders_[body]; }
+
   //! Whether two bodies can collide at all.
   bool can_collide(std::size_t a, std::size_t b) const;
 

@@ -1,0 +1,36 @@
+#pragma once
+// Escape energy of a quasi-static object, Definitions 1 and 2.
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "energymargin/problem.hpp"
+
+namespace energymargin {
+
+struct EscapeEnergyOptions {
+  std::string planner = "bit*";  //!< "bit*" or "rrt*"
+  int samples = 2000;            //!< poses of the object to draw
+  std::uint64_t seed = 0;
+  std::optional<double> reach{};  //!< half the edge of the box around the start to search in [m]; unset: found
+  std::string object{};           //!< the one that escapes; empty: the only one
+  const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
+};
+
+struct EscapeEnergy {
+  double energy = 0.0;  //!< lowest barrier found, from above [J]; inf: none found, as for a cage
+  std::vector<std::pair<int, double>> history;  //!< (samples so far, best energy) at each improvement
+  States path;       //!< the way over it, at rest, from the start to the first state outside (P, n); empty if none
+  int barrier = -1;  //!< row of the path's highest energy; -1 if none was found
+};
+
+//! The least potential energy above that of the start that an object has to be given to leave the capture set, slowly,
+//! while everything else stays where it is. Supports carry it without friction. An upper bound that falls with the
+//! samples. Throws std::invalid_argument on a bad problem or option.
+EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& options = {});
+
+}  // namespace energymargin

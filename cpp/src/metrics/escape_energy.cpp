@@ -1,0 +1,65 @@
+#include "energymargin/metrics/escape_energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../check.hpp"
+#include "energymargin/search/bit_star.hpp"
+#include "energymargin/search/bounded_problem.hpp"
+#include "energymargin/search/rrt_star.hpp"
+
+namespace energymargin {
+namespace {
+
+std::size_t escaping(const Scene& scene, const std::string& name) {
+  const std::vector<std::size_t> objects = scene.with_role(Role::object);
+  std::string names;
+  for (const std::size_t object : objects) {
+    if (scene.bodies()[object].name == name) return object;
+    names += (names.empty() ? "'" : " or '") + scene.bodies()[object].name + "'";
+  }
+  if (!name.empty()) reject("object", "'" + name + "'", names);
+  if (objects.size() != 1) reject("object", "not given", "one of the scene's objects, " + names);
+  return objects.front();
+}
+
+EscapeEnergy result(search::QuasistaticProblem& problem) {
+  EscapeEnergy escape;
+  escape.energy = problem.energy();
+  escape.history = problem.history();
+  const Path& path = problem.path();
+  if (path.empty()) return escape;
+  Quasistatics& statics = problem.statics();
+  Path rows{path.front()};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) statics.append_way(path[i], path[i + 1], rows);
+  escape.path.resize(static_cast<Eigen::Index>(rows.size()), statics.state(rows.front()).size());
+  const auto lower = [&](const Pose& a, const Pose& b) { return statics.energy(a) < statics.energy(b); };
+  escape.barrier = static_cast<int>(std::max_element(rows.begin(), rows.end(), lower) - rows.begin());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    escape.path.row(static_cast<Eigen::Index>(i)) = statics.state(rows[i]).transpose();
+  }
+  return escape;
+}
+
+}  // namespace
+
+EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& options) {
+  if (options.planner != "bit*" && options.planner != "rrt*") {
+    reject("planner", "'" + options.planner + "'", "'bit*' or 'rrt*'");
+  }
+  require_at_least("samples", options.samples, 1);
+  if (options.reach) require_positive("reach", *options.reach);
+  validate(problem);
+  const std::size_t object = escaping(problem.scene, options.object);
+  search::QuasistaticProblem quasistatic(problem, object, {options.samples, options.seed, options.reach, options.stop});
+  if (options.planner == "bit*") {
+    search::bit_star(quasistatic);
+  } else {
+    search::rrt_star(quasistatic);
+  }
+  if (quasistatic.stopped() && quasistatic.energy() > 0.0 && quasistatic.samples() < options.samples)
+    throw search::Stopped();
+  return result(quasistatic);
+}
+
+}  // namespace energymargin
