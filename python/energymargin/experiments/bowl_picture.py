@@ -20,6 +20,7 @@ except ImportError as error:
 __all__ = ["figure_bowl"]
 
 COLORS = {"bit*": "#0072B2", "rrt*": "#CC79A7"}
+STRIDE = 7  # neighbours get colours that differ; coprime to most numbers of parts
 APART = 0.25  # how far the parts are moved from the middle, as a share of their distance to it
 
 
@@ -39,7 +40,8 @@ def figure_bowl(bowl: Bowl) -> Figure:
 
 
 def _draw_parts(ax: Axes, bowl: Bowl, *, apart: float, alpha: float) -> None:
-    colors = colormaps["cividis"](np.linspace(0.1, 1.0, len(bowl.shape.parts)))
+    count = len(bowl.shape.parts)
+    colors = colormaps["cividis"](np.linspace(0.1, 1.0, count)[np.arange(count) * STRIDE % count])
     corners = [_points(part.shape) for part in bowl.shape.parts]
     middle = np.mean([points.mean(axis=0) for points in corners], axis=0)
     for points, color in zip(corners, colors, strict=True):
@@ -92,6 +94,7 @@ def _draw_bounds(ax: Axes, bowl: Bowl) -> None:
     ax.set_xscale("log")
     ax.set_xlabel("samples")
     ax.set_ylabel("escape energy [mJ], found from above")
-    ax.set_title(f"{' and '.join(PLANNERS)}, each seed", fontsize=10)
+    seeds = 1 + max(run.seed for run in bowl.runs)
+    ax.set_title(f"{' and '.join(PLANNERS)}, {seeds} seeds each", fontsize=10)
     ax.grid(alpha=0.25, linewidth=0.5)
     ax.legend(frameon=False, fontsize=8)
