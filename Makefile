@@ -6,11 +6,11 @@
 # Each target installs what is missing first: Debian packages with apt, the rest in .venv.
 
 PYTHON ?= python3
-PACKAGES := cmake g++ ninja-build libbullet-dev libompl-dev libeigen3-dev nlohmann-json3-dev libgtest-dev \
+PACKAGES := cmake g++ ninja-build libbullet-dev libompl-dev libeigen3-dev nlohmann-json3-dev libvalijson-dev libgtest-dev \
             libbenchmark-dev python3-venv python3-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
-SOURCES := $(shell find cpp cmake tests/cpp -type f) CMakeLists.txt
+SOURCES := $(shell find cpp cmake tests/cpp -type f) CMakeLists.txt python/energymargin/problem.schema.json
 
 .PHONY: demo test bench check format stubs clean
 .DELETE_ON_ERROR:

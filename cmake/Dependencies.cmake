@@ -13,6 +13,14 @@ if(NOT TARGET nlohmann_json::nlohmann_json)
   list(APPEND energymargin_missing nlohmann-json3-dev)
 endif()
 
+# Who links the installed library does not need it.
+if(NOT CMAKE_FIND_PACKAGE_NAME STREQUAL energymargin)
+  find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp)
+  if(NOT VALIJSON_INCLUDE_DIR)
+    list(APPEND energymargin_missing libvalijson-dev)
+  endif()
+endif()
+
 # Debian's OMPL links with -lompl alone; its own CMake files ask for parts of Boost that it does not bring.
 find_path(OMPL_INCLUDE_DIR ompl/config.h PATH_SUFFIXES ompl-1.5 ompl-1.6 ompl-1.7)
 find_library(OMPL_LIBRARY ompl)

@@ -19,6 +19,7 @@ set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
 install(TARGETS energymargin EXPORT energymarginTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 install(DIRECTORY cpp/include/energymargin DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(FILES ${schema_file} DESTINATION ${CMAKE_INSTALL_DATADIR}/energymargin COMPONENT development)
 install(EXPORT energymarginTargets NAMESPACE energymargin:: DESTINATION ${config_dir} COMPONENT development)
 configure_package_config_file(cmake/energymarginConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
   INSTALL_DESTINATION ${config_dir})

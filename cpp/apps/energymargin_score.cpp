@@ -1,9 +1,12 @@
-// energymargin_score: reads a problem file, prints its score as JSON.
+// energymargin_score: reads a problem file, prints its score as JSON or writes it again.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -20,22 +23,34 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* usage =
     R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|force|escape_energy] [--planner NAME]
-                          [--nodes M] [--samples N] [--seed S] [--trees R] [--threads T]
+                          [--captured all|any] [--nodes M] [--samples N] [--seed S] [--trees R] [--threads T]
+       energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
+       energymargin_score --schema
 
 Scores a problem file and prints JSON.
 
-  --metric   capture: capture and success score (the default); effort: effort of escape [J], null if no escape
-             was found; force: the wrench-based baseline; escape_energy: least potential energy of a quasi-static escape
-             [J], null if none was found
-  --planner  for --metric effort: the x of AO-x, est or rrt (default est); for --metric escape_energy: bit* or rrt*
-             (default bit*)
-  --nodes    nodes of the search tree (default 1000)
-  --samples  for --metric escape_energy: poses of the object to draw (default 2000)
-  --seed     64-bit seed (default 0); the same seed gives the same bits, also from Python
-  --trees    for --metric capture: independent trees, two or more give standard errors (default 1)
-  --threads  for several trees (default 1)
+  --metric    capture: capture and success score (the default), null for the sets that the problem does not have;
+              effort: effort of escape [J], null if no escape was found; force: the wrench-based baseline;
+              escape_energy: least potential energy of a quasi-static escape [J], null if none was found
+  --planner   for --metric effort: the x of AO-x, est or rrt (default est); for --metric escape_energy: bit* or rrt*
+              (default bit*)
+  --captured  for --metric effort, of several objects: all, an escape is when one has left (the default), or any, when
+              the last one has
+  --nodes     nodes of the search tree (default 1000)
+  --samples   for --metric escape_energy: poses of the object to draw (default 2000)
+  --seed      64-bit seed (default 0); the same seed gives the same bits, also from Python
+  --trees     for --metric capture: independent trees, two or more give standard errors (default 1)
+  --threads   for several trees (default 1)
 
-example: energymargin_score problem.json --metric effort --nodes 5000
+Or writes it again, and prints nothing.
+
+  --save      where to, the same bytes as from Python
+  --meshes    embedded: the points of meshes are in the file (the default); files: in OBJ files beside it
+
+  --schema    prints the JSON Schema of problem files
+
+examples: energymargin_score problem.json --metric effort --nodes 5000
+          energymargin_score problem.json --save folder/copy.json --meshes files
 )";
 
 struct Arguments {
@@ -47,7 +62,20 @@ struct Arguments {
   std::uint64_t seed = 0;
   int trees = 1;
   int threads = 1;
+  energymargin::Captured captured = energymargin::Captured::all;
+  std::string copy;  // where to save to; empty: score
+  std::optional<energymargin::Meshes> meshes;
 };
+
+// The value that a word stands for.
+template <typename Value>
+Value choice(const std::string& option, const std::string& text, const std::map<std::string, Value>& values) {
+  const auto found = values.find(text);
+  if (found != values.end()) return found->second;
+  std::string known;
+  for (const auto& [name, value] : values) known += (known.empty() ? "" : " or ") + name;
+  throw std::invalid_argument(option + " is '" + text + "', expected " + known);
+}
 
 std::uint64_t whole_number(const std::string& option, const std::string& text) {
   std::size_t read = 0;
@@ -71,8 +99,15 @@ int count(const std::string& option, const std::string& text) {
   return static_cast<int>(value);
 }
 
+void require_one_job(const Arguments& arguments, const std::string& scoring) {
+  if (arguments.copy.empty() && arguments.meshes) throw std::invalid_argument("--meshes is of use with --save alone");
+  if (arguments.copy.empty() || scoring.empty()) return;
+  throw std::invalid_argument(scoring + " is of no use with --save, which computes no score");
+}
+
 Arguments parse(const std::vector<std::string>& words) {
   Arguments arguments;
+  std::string scoring;  // an option that says how to score
   for (std::size_t i = 0; i < words.size(); ++i) {
     const std::string& word = words[i];
     if (word.rfind("--", 0) != 0) {
@@ -83,7 +118,16 @@ Arguments parse(const std::vector<std::string>& words) {
     }
     if (i + 1 == words.size()) throw std::invalid_argument(word + " has no value; see --help");
     const std::string& value = words[++i];
-    if (word == "--metric") {
+    if (word != "--save" && word != "--meshes") scoring = word;
+    if (word == "--save") {
+      arguments.copy = value;
+    } else if (word == "--meshes") {
+      arguments.meshes = choice<energymargin::Meshes>(
+          word, value, {{"embedded", energymargin::Meshes::embedded}, {"files", energymargin::Meshes::files}});
+    } else if (word == "--captured") {
+      arguments.captured = choice<energymargin::Captured>(
+          word, value, {{"all", energymargin::Captured::all}, {"any", energymargin::Captured::any}});
+    } else if (word == "--metric") {
       arguments.metric = value;
     } else if (word == "--planner") {
       arguments.planner = value;
@@ -102,6 +146,7 @@ Arguments parse(const std::vector<std::string>& words) {
     }
   }
   if (arguments.file.empty()) throw std::invalid_argument("no problem file given; see --help");
+  require_one_job(arguments, scoring);
   return arguments;
 }
 
@@ -116,13 +161,21 @@ Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
   const energymargin::CaptureScore score = energymargin::capture_score(problem, options);
   return {{"capture", score.capture},
           {"success", optional_number(score.success)},
+          {"capture_any", optional_number(score.capture_any)},
+          {"success_any", optional_number(score.success_any)},
           {"capture_stderr", optional_number(score.capture_stderr)},
-          {"success_stderr", optional_number(score.success_stderr)}};
+          {"success_stderr", optional_number(score.success_stderr)},
+          {"capture_any_stderr", optional_number(score.capture_any_stderr)},
+          {"success_any_stderr", optional_number(score.success_any_stderr)}};
 }
 
 Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
-  const energymargin::Escape escape = energymargin::escape_effort(
-      problem, {arguments.planner.empty() ? "est" : arguments.planner, arguments.nodes, arguments.seed, nullptr});
+  energymargin::EffortOptions options;
+  if (!arguments.planner.empty()) options.planner = arguments.planner;
+  options.nodes = arguments.nodes;
+  options.seed = arguments.seed;
+  options.captured = arguments.captured;
+  const energymargin::Escape escape = energymargin::escape_effort(problem, options);
   Json history = Json::array();
   for (const auto& [nodes, best] : escape.history) history.push_back({{"nodes", nodes}, {"effort", best}});
   const bool found = std::isfinite(escape.effort);
@@ -165,21 +218,46 @@ Json score(const Arguments& arguments) {
   return force(problem);
 }
 
+// What it does, and the text that it prints.
+std::string run(const Arguments& arguments) {
+  if (arguments.copy.empty()) return score(arguments).dump(1) + "\n";
+  energymargin::save(energymargin::load(arguments.file), arguments.copy,
+                     arguments.meshes.value_or(energymargin::Meshes::embedded));
+  return "";
+}
+
+void print(const std::string& text) {
+  std::cout << text << std::flush;
+  if (!std::cout) throw std::runtime_error("the output cannot be written");
+}
+
+// A file's own words may be in an error, and a failure is one line.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  return text;
+}
+
+bool has(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
-  for (const std::string& word : words) {
-    if (word == "--help" || word == "-h") {
-      std::cout << usage;
-      return 0;
-    }
-  }
   try {
-    std::cout << score(parse(words)).dump(1) << "\n";
+    if (has(words, "--help") || has(words, "-h")) {
+      print(usage);
+    } else if (has(words, "--schema")) {
+      print(energymargin::problem_schema());
+    } else {
+      print(run(parse(words)));
+    }
     return 0;
   } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
+    std::cerr << "error: " << one_line(error.what()) << "\n";
     return 2;
   }
 }

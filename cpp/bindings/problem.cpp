@@ -58,6 +58,14 @@ std::string file_path(const py::object& path) {
   return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
 }
 
+Meshes meshes(const std::string& name) {
+  if (name == "embedded") return Meshes::embedded;
+  if (name == "files") return Meshes::files;
+  throw std::invalid_argument("meshes is '" + name + "', expected 'embedded' or 'files'");
+}
+
+py::typing::Dict<py::str, py::object> schema() { return py::module_::import("json").attr("loads")(problem_schema()); }
+
 }  // namespace
 
 void bind_problem(py::module_& module) {
@@ -124,14 +132,20 @@ void bind_problem(py::module_& module) {
       .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
       .def(
-          "save", [](const Problem& problem, const py::object& path) { save(problem, file_path(path)); },
-          py::arg("path"),
-          "Write a JSON file, atomically. Raises ValueError if a region is a Predicate, OSError if the file cannot be "
-          "written.")
+          "save",
+          [](const Problem& problem, const py::object& path, const std::string& mode) {
+            save(problem, file_path(path), meshes(mode));
+          },
+          py::arg("path"), py::arg("meshes") = "embedded",
+          "Write a JSON file, atomically. meshes: where the points of compounds go that are convex hulls alone, "
+          "unmoved, "
+          "as those of a mesh: 'embedded', into the file, or 'files', into OBJ files beside it. Raises ValueError if a "
+          "region is a Predicate, OSError if a file cannot be written.")
       .def_static(
           "load", [](const py::object& path) { return load(file_path(path)); }, py::arg("path"),
           "Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place "
           "in it and what was expected.")
+      .def_static("schema", &schema, "The JSON Schema (draft-07) of problem files.")
       .def(
           "edge_start",
           [](const Problem& problem, const ArrayLike& node) {
@@ -143,7 +157,15 @@ void bind_problem(py::module_& module) {
           "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
           "its velocity of the start state.")
       .def("to_json", &to_json, "The problem as JSON text.")
-      .def_static("from_json", &from_json, py::arg("text"), "A problem from JSON text.")
+      .def_static(
+          "from_json",
+          [](const std::string& text, const py::object& folder) {
+            return from_json(text, folder.is_none() ? "" : file_path(folder));
+          },
+          py::arg("text"), py::arg("folder") = py::none(),
+          "A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError that "
+          "names "
+          "the place and what was expected.")
       .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },
                       [](const py::str& text) { return from_json(text); }));
 }

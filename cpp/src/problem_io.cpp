@@ -1,73 +1,85 @@
 #include "energymargin/problem_io.hpp"
 
-#include <cstdio>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
+#include <cctype>
+#include <filesystem>
+#include <set>
 
+#include "problem_io/files.hpp"
 #include "problem_io/json.hpp"
+#include "problem_io/mesh.hpp"
+#include "problem_io/parse.hpp"
+#include "problem_io/schema.hpp"
 
 namespace energymargin {
 namespace {
 
-// Far more than a problem needs, and far less than a stack holds.
-constexpr int most_depth = 256;
+std::string json_text(const Problem& problem, const problem_io::MeshFiles& meshes) {
+  validate(problem);
+  try {
+    return problem_io::write_problem(problem, meshes).dump(1) + "\n";
+  } catch (const problem_io::OrderedJson::type_error&) {
+    throw std::invalid_argument("a body or joint has a name that is not valid UTF-8, and JSON knows nothing else");
+  }
+}
+
+// "push-cup.obj" for the body "cup" of "push.json"; what a file's name does not bear becomes "_".
+std::string mesh_file_name(const std::string& stem, const std::string& body, const std::set<std::string>& taken) {
+  std::string name = stem + "-" + body.substr(0, 100);
+  for (std::size_t i = stem.size(); i < name.size(); ++i) {
+    const auto c = static_cast<unsigned char>(name[i]);
+    if (c >= 0x80 || (std::isalnum(c) == 0 && c != '-' && c != '_' && c != '.')) name[i] = '_';
+  }
+  std::string unique = name;
+  for (int i = 2; taken.count(unique) != 0; ++i) unique = name + "-" + std::to_string(i);
+  return unique;
+}
+
+// Each body whose shape can go into a file of its own, and that file's name.
+problem_io::MeshFiles mesh_files(const Scene& scene, const std::string& stem) {
+  problem_io::MeshFiles meshes;
+  std::set<std::string> taken;
+  for (const Body& body : scene.bodies()) {
+    const auto* compound = std::get_if<Compound>(&body.shape);
+    if (compound == nullptr || !problem_io::fits_mesh(*compound)) continue;
+    const std::string name = mesh_file_name(stem, body.name, taken);
+    taken.insert(name);
+    meshes[body.name] = name + ".obj";
+  }
+  return meshes;
+}
 
 }  // namespace
 
-std::string to_json(const Problem& problem) {
-  validate(problem);
-  return problem_io::write_problem(problem).dump(1) + "\n";
-}
+std::string to_json(const Problem& problem) { return json_text(problem, {}); }
 
-Problem from_json(const std::string& text) {
-  using problem_io::Json;
-  const auto limit_depth = [](int depth, Json::parse_event_t, Json&) {
-    if (depth > most_depth) {
-      throw std::invalid_argument("more than " + std::to_string(most_depth) + " levels of lists and objects");
-    }
-    return true;
-  };
-  Json json;
-  try {
-    json = Json::parse(text, limit_depth);
-  } catch (const Json::out_of_range& error) {
-    throw std::invalid_argument(std::string("a number beyond all bounds: ") + error.what());
-  } catch (const Json::parse_error& error) {
-    throw std::invalid_argument("not valid JSON, or cut off, at byte " + std::to_string(error.byte) + " of " +
-                                std::to_string(text.size()));
-  }
-  Problem problem = problem_io::read_problem(json);
+Problem from_json(const std::string& text, const std::string& folder) {
+  const problem_io::Json json = problem_io::parse(text);
+  Problem problem = problem_io::read_problem(json, folder);
   validate(problem);
+  // Last: what the others find, they say in better words.
+  problem_io::check_schema(json);
   return problem;
 }
 
-void save(const Problem& problem, const std::string& path) {
-  const std::string text = to_json(problem);
-  const std::string partial = path + ".part";
-  {
-    std::ofstream file(partial, std::ios::binary);
-    file << text << std::flush;
-    if (!file) {
-      std::remove(partial.c_str());
-      throw FileError("cannot write '" + path + "'");
-    }
+void save(const Problem& problem, const std::string& path, Meshes meshes) {
+  const std::filesystem::path file = path;
+  problem_io::MeshFiles names;
+  if (meshes == Meshes::files) names = mesh_files(problem.scene, file.stem().string());
+  const std::string text = json_text(problem, names);
+  std::vector<problem_io::File> files;
+  for (const auto& [body, name] : names) {
+    const auto& compound = std::get<Compound>(problem.scene.body(body).shape);
+    files.push_back({(file.parent_path() / name).string(), problem_io::write_mesh(compound)});
   }
-  if (std::rename(partial.c_str(), path.c_str()) != 0) {
-    std::remove(partial.c_str());
-    throw FileError("cannot write '" + path + "'");
-  }
+  files.push_back({path, text});
+  problem_io::write_files(files);
 }
 
 Problem load(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw FileError("problem file '" + path + "' cannot be opened");
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file || text.str().empty())
-    throw std::invalid_argument("problem file '" + path + "' cannot be read or is empty");
+  const std::string text = problem_io::read_file("problem file", path);
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   try {
-    return from_json(text.str());
+    return from_json(text, folder.empty() ? "." : folder.string());
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("problem file '" + path + "': " + error.what());
   }

@@ -38,6 +38,7 @@ from energymargin._core import (
     mass_properties,
     stream,
 )
+from energymargin.meshes import Mesh
 from energymargin.scoring import ScoreTable, score
 
 __all__ = [
@@ -56,6 +57,7 @@ __all__ = [
     "Inertial",
     "Joint",
     "MassProperties",
+    "Mesh",
     "Mimic",
     "Part",
     "Plane",

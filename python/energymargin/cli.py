@@ -102,14 +102,17 @@ def tasks() -> None:
     Example: `energymargin tasks`
     """
     from rich.table import Table
+    from rich.text import Text
 
     from energymargin import tasks as registry
 
-    table = Table("task", "what it is", "parameters", box=None, padding=(0, 2, 0, 0))
-    for name in registry.names():
-        task = registry.make(name)
-        summary = (type(task).__doc__ or "").strip().split("\n")[0]
-        table.add_row(name, escape(summary), escape(_parameters_text(task.parameters)))
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for title in ("task", "what it is", "parameters"):
+        table.add_column(title, overflow="fold")
+    for entry in registry.overview():
+        note = Text(entry.note, "red" if entry.broken else "dim")
+        what = Text("\n").join(text for text in (Text(entry.summary), note) if text)
+        table.add_row(entry.name, what, escape(_parameters_text(entry.parameters)))
     out.print(table)
 
 
@@ -154,8 +157,9 @@ def score(
         Path | None, typer.Option("--output", "-o", help="The scores; DATA-scores.db if not given.")
     ] = None,
     metrics: Annotated[
-        str, typer.Option(help="Which scores, with commas between.")
-    ] = "capture,success,effort/est,effort/rrt,force",
+        str | None,
+        typer.Option(help="Which scores, with commas between; all that there are if not given."),
+    ] = None,
     nodes: Nodes = 1000,
     seed: Seed = 0,
     threads: Threads = None,
@@ -168,9 +172,8 @@ def score(
 
     dataset = datasets.load(data)
     output = output or data.with_name(f"{data.stem}-scores.db")
-    with _score(
-        dataset, output, metrics=_split(metrics), nodes=nodes, seed=seed, threads=threads
-    ) as store:
+    chosen = None if metrics is None else _split(metrics)
+    with _score(dataset, output, metrics=chosen, nodes=nodes, seed=seed, threads=threads) as store:
         scored, _ = store.counts()
         written = escape(str(output))
         _say(
@@ -190,7 +193,7 @@ def evaluate(
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
 ) -> None:
-    """Compare scores with what happened: AUC and AP by horizon, beside the paper's.
+    """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
 
     Example: `energymargin evaluate push-scores.db --markdown table.md`
     """
@@ -214,16 +217,12 @@ def demo(
 
     Example: `energymargin demo -o out`
     """
-    from energymargin import scoring
-
     if find_spec("matplotlib") is None:  # said now, not after the scores
         raise ImportError("the demo draws pictures: pip install energymargin[plots]")
     output.mkdir(parents=True, exist_ok=True)
     dataset = _demo_dataset(output / f"{DEMO_TASK}.h5", trajectories, seed)
     database = output / f"{DEMO_TASK}-scores.db"
-    with _score(
-        dataset, database, metrics=scoring.METRICS, nodes=nodes, seed=seed, threads=threads
-    ) as store:
+    with _score(dataset, database, nodes=nodes, seed=seed, threads=threads) as store:
         _evaluate(store, output / "table.md", output / "table.csv", seed)
         labelled = store.labelled_scores()
     from energymargin.experiments import pictures  # slow to load, which Ctrl-C would wait for
@@ -332,7 +331,7 @@ def _score(
     dataset: Dataset,
     output: Path,
     *,
-    metrics: Sequence[str],
+    metrics: Sequence[str] | None = None,
     nodes: int,
     seed: int,
     threads: int | None,

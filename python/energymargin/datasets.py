@@ -5,6 +5,7 @@ The file holds one group a trajectory, and says in its root what made it:
     attributes          format, version, task, parameters (JSON), seed, count (of trajectories)
     trajectories/0000/  times (K,), states (K, n), captured (K,), contacts (C,)
                         attributes: success, seed, params (JSON)
+                        with several objects also captured_any (K,) and the attribute success_any
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Contact, Problem
-from energymargin.tasks.base import Task, Trajectory, whole_number
+from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
 
 __all__ = ["Dataset", "generate", "load", "load_or_generate"]
 
 FORMAT = "energymargin dataset"
-VERSION = 1
+VERSION = 2  # 1 had no labels of at least one object
 
 _CONTACT = np.dtype(
     [
@@ -94,7 +95,12 @@ class Dataset:
             sha.update(
                 repr([_contact_row(0, c) for frame in trajectory.contacts for c in frame]).encode()
             )
-            for array in (trajectory.times, trajectory.states, trajectory.captured):
+            arrays = [trajectory.times, trajectory.states, trajectory.captured]
+            if trajectory.captured_any is not None:
+                arrays.append(trajectory.captured_any)
+            if trajectory.success_any is not None:
+                arrays.append(np.array(trajectory.success_any))
+            for array in arrays:
                 sha.update(f"{array.shape}".encode() + np.ascontiguousarray(array).tobytes())
         return sha.hexdigest()
 
@@ -136,7 +142,7 @@ def generate(
         recorded.append(made.rollout(_stream(seed, index), frames))
         if progress is not None:
             progress(index + 1, trajectories)
-    return Dataset(made.name, made.parameters, seed, recorded)
+    return Dataset(made.name, parameters_of(made), seed, recorded)
 
 
 def load_or_generate(
@@ -159,7 +165,7 @@ def load_or_generate(
         return dataset
     dataset = load(path)
     found = (dataset.task, dataset.parameters, dataset.seed, [len(t) for t in dataset.trajectories])
-    if found != (task.name, task.parameters, seed, [frames] * trajectories):
+    if found != (task.name, parameters_of(task), seed, [frames] * trajectories):
         raise ValueError(f"{path} holds other trajectories: remove it, or choose another folder")
     return dataset
 
@@ -214,6 +220,10 @@ def _write(dataset: Dataset, file: h5py.File) -> None:
         group["times"] = trajectory.times
         group["states"] = trajectory.states
         group["captured"] = trajectory.captured
+        if trajectory.captured_any is not None:
+            group["captured_any"] = trajectory.captured_any
+        if trajectory.success_any is not None:
+            group.attrs["success_any"] = trajectory.success_any
         rows = [_contact_row(k, c) for k, frame in enumerate(trajectory.contacts) for c in frame]
         group.create_dataset("contacts", data=np.array(rows, dtype=_CONTACT))
 
@@ -247,19 +257,17 @@ def _read(file: h5py.File) -> Dataset:
 
 def _read_trajectory(group: h5py.Group) -> Trajectory:
     times, states, captured = (group[name][()] for name in ("times", "states", "captured"))
-    frames = len(times)
-    if not (times.shape == captured.shape == (frames,) and states.shape[:1] == (frames,)):
-        raise ValueError(f"{group.name} has arrays of different lengths")
-    if states.ndim != 2 or frames == 0 or captured.dtype != bool:
-        raise ValueError(f"{group.name} has no states (K, n), or labels that are not true or false")
+    success_any = group.attrs.get("success_any")
     return Trajectory(
         times=times,
         states=states,
-        contacts=_read_contacts(group["contacts"][()], frames),
+        contacts=_read_contacts(group["contacts"][()], len(times)),
         captured=captured,
         success=bool(group.attrs["success"]),
         params=json.loads(group.attrs["params"]),
         seed=int(group.attrs["seed"]),
+        captured_any=group["captured_any"][()] if "captured_any" in group else None,
+        success_any=None if success_any is None else bool(success_any),
     )
 
 

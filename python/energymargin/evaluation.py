@@ -5,6 +5,10 @@ State level: capture, effort and force against the label "captured over a horizo
 AUC and AP for each h. Trajectory level: the success score of the last frames against the
 trajectory's success. Every cell has a bootstrap interval in which whole trajectories are drawn, for
 the states of one trajectory are alike.
+
+With several objects there are two labels, "all are captured" and "at least one is", and a score
+whose name ends in "/any" is held against the second. The force score, one number for both, is held
+against each.
 """
 
 from __future__ import annotations
@@ -18,8 +22,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.scoring import ANY
+
 if TYPE_CHECKING:
     from rich.console import RenderableType
+    from rich.text import Text
 
 __all__ = [
     "Cell",
@@ -37,7 +44,9 @@ HORIZON = 2  # frames; where one is needed
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 DRAWS = 1000  # bootstrap draws
 CONFIDENCE = 0.95
-SUCCESS = "success"
+SUCCESS, FORCE = "success", "force"
+ALL_TITLE = "All objects: captured together, and successful together"
+ANY_TITLE = "At least one object: captured, and successful"
 DASH = "—"
 CSV_COLUMNS = (
     *("score", "horizon", "count", "positives"),
@@ -90,6 +99,10 @@ class LabelledScores:
     """Whether the state's trajectory succeeded, shape (N,)."""
     scores: dict[str, NDArray[np.float64]]
     """By metric, shape (N,): inf ranks above all else, NaN is a score that is not there."""
+    captured_any: NDArray[np.bool_] | None = None
+    """Whether at least one object lies in its capture set, shape (N,); None: one set for all."""
+    success_any: NDArray[np.bool_] | None = None
+    """Whether the state's trajectory succeeded with at least one object, shape (N,), or None."""
 
     def by_trajectory(self) -> list[NDArray[np.int64]]:
         """The states' numbers, one array a trajectory."""
@@ -131,6 +144,8 @@ class Evaluation:
     """The trajectory score; None also if the success score was not computed."""
     missing: int
     """States that lack a score, and are left out."""
+    success_any: Cell | None = None
+    """The trajectory score of at least one object."""
 
     def render(self) -> RenderableType:
         """A table for the terminal, 80 columns wide."""
@@ -138,58 +153,77 @@ class Evaluation:
         from rich.table import Table
         from rich.text import Text
 
-        table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
-        table.add_column("")
-        for title in self._titles():
-            table.add_column(title, justify="center", no_wrap=True)
-        for score, cells, paper in self._rows():
-            lines = [cell.split("\n") for cell in cells]
-            shown = [
-                Text.assemble((value, "bold"), *((f"\n{line}", "dim") for line in intervals))
-                for value, *intervals in lines
-            ]
-            table.add_row(score, *shown, Text(paper, "cyan"))
-        return Group(Text(self._caption(), "dim"), Text(), table)
+        parts: list[RenderableType] = [Text(self._caption(), "dim"), Text()]
+        for title, rows in self._sections():
+            table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
+            table.add_column("")
+            for column in self._columns():
+                table.add_column(column, justify="center", no_wrap=True)
+            for score, cells in rows:
+                paper = [Text(value, "cyan") for value in self._paper(score)]
+                table.add_row(score, *map(_bold_first, cells), *paper)
+            parts += [Text(title, "bold cyan"), Text(), table] if title else [table]
+        return Group(*parts)
 
     def to_markdown(self) -> str:
-        """The same as a Markdown table."""
-        lines = [["score", *self._titles()], ["---"] * (len(self.horizons) + 2)]
-        for score, cells, paper in self._rows():
-            lines.append([score, *(cell.replace("\n", "<br>") for cell in cells), paper])
-        table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-        return f"{self._caption()}\n\n{table}\n"
+        """The same as a Markdown table, or two: of all objects, and of at least one."""
+        parts = [self._caption()]
+        for title, rows in self._sections():
+            lines = [["score", *self._columns()], ["---"] * (len(self._columns()) + 1)]
+            for score, cells in rows:
+                shown = [cell.replace("\n", "<br>") for cell in cells]
+                lines.append([score, *shown, *self._paper(score)])
+            table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+            parts += [f"**{title}**", table] if title else [table]
+        return "\n\n".join(parts) + "\n"
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS)
+        writer.writerow(CSV_COLUMNS if self.task in PAPER else CSV_COLUMNS[:-2])
         writer.writerows(self.csv_rows())
         return text.getvalue()
 
     def csv_rows(self) -> list[list[Any]]:
-        """The lines of `to_csv`, with CSV_COLUMNS."""
+        """The lines of `to_csv`, with CSV_COLUMNS; the paper's are there if it has the task."""
         cells: list[tuple[str, int | str, Cell | None]] = [
             (score, horizon, cell)
             for score, by_horizon in self.states.items()
             for horizon, cell in by_horizon.items()
         ]
+        cells.append((SUCCESS, "", self.success))
+        if self._several():
+            cells.append((SUCCESS + ANY, "", self.success_any))
+        papers, missing = PAPER.get(self.task, {}), ("", "") if self.task in PAPER else ()
         return [
-            [score, horizon, *csv_fields(cell), *PAPER.get(self.task, {}).get(score, ("", ""))]
-            for score, horizon, cell in [*cells, (SUCCESS, "", self.success)]
+            [score, horizon, *csv_fields(cell), *papers.get(score, missing)]
+            for score, horizon, cell in cells
         ]
 
-    def _titles(self) -> list[str]:
-        return [*(f"h = {horizon}" for horizon in self.horizons), "paper"]
+    def _several(self) -> bool:
+        """Whether there are scores of at least one object."""
+        return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
 
-    def _rows(self) -> list[tuple[str, list[str], str]]:
-        """Name of each score, its cells, and the paper's AUC/AP."""
+    def _columns(self) -> list[str]:
+        paper = ["paper"] if self.task in PAPER else []
+        return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
+
+    def _paper(self, score: str) -> list[str]:
+        """The cell of the paper's column, if there is one."""
+        return [paper_value(self.task, score)] if self.task in PAPER else []
+
+    def _sections(self) -> list[tuple[str, list[tuple[str, list[str]]]]]:
+        """Titles, empty if there is one section alone, and rows: a score's name and its cells."""
         rows = {
             score: [_stacked(c) for c in cells.values()] for score, cells in self.states.items()
         }
-        if self.success is not None:
-            rows[SUCCESS] = [_stacked(self.success), *[""] * (len(self.horizons) - 1)]
-        return [(score, cells, paper_value(self.task, score)) for score, cells in rows.items()]
+        for score, cell in ((SUCCESS, self.success), (SUCCESS + ANY, self.success_any)):
+            if cell is not None:
+                rows[score] = [_stacked(cell), *[""] * (len(self.horizons) - 1)]
+        of_all = [row for row in rows.items() if not row[0].endswith(ANY)]
+        of_any = [row for row in rows.items() if row[0].endswith(ANY)]
+        return [(ALL_TITLE, of_all), (ANY_TITLE, of_any)] if self._several() else [("", of_all)]
 
     def _caption(self) -> str:
         caption = (
@@ -228,18 +262,20 @@ def evaluate(
     """Compares every score with its label. States without a score are left out, and counted."""
     members = labelled.by_trajectory()
     weights = _bootstrap_weights(len(members), draws, seed)
+    rows = [score for score in labelled.scores if score not in (SUCCESS, SUCCESS + ANY)]
+    if labelled.captured_any is not None and FORCE in rows:
+        rows.append(FORCE + ANY)
     states = {
-        score: {h: _state_cell(labelled, members, score, h, weights) for h in horizons}
-        for score in labelled.scores
-        if score != SUCCESS
+        row: {h: _state_cell(labelled, members, row, h, weights) for h in horizons} for row in rows
     }
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
     return Evaluation(
         task=labelled.task,
         horizons=tuple(horizons),
         states=states,
-        success=_success_cell(labelled, members, weights) if SUCCESS in labelled.scores else None,
+        success=_success_cell(labelled, members, SUCCESS, weights),
         missing=int(missing.sum()),
+        success_any=_success_cell(labelled, members, SUCCESS + ANY, weights),
     )
 
 
@@ -263,22 +299,42 @@ def csv_fields(cell: Cell | None) -> list[float | str]:
 def _state_cell(
     labelled: LabelledScores,
     members: list[NDArray[np.int64]],
-    score: str,
+    row: str,
     horizon: int,
     weights: NDArray[np.int64],
 ) -> Cell | None:
-    labels = [captured_labels(labelled.captured[states], horizon) for states in members]
+    """A score, held against the label that the name of its row asks for."""
+    score = FORCE if row == FORCE + ANY else row
+    captured = _label(row, labelled.captured, labelled.captured_any)
+    labels = [captured_labels(captured[states], horizon) for states in members]
     scores = [labelled.scores[score][states] for states in members]
     cluster = np.repeat(np.arange(len(members)), [len(own) for own in labels])
     return _cell(np.concatenate(scores), np.concatenate(labels), cluster, weights)
 
 
 def _success_cell(
-    labelled: LabelledScores, members: list[NDArray[np.int64]], weights: NDArray[np.int64]
+    labelled: LabelledScores,
+    members: list[NDArray[np.int64]],
+    score: str,
+    weights: NDArray[np.int64],
 ) -> Cell | None:
-    scores = np.array([trajectory_score(labelled.scores[SUCCESS][states]) for states in members])
-    labels = np.array([labelled.success[states[-1]] for states in members])
+    if score not in labelled.scores:
+        return None
+    success = _label(score, labelled.success, labelled.success_any)
+    scores = np.array([trajectory_score(labelled.scores[score][states]) for states in members])
+    labels = np.array([success[states[-1]] for states in members])
     return _cell(scores, labels, np.arange(len(members)), weights)
+
+
+def _label(
+    row: str, of_all: NDArray[np.bool_], of_any: NDArray[np.bool_] | None
+) -> NDArray[np.bool_]:
+    """The label of all objects, or that of at least one for a row that ends so."""
+    if not row.endswith(ANY):
+        return of_all
+    if of_any is None:
+        raise ValueError(f"there are scores of {row!r}, but no labels of at least one object")
+    return of_any
 
 
 def _cell(
@@ -346,6 +402,14 @@ def _interval(values: NDArray[np.float64]) -> tuple[float, float] | None:
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(values, [tail, 1 - tail])
     return float(low), float(high)
+
+
+def _bold_first(cell: str) -> Text:
+    """A cell for the terminal: its first line counts, the others say more about it."""
+    from rich.text import Text
+
+    value, *intervals = cell.split("\n")
+    return Text.assemble((value, "bold"), *((f"\n{line}", "dim") for line in intervals))
 
 
 def _stacked(cell: Cell | None) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Box, Capsule, ConvexHull, Cylinder, Scene, Sphere
+from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Scene, Sphere
 
 __all__ = [
     "Limits",
@@ -21,6 +21,7 @@ __all__ = [
     "body_poses",
     "placed",
     "shape_corners",
+    "shape_parts",
     "view_of",
 ]
 
@@ -37,6 +38,16 @@ def placed(points: NDArray[np.float64], pose: Pose, plane: Plan) -> NDArray[np.f
     position, orientation = pose
     turned = Rotation.from_quat(orientation).apply(points)
     return np.asarray((turned + np.asarray(position))[:, axis_numbers(plane)])
+
+
+def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
+    """The corners of each convex part of a shape, in the shape's frame; arrays (N, 3)."""
+    if not isinstance(shape, Compound):
+        return [shape_corners(shape)]
+    return [
+        Rotation.from_quat(part.orientation).apply(shape_corners(part.shape)) + part.position
+        for part in shape.parts
+    ]
 
 
 def shape_corners(shape: Any) -> NDArray[np.float64]:
@@ -81,9 +92,10 @@ def view_of(scene: Scene, states: NDArray[np.float64], plane: Plan) -> Limits:
     shown = [body for body in scene.bodies if body.role != "none"]
     points = np.concatenate(
         [
-            placed(shape_corners(body.shape), poses[body.name], plane)
+            placed(part, poses[body.name], plane)
             for poses in (body_poses(scene, state) for state in states)
             for body in shown
+            for part in shape_parts(body.shape)
         ]
     )
     low, high = points.min(axis=0), points.max(axis=0)

@@ -42,11 +42,12 @@ from energymargin.outlines import (
     axis_numbers,
     body_poses,
     placed,
-    shape_corners,
+    shape_parts,
     view_of,
 )
 from energymargin.regions import Region
-from energymargin.tasks.base import Task, Trajectory
+from energymargin.scoring import ANY
+from energymargin.tasks.base import Task, Trajectory, plane_of
 
 __all__ = ["figure_qualitative", "figure_scores", "plot_state", "plot_trajectory_scores"]
 
@@ -63,12 +64,13 @@ METRIC_COLORS = {
     "force": "#000000",
 }
 LIKELIHOOD = "likelihood"
-# The metrics that share an axis, with its label.
+# The metrics that share an axis, with its label; those of at least one object go with them, dashed.
 PANELS = (
     (("capture", "success"), LIKELIHOOD),
     (("effort/est", "effort/rrt"), "effort of escape [J]"),
     (("force",), "force score [N]"),
 )
+LINE = 0.15  # inch, of a title
 GRID = 400  # cells along the longer side of the view, for regions
 
 
@@ -90,27 +92,29 @@ def plot_state(
     where the node left the capture set. Capture set light blue, success set grey: where the object
     may be while all else stays. What does not depend on the place, such as a bound on a speed, is
     not filled; the crosses show it. The bodies of `ghosts` random nodes are drawn half transparent.
-    `limits` are the ranges of the plane's axes [m].
+    `limits` are the ranges of the plane's axes [m]. Of several objects each has its dots and
+    crosses, and what is filled are the sets of all.
     """
     scene, tree = problem.scene, score.tree
     limits = limits or view_of(scene, tree.states, plane)
-    _draw_region(ax, problem, problem.succeeded, limits, plane, color=SUCCEEDED_COLOR, order=0)
-    _draw_region(ax, problem, problem.captured, limits, plane, color=CAPTURED_COLOR, order=1)
+    captured, succeeded = _sets(problem)
+    _draw_region(ax, problem, succeeded, limits, plane, color=SUCCEEDED_COLOR, order=0)
+    _draw_region(ax, problem, captured, limits, plane, color=CAPTURED_COLOR, order=1)
     _draw_bodies(ax, scene, problem.state, plane, limits)
     chosen = np.random.default_rng(seed).permutation(np.arange(1, len(tree.costs)))[:ghosts]
     for node in chosen:
         _draw_ghost(ax, scene, tree.states[node], plane)
 
     norm = Normalize(0.0, most if most is not None else max(float(tree.costs.max()), 1e-9))
-    points = tree.states[:, _center(scene, plane)]
-    edges = np.stack([points[tree.parents[1:]], points[1:]], axis=1)
+    points = tree.states[:, _centers(scene, plane)]  # (M + 1, k, 2)
+    edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
     ax.add_collection(
         LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
     )
     ax.scatter(
-        points[:, 0],
-        points[:, 1],
-        c=tree.costs,
+        points[..., 0].ravel(),
+        points[..., 1].ravel(),
+        c=np.repeat(tree.costs, points.shape[1]),
         cmap=COSTS,
         norm=norm,
         s=9,
@@ -118,20 +122,17 @@ def plot_state(
         edgecolors="white",
         zorder=6,
     )
-    outside = points[~np.asarray(problem.captured.contains(scene, tree.states))]
+    outside = points[_lost(problem, tree.states)]
     ax.scatter(
         outside[:, 0], outside[:, 1], marker="x", s=9, linewidths=0.5, color=LOST_COLOR, zorder=7
     )
-    ax.plot(
-        points[0, 0], points[0, 1], "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7
-    )
+    ax.plot(*points[0].T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
 
     ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
-    success = "" if score.success is None else f"   success {score.success:.2f}"
-    ax.set_title(f"capture {score.capture:.2f}{success}")
+    ax.set_title(_title(score))
     if color_bar:
         figure = ax.get_figure()
         assert figure is not None
@@ -166,24 +167,27 @@ def figure_qualitative(
     }
     panels = [panel for row in rows.values() for panel in row]
     scene = panels[0].problem.scene
-    limits = view_of(scene, np.concatenate([t.states for t in trajectories.values()]), task.plane)
+    plane = plane_of(task)
+    limits = view_of(scene, np.concatenate([t.states for t in trajectories.values()]), plane)
     most = max(float(panel.score.tree.costs.max()) for panel in panels)
 
-    figure, axes = _grid(len(rows), max(len(row) for row in rows.values()), limits)
+    lines = max(_title(panel.score).count("\n") + 2 for panel in panels)
+    columns = max(len(row) for row in rows.values())
+    figure, axes = _grid(len(rows), columns, limits, LINE * (lines + 1))
     for (name, row), row_axes in zip(rows.items(), axes, strict=True):
         for panel, ax in zip(row, row_axes, strict=False):
             plot_state(
                 panel.problem,
                 panel.score,
                 ax,
-                plane=task.plane,
+                plane=plane,
                 limits=limits,
                 most=most,
                 color_bar=False,
             )
             ax.set_title(f"t = {panel.time:.2f} s\n{ax.get_title()}", fontsize=9)
             ax.label_outer()
-        row_axes[0].set_ylabel(f"{name}\n{task.plane[1]} [m]")
+        row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
     costs = ScalarMappable(Normalize(0.0, most), COSTS)
     figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
     handles = _legend(panels[0].problem)
@@ -263,11 +267,11 @@ def _three(frames: int) -> list[int]:
     return sorted({0, frames // 3, 2 * frames // 3})
 
 
-def _grid(rows: int, columns: int, limits: Limits) -> tuple[Figure, Any]:
-    """A figure whose panels leave no gaps between them, and its axes."""
+def _grid(rows: int, columns: int, limits: Limits, title: float) -> tuple[Figure, Any]:
+    """A figure whose panels leave no gaps between them, and its axes; `title` [inch] is above."""
     (x0, x1), (y0, y1) = limits
     panel = 2.9  # width [inch]
-    size = (panel * columns + 1.2, (panel * (y1 - y0) / (x1 - x0) + 0.45) * rows + 0.7)
+    size = (panel * columns + 1.2, (panel * (y1 - y0) / (x1 - x0) + title) * rows + 0.7)
     figure = Figure(figsize=size, dpi=200, layout="constrained")
     return figure, figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
 
@@ -280,7 +284,10 @@ def _entries(ax: Axes) -> tuple[list[Any], list[str]]:
 
 def _kinds(scores: Mapping[str, Any]) -> list[tuple[list[str], str]]:
     """The kinds of score that are there, with the label of their axis."""
-    kinds = [([name for name in names if name in scores], label) for names, label in PANELS]
+    kinds = [
+        ([m for name in names for m in (name, name + ANY) if m in scores], label)
+        for names, label in PANELS
+    ]
     return [(names, label) for names, label in kinds if names]
 
 
@@ -294,8 +301,9 @@ def _draw_scores(
 ) -> None:
     """A line; triangles at the height `top` of the axis (0..1) stand for infinity."""
     finite = np.where(np.isfinite(values), values, np.nan)
-    color = METRIC_COLORS[name]
-    ax.plot(times, finite, "o-", color=color, markersize=3, linewidth=1.2, label=name)
+    color = METRIC_COLORS[name.removesuffix(ANY)]
+    line = "o--" if name.endswith(ANY) else "o-"
+    ax.plot(times, finite, line, color=color, markersize=3, linewidth=1.2, label=name)
     endless = times[np.isposinf(values)]
     if len(endless):
         ax.plot(
@@ -330,7 +338,7 @@ def _draw_region(
     color: str,
     order: int,
 ) -> None:
-    """Fills the places of the object's centre for which the state, else unchanged, is in it."""
+    """Fills the places of the objects' centres for which the state, else unchanged, is in it."""
     if region is None:
         return
     (x0, x1), (y0, y1) = limits
@@ -338,7 +346,9 @@ def _draw_region(
     x = np.arange(x0 + cell / 2, x1, cell)
     y = np.arange(y0 + cell / 2, y1, cell)
     states = np.tile(problem.state, (len(x) * len(y), 1))
-    states[:, _center(problem.scene, plane)] = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    for center in _centers(problem.scene, plane):
+        states[:, center] = places
     inside = np.asarray(region.contains(problem.scene, states)).reshape(len(y), len(x))
     if inside.all():
         return
@@ -381,13 +391,16 @@ def _draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan)
 
 
 def _draw_body(ax: Axes, body: Body, pose: Pose, plane: Plan, *, alpha: float, order: int) -> None:
-    corners = placed(shape_corners(body.shape), pose, plane)
-    outline = corners[Hull(corners).vertices]
     color = BODY_COLORS[body.role]
-    ax.add_patch(Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order))
-    ax.add_patch(
-        Polygon(outline, fill=False, edgecolor=color, alpha=alpha, linewidth=0.9, zorder=order)
-    )
+    for part in shape_parts(body.shape):
+        corners = placed(part, pose, plane)
+        outline = corners[Hull(corners).vertices]
+        ax.add_patch(
+            Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order)
+        )
+        ax.add_patch(
+            Polygon(outline, fill=False, edgecolor=color, alpha=alpha, linewidth=0.9, zorder=order)
+        )
 
 
 def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
@@ -403,10 +416,51 @@ def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> Non
     ax.add_patch(Polygon(corners, facecolor=BODY_COLORS["none"], alpha=0.25, linewidth=0, zorder=1))
 
 
-def _center(scene: Scene, plane: Plan) -> list[int]:
-    """Which numbers of a state are the place of the object's centre in the plane."""
-    name = next(body.name for body in scene.bodies if body.role == "object")
-    return [scene.slice(name).start + number for number in axis_numbers(plane)]
+def _centers(scene: Scene, plane: Plan) -> list[list[int]]:
+    """Which numbers of a state are the places of the objects' centres in the plane."""
+    starts = [scene.slice(body.name).start for body in scene.bodies if body.role == "object"]
+    return [[start + number for number in axis_numbers(plane)] for start in starts]
+
+
+def _sets(problem: Problem) -> tuple[Region, Region | None]:
+    """Capture and success set; if each object has its own, where at least one is in its own."""
+    return (
+        problem.captured if problem.captured_any is None else problem.captured_any,
+        problem.succeeded if problem.succeeded_any is None else problem.succeeded_any,
+    )
+
+
+def _lost(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which object is in no capture set in which of M states, shape (M, k).
+
+    If there is one set for all, none of them is in it or all are.
+    """
+    scene, (captured, _) = problem.scene, _sets(problem)
+    own = [scene.slice(body.name) for body in scene.bodies if body.role == "object"]
+    lost = []
+    for each in own:
+        alike = states.copy()
+        if problem.captured_any is not None:
+            for other in own:  # with all objects where this one is, the union tells of it alone
+                alike[:, other] = states[:, each]
+        lost.append(~np.asarray(captured.contains(scene, alike)))
+    return np.stack(lost, axis=1)
+
+
+def _title(score: CaptureScore) -> str:
+    """The scores; with several objects those of all and of at least one, a line each."""
+    lines = {"all": (score.capture, score.success), "any": (score.capture_any, score.success_any)}
+    several = score.capture_any is not None or score.success_any is not None
+    return "\n".join(
+        (f"{which}:   " if several else "")
+        + "   ".join(
+            f"{name} {value:.2f}"
+            for name, value in zip(("capture", "success"), values, strict=True)
+            if value is not None
+        )
+        for which, values in lines.items()
+        if values != (None, None)
+    )
 
 
 def _legend(problem: Problem) -> list[Patch | Line2D]:

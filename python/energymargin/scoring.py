@@ -17,17 +17,26 @@ from energymargin._core import Problem, ScoreRow, ScoreRun
 from energymargin.tasks.base import whole_number
 
 __all__ = [
+    "ANY",
     "METRICS",
     "POLL",
     "ScoreError",
     "ScoreTable",
     "check_settings",
+    "chosen_metrics",
     "held_interrupts",
+    "metrics_of",
     "score",
     "thread_count",
 ]
 
-METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
+ANY = "/any"
+"""Ends the name of a metric that asks for at least one of several objects, instead of all."""
+
+METRICS = (
+    *("capture", "success", "effort/est", "effort/rrt", "force"),
+    *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
+)
 MOST_NODES = 10**9
 
 # How long an interrupt may stay unnoticed [s].
@@ -79,7 +88,7 @@ class ScoreError(ValueError):
 
 def score(
     problems: Sequence[Problem],
-    metrics: Sequence[str] = METRICS,
+    metrics: Sequence[str] | None = None,
     nodes: int = 1000,
     seed: int = 0,
     threads: int | None = None,
@@ -90,19 +99,19 @@ def score(
 ) -> ScoreTable:
     """Scores of every problem: the same bits for any number of threads.
 
-    `metrics` are of METRICS, `nodes` is the size of each search tree, `threads` None takes all
-    cores this process may use. `progress(done, total)` and `on_rows(rows)` are called as scores
-    come in. `indices` are the problems' stream indices, 0 to N-1 if not given: a part of the
-    problems with their own indices gets the scores it has in the whole. Each index has a stream of
-    its own: `capture_score(problem, seed=stream(seed, index))` grows the tree of that problem here.
+    `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
+    search tree, `threads` None takes all cores this process may use. `progress(done, total)` and
+    `on_rows(rows)` are called as scores come in. `indices` are the problems' stream indices, 0 to
+    N-1 if not given: a part of the problems with their own indices gets the scores it has in the
+    whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
+    grows the tree of that problem here.
 
     Ctrl-C stops within 0.1 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
     computed, and ScoreError at the end if the simulation of a problem failed.
     """
+    metrics = chosen_metrics(problems, metrics)
     check_settings(metrics, nodes, seed)
-    if "success" in metrics and any(problem.succeeded is None for problem in problems):
-        raise ValueError("metrics has 'success', but not every problem has a success set")
     threads = thread_count(threads)
     done: list[ScoreRow] = []
     errors: dict[int, str] = {}
@@ -130,6 +139,32 @@ def score(
     if errors:
         raise ScoreError(errors, table)
     return table
+
+
+def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
+    """The metrics that every one of the problems has, in the order of METRICS."""
+    there = set(METRICS)
+    for problem in problems:
+        if problem.succeeded is None:
+            there.discard("success")
+        if problem.succeeded_any is None:
+            there.discard("success" + ANY)
+        if problem.captured_any is None:
+            there -= {metric for metric in METRICS if metric.endswith(ANY)} - {"success" + ANY}
+    return tuple(metric for metric in METRICS if metric in there)
+
+
+def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -> Sequence[str]:
+    """`metrics`, or for None all that the problems have; ValueError on one that they lack."""
+    there = metrics_of(problems)
+    lacking = [metric for metric in metrics or () if metric in METRICS and metric not in there]
+    if lacking:
+        of_each = " for each object" if lacking[0].endswith(ANY) else ""
+        kind = "success" if lacking[0].startswith("success") else "capture"
+        raise ValueError(
+            f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
+        )
+    return there if metrics is None else metrics
 
 
 def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:

@@ -4,7 +4,8 @@ A file belongs to one dataset and one choice of settings. It holds the labels of
 so that an evaluation needs nothing else:
 
     settings  name, value (JSON)
-    states    trajectory, frame, captured, success, seconds (NULL: not scored yet)
+    states    trajectory, frame, captured, success, seconds (NULL: not scored yet),
+              captured_any, success_any (NULL: there is one set for all objects)
     scores    trajectory, frame, metric, value (inf is an effort for which no escape was found)
 """
 
@@ -22,22 +23,25 @@ from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
-from energymargin.scoring import METRICS, check_settings, score
+from energymargin.scoring import check_settings, chosen_metrics, score
+from energymargin.tasks.base import Trajectory
 
 __all__ = ["Row", "ScoreStore", "score_dataset"]
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
-VERSION = 1
+VERSION = 2  # 1 had no labels of at least one object
 
 _TABLES = """
 CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE states (
     trajectory INTEGER NOT NULL, frame INTEGER NOT NULL,
     captured INTEGER NOT NULL, success INTEGER NOT NULL, seconds REAL,
+    captured_any INTEGER, success_any INTEGER,
     PRIMARY KEY (trajectory, frame)
 ) WITHOUT ROWID;
 CREATE TABLE scores (
@@ -173,22 +177,29 @@ class ScoreStore:
 
     def labelled_scores(self) -> LabelledScores:
         """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
+        any_object = "captured_any, success_any" if self._version > 1 else "NULL, NULL"
         states = self._database.execute(
-            "SELECT trajectory, frame, captured, success FROM states ORDER BY trajectory, frame"
+            f"SELECT trajectory, frame, captured, success, {any_object} FROM states "
+            "ORDER BY trajectory, frame"
         ).fetchall()
-        number = {(t, k): i for i, (t, k, _, _) in enumerate(states)}
-        scores = {metric: np.full(len(states), np.nan) for metric in self.settings()["metrics"]}
+        number = {(t, k): i for i, (t, k, *_) in enumerate(states)}
+        settings = self.settings()
+        scores = {metric: np.full(len(states), np.nan) for metric in settings["metrics"]}
         for t, k, metric, value in self._database.execute(
             "SELECT trajectory, frame, metric, value FROM scores"
         ):
             scores[metric][number[t, k]] = value
-        trajectory, _, captured, success = np.array(states, dtype=np.int64).T
+        trajectory, _, *labels = zip(*states, strict=True)
+        captured, success, captured_any, success_any = map(_flags, labels)
+        assert captured is not None and success is not None  # the tables do not allow NULL
         return LabelledScores(
-            task=self.settings()["task"],
-            trajectory=trajectory,
-            captured=captured.astype(bool),
-            success=success.astype(bool),
+            task=settings["task"],
+            trajectory=np.array(trajectory, dtype=np.int64),
+            captured=captured,
+            success=success,
             scores=scores,
+            captured_any=captured_any,
+            success_any=success_any,
         )
 
     def seconds(self) -> float:
@@ -230,6 +241,7 @@ class ScoreStore:
             raise ValueError(
                 f"{self.path} is not a file of scores: it is an SQLite file of something else"
             )
+        self._version = int(format_version)
         if format_version > VERSION:
             raise ValueError(
                 f"{self.path} has version {format_version} of the scores' format, "
@@ -240,7 +252,7 @@ class ScoreStore:
 def score_dataset(
     dataset: Dataset,
     path: str | os.PathLike[str],
-    metrics: Sequence[str] = METRICS,
+    metrics: Sequence[str] | None = None,
     nodes: int = 1000,
     seed: int = 0,
     *,
@@ -256,6 +268,7 @@ def score_dataset(
     states of the dataset.
     """
     problems = dataset.problems()
+    metrics = chosen_metrics(problems, metrics)
     with ScoreStore.for_dataset(path, dataset, metrics, nodes, seed) as store:
         missing = store.missing()
         kept = len(problems) - len(missing)
@@ -293,9 +306,9 @@ def _create(path: Path, settings: dict[str, Any], dataset: Dataset) -> None:
                 [(name, json.dumps(value)) for name, value in settings.items()],
             )
             database.executemany(
-                "INSERT INTO states VALUES (?, ?, ?, ?, NULL)",
+                "INSERT INTO states VALUES (?, ?, ?, ?, NULL, ?, ?)",
                 [
-                    (t, k, bool(trajectory.captured[k]), trajectory.success)
+                    (t, k, *_labels(trajectory, k))
                     for t, trajectory in enumerate(dataset.trajectories)
                     for k in range(len(trajectory))
                 ],
@@ -306,6 +319,22 @@ def _create(path: Path, settings: dict[str, Any], dataset: Dataset) -> None:
     finally:
         database.close()
         temporary.unlink(missing_ok=True)
+
+
+def _labels(trajectory: Trajectory, frame: int) -> tuple[bool | None, ...]:
+    """Of one state, in the order of the columns."""
+    some = trajectory.captured_any
+    return (
+        bool(trajectory.captured[frame]),
+        trajectory.success,
+        None if some is None else bool(some[frame]),
+        trajectory.success_any,
+    )
+
+
+def _flags(column: Sequence[int | None]) -> NDArray[np.bool_] | None:
+    """A column of labels; None if it has none."""
+    return None if None in column else np.array(column, dtype=bool)
 
 
 def _say(name: str) -> str:

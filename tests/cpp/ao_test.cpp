@@ -26,12 +26,12 @@ void expect_good_escape(const Escape& escape, const Problem& problem) {
 
 TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
   const Problem problem = drift();
-  BoundedProblem with_est(problem, Goal::escape, 500, 1, nullptr);
+  BoundedProblem with_est(problem, &problem.captured, 500, 1, nullptr);
   Est est(with_est, 1);
   const Escape by_est = ao(with_est, est);
   expect_good_escape(by_est, problem);
   EXPECT_GT(by_est.history.size(), 1u);
-  BoundedProblem with_rrt(problem, Goal::escape, 500, 1, nullptr);
+  BoundedProblem with_rrt(problem, &problem.captured, 500, 1, nullptr);
   Rrt rrt(with_rrt, 1);
   const Escape by_rrt = ao(with_rrt, rrt);
   expect_good_escape(by_rrt, problem);
@@ -40,7 +40,7 @@ TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
 
 TEST(Ao, BoundIsTheBestEffortInTheEnd) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, Goal::escape, 300, 2, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 300, 2, nullptr);
   Est est(bounded, 2);
   const Escape escape = ao(bounded, est);
   EXPECT_EQ(bounded.bound(), escape.effort);
@@ -48,7 +48,7 @@ TEST(Ao, BoundIsTheBestEffortInTheEnd) {
 
 TEST(Ao, WorksOverOmplsOwnRrtWhichCannotPrune) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, Goal::escape, 1000, 3, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1000, 3, nullptr);
   ompl::control::RRT rrt(bounded.space_information());
   rrt.setProblemDefinition(bounded.definition());
   rrt.setup();
@@ -61,12 +61,12 @@ TEST(Ao, WorksOverOmplsOwnRrtWhichCannotPrune) {
 class InThePlane : public ompl::base::ProjectionEvaluator {
  public:
   explicit InThePlane(const BoundedProblem& bounded)
-      : ProjectionEvaluator(bounded.space_information()->getStateSpace()), cell_(bounded.space().scales().position) {
+      : ProjectionEvaluator(bounded.space_information()->getStateSpace()), cell_(bounded.space().scales().front().position) {
     setCellSizes(std::vector<double>(2, 1.0));
   }
   unsigned int getDimension() const override { return 2; }
   void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
-    projection = state->as<CostSpace::StateType>()->object.position.head<2>() / cell_;
+    projection = state->as<CostSpace::StateType>()->objects.front().position.head<2>() / cell_;
   }
 
  private:
@@ -75,7 +75,7 @@ class InThePlane : public ompl::base::ProjectionEvaluator {
 
 TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, Goal::escape, 1000, 3, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1000, 3, nullptr);
   ompl::control::KPIECE1 kpiece(bounded.space_information());
   kpiece.setProblemDefinition(bounded.definition());
   kpiece.setProjectionEvaluator(std::make_shared<InThePlane>(bounded));
@@ -88,7 +88,7 @@ TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
 TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {
   Problem problem = drift();
   problem.captured = ~problem.captured;
-  BoundedProblem bounded(problem, Goal::escape, 100, 0, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 100, 0, nullptr);
   Est est(bounded, 0);
   const Escape escape = ao(bounded, est);
   EXPECT_EQ(escape.effort, 0.0);
@@ -100,7 +100,7 @@ TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {
 TEST(Ao, StoppedSearchThrows) {
   const std::atomic<bool> stop{true};
   const Problem problem = drift();
-  BoundedProblem bounded(problem, Goal::escape, 100, 0, &stop);
+  BoundedProblem bounded(problem, &problem.captured, 100, 0, &stop);
   Est est(bounded, 0);
   EXPECT_THROW(ao(bounded, est), Stopped);
 }

@@ -2,21 +2,16 @@
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
-#include "energymargin/problem_io.hpp"
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "problem_files.hpp"
 
 namespace energymargin {
 namespace {
@@ -32,22 +27,19 @@ struct Outcome {
 
 class App : public testing::Test {
  protected:
-  App() : base_(testing::TempDir() + "app_" + std::to_string(getpid())), problem(base_ + ".json") {}
-  ~App() override {
-    for (const char* ending : {".json", ".out", ".error"}) std::remove((base_ + ending).c_str());
-  }
+  App() : problem(folder / "problem.json") {}
 
   Outcome run(const std::string& arguments) const {
     const std::string command =
-        "\"" ENERGYMARGIN_SCORE "\" " + arguments + " > \"" + base_ + ".out\" 2> \"" + base_ + ".error\"";
+        "\"" ENERGYMARGIN_SCORE "\" " + arguments + " > \"" + folder / "out" + "\" 2> \"" + folder / "error" + "\"";
     const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(base_ + ".out"), content(base_ + ".error")};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("out"), folder.read("error")};
   }
 
   // A failure is one line on the error stream that holds the parts, and nothing else.
   void expect_error(const std::string& arguments, const std::vector<std::string>& parts) const {
     const Outcome outcome = run(arguments);
-    EXPECT_NE(outcome.code, 0) << arguments;
+    EXPECT_EQ(outcome.code, 2) << arguments;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(outcome.error.find('\n') + 1, outcome.error.size()) << outcome.error;
     EXPECT_EQ(outcome.error.rfind("error: ", 0), 0u) << outcome.error;
@@ -56,16 +48,26 @@ class App : public testing::Test {
     }
   }
 
-  std::string base_;
-  std::string problem;
-
- private:
-  static std::string content(const std::string& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
-  }
+  const Folder folder;
+  const std::string problem;
 };
+
+// Two objects that drift in free space, and sets for all and for any of them.
+Problem two_drifters() {
+  Scene scene(Vector3::Zero());
+  for (const std::string name : {"a", "b"}) {
+    scene.add_body(body(name, Box{{0.1, 0.1, 0.1}}, 1.0, {name == "a" ? 0.0 : 1.0, 0.0, 0.0}, Role::object));
+  }
+  const Region a = regions::Disc{"a", {0.0, 0.0}, 0.1};
+  const Region b = regions::Disc{"b", {1.0, 0.0}, 0.1};
+  Problem problem{scene, pack(scene), {1.0, 1.0, 0.0}, Vector3::Zero(), 0.5, a & b};
+  problem.captured_any = a | b;
+  const Region left_a = regions::HalfSpace{"a", Vector3::UnitX(), 0.0};
+  const Region left_b = regions::HalfSpace{"b", Vector3::UnitX(), 1.0};
+  problem.succeeded = left_a & left_b;
+  problem.succeeded_any = left_a | left_b;
+  return problem;
+}
 
 TEST_F(App, CaptureIsTheLibrarysToTheLastBit) {
   save(push(), problem);
@@ -81,6 +83,38 @@ TEST_F(App, CaptureIsTheLibrarysToTheLastBit) {
   EXPECT_TRUE(same_bits(json["success"].get<double>(), *score.success));
   EXPECT_TRUE(same_bits(json["capture_stderr"].get<double>(), *score.capture_stderr));
   EXPECT_TRUE(same_bits(json["success_stderr"].get<double>(), *score.success_stderr));
+  for (const char* of_several : {"capture_any", "success_any", "capture_any_stderr", "success_any_stderr"}) {
+    EXPECT_TRUE(json.at(of_several).is_null()) << of_several;
+  }
+}
+
+TEST_F(App, CaptureOfAnyObjectIsTheLibrarysToTheLastBit) {
+  save(two_drifters(), problem);
+  const Outcome outcome = run(problem + " --nodes 60 --trees 2");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  CaptureOptions options;
+  options.nodes = 60;
+  options.trees = 2;
+  const CaptureScore score = capture_score(two_drifters(), options);
+  const Json json = Json::parse(outcome.out);
+  EXPECT_TRUE(same_bits(json["capture_any"].get<double>(), *score.capture_any));
+  EXPECT_TRUE(same_bits(json["success_any"].get<double>(), *score.success_any));
+  EXPECT_TRUE(same_bits(json["capture_any_stderr"].get<double>(), *score.capture_any_stderr));
+  EXPECT_TRUE(same_bits(json["success_any_stderr"].get<double>(), *score.success_any_stderr));
+}
+
+TEST_F(App, EffortUntilAnyOrTheLastObjectHasLeftIsTheLibrarysToTheLastBit) {
+  save(two_drifters(), problem);
+  EffortOptions options;
+  options.nodes = 300;
+  for (const auto& [word, captured] : {std::pair{"all", Captured::all}, {"any", Captured::any}}) {
+    const Outcome outcome = run(problem + " --metric effort --nodes 300 --captured " + word);
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    options.captured = captured;
+    const double effort = escape_effort(two_drifters(), options).effort;
+    ASSERT_TRUE(std::isfinite(effort)) << word;
+    EXPECT_TRUE(same_bits(Json::parse(outcome.out)["effort"].get<double>(), effort)) << word;
+  }
 }
 
 TEST_F(App, EffortOfEachPlannerIsTheLibrarysToTheLastBit) {
@@ -129,10 +163,37 @@ TEST_F(App, ForceIsTheLibrarysToTheLastBit) {
   EXPECT_TRUE(same_bits(Json::parse(outcome.out)["force"].get<double>(), force_score(push()).force));
 }
 
+TEST_F(App, SavedCopyHasTheSameBytes) {
+  for (const Problem& given : {everything(), articulated(), two_drifters()}) {
+    save(given, problem);
+    const Outcome outcome = run(problem + " --save " + (folder / "copy.json"));
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    EXPECT_EQ(outcome.out + outcome.error, "");
+    EXPECT_EQ(folder.read("copy.json"), folder.read("problem.json"));
+  }
+}
+
+TEST_F(App, SavedCopyHasItsMeshesWhereTheyAreAskedFor) {
+  save(everything(), problem);
+  ASSERT_EQ(run(problem + " --save " + (folder / "files.json") + " --meshes files").code, 0);
+  save(everything(), folder / "own.json", Meshes::files);
+  EXPECT_NE(folder.read("files-body_5.obj"), "");
+  EXPECT_EQ(folder.read("files-body_5.obj"), folder.read("own-body_5.obj"));
+  ASSERT_EQ(run((folder / "files.json") + " --save " + (folder / "back.json") + " --meshes embedded").code, 0);
+  EXPECT_EQ(folder.read("back.json"), folder.read("problem.json"));
+}
+
+TEST_F(App, SchemaIsTheLibrarys) {
+  const Outcome outcome = run("--schema");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out, problem_schema());
+}
+
 TEST_F(App, HelpNamesEveryOption) {
   const Outcome outcome = run("--help");
   EXPECT_EQ(outcome.code, 0);
-  for (const char* option : {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads"}) {
+  for (const char* option : {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads",
+                             "--captured", "--save", "--meshes", "--schema"}) {
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   }
 }
@@ -149,17 +210,26 @@ TEST_F(App, WrongArgumentsAreOneClearLine) {
   expect_error(problem + " --colour red", {"--colour"});
   expect_error(problem + " --nodes", {"--nodes", "no value"});
   expect_error(problem + " other.json", {"two problem files"});
+  expect_error(problem + " --metric effort --captured some", {"--captured", "some", "all or any"});
+  expect_error(problem + " --metric effort --captured any", {"captured", "any", "all"});
+  expect_error(problem + " --save x.json --meshes apart", {"--meshes", "apart", "embedded or files"});
+  expect_error(problem + " --meshes files", {"--meshes", "--save"});
+  expect_error(problem + " --save x.json --nodes 9", {"--nodes", "--save"});
+  expect_error(problem + " --save /no/such/folder/x.json", {"/no/such/folder/x.json", "No such file"});
 }
 
 TEST_F(App, BrokenFilesAreOneClearLineThatNamesTheFile) {
   expect_error("/no/such/file.json", {"/no/such/file.json", "cannot be opened"});
   const std::string text = to_json(push());
-  std::ofstream(problem) << text.substr(0, text.size() / 2);
+  folder.write("problem.json", text.substr(0, text.size() / 2));
   expect_error(problem, {problem, "cut off"});
   Json json = Json::parse(text);
   json["scene"]["bodies"][1]["mass"] = -1;
-  std::ofstream(problem) << json.dump();
+  folder.write("problem.json", json.dump());
   expect_error(problem, {problem, "scene.bodies[1]", "mass is -1"});
+  json["scene"]["bodies"][1]["name"] = "a name\nof two lines";
+  folder.write("problem.json", json.dump());
+  expect_error(problem, {problem, "'a name of two lines'", "mass is -1"});
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST(Articulation, NoStepsLeaveJointsAndBaseToTheBit) {
   base.velocity = {0.1, 0.2, 0.3};
   base.angular_velocity = {-0.1, 1.0 / 7.0, 0.7};
   const State start = pack(scene, {{"base", base}}, {{"hinge", {1.0 / 3.0, -2.0 / 3.0}}});
-  const State end = World(scene).rollout(start, {}, 0.0).state;
+  const State end = World(scene).rollout(start, Wrench{}, 0.0).state;
   EXPECT_TRUE(same_bits(State(end.tail<2>()), State(start.tail<2>())));
   EXPECT_TRUE(same_bits(State(end.head<3>()), State(start.head<3>())));
   EXPECT_TRUE(same_bits(State(end.segment<6>(7)), State(start.segment<6>(7))));

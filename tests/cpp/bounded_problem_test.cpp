@@ -16,7 +16,7 @@ using namespace scenes;
 TEST(BoundedProblem, StateIsValidBelowTheBoundAndWithinTheBounds) {
   Problem problem = drift();
   problem.within = regions::Disc{"object", {0.0, 0.0}, 10.0};
-  BoundedProblem bounded(problem, Goal::escape, 1, 0, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1, 0, nullptr);
   CostSpace::StateType root;
   root.node = 0;
   root.cost = 2.0;
@@ -26,26 +26,26 @@ TEST(BoundedProblem, StateIsValidBelowTheBoundAndWithinTheBounds) {
   root.cost = 1.9;
   EXPECT_TRUE(bounded.space_information()->isValid(&root));
   problem.within = regions::Disc{"object", {100.0, 0.0}, 10.0};
-  EXPECT_FALSE(BoundedProblem(problem, Goal::escape, 1, 0, nullptr).space_information()->isValid(&root));
-  EXPECT_TRUE(BoundedProblem(problem, Goal::none, 1, 0, nullptr).space_information()->isValid(&root));
+  EXPECT_FALSE(BoundedProblem(problem, &problem.captured, 1, 0, nullptr).space_information()->isValid(&root));
+  EXPECT_TRUE(BoundedProblem(problem, nullptr, 1, 0, nullptr).space_information()->isValid(&root));
 }
 
 TEST(BoundedProblem, GoalIsTheComplementOfTheCaptureSet) {
   Problem problem = drift();
-  const auto start_is_goal = [&](Goal goal) {
-    BoundedProblem bounded(problem, goal, 1, 0, nullptr);
+  const auto start_is_goal = [&](const Region* captured) {
+    BoundedProblem bounded(problem, captured, 1, 0, nullptr);
     return bounded.definition()->getGoal()->isSatisfied(bounded.definition()->getStartState(0));
   };
-  EXPECT_FALSE(start_is_goal(Goal::escape));
+  EXPECT_FALSE(start_is_goal(&problem.captured));
   problem.captured = ~problem.captured;
-  EXPECT_TRUE(start_is_goal(Goal::escape));
-  EXPECT_FALSE(start_is_goal(Goal::none));
+  EXPECT_TRUE(start_is_goal(&problem.captured));
+  EXPECT_FALSE(start_is_goal(nullptr));
 }
 
 TEST(BoundedProblem, StopEndsTheSearchWithStoppedUnlessItsNodesAreSpent) {
   std::atomic<bool> stop{true};
   const Problem problem = drift();
-  BoundedProblem bounded(problem, Goal::none, 50, 0, &stop);
+  BoundedProblem bounded(problem, nullptr, 50, 0, &stop);
   Est est(bounded, 0);
   est.solve(bounded.termination());
   EXPECT_EQ(bounded.nodes(), 0);
@@ -57,7 +57,7 @@ TEST(BoundedProblem, StopEndsTheSearchWithStoppedUnlessItsNodesAreSpent) {
 }
 
 TEST(BoundedProblem, NoNodesAreRejected) {
-  EXPECT_TRUE(rejects([] { BoundedProblem(drift(), Goal::none, 0, 0, nullptr); }, {"nodes", "0", "at least 1"}));
+  EXPECT_TRUE(rejects([] { BoundedProblem(drift(), nullptr, 0, 0, nullptr); }, {"nodes", "0", "at least 1"}));
 }
 
 }  // namespace

@@ -13,7 +13,11 @@ namespace energymargin::search {
 namespace {
 
 using namespace scenes;
-using StateType = CostSpace::StateType;
+
+struct StateType : CostSpace::StateType {
+  explicit StateType(std::size_t count = 1) { objects.resize(count); }
+  BodyState& object(std::size_t index = 0) { return objects[index]; }
+};
 
 struct Costing : StateType {
   explicit Costing(double joules) { cost = joules; }
@@ -23,7 +27,7 @@ TEST(CostSpace, ScalesAreTheReachOfABodyAtRestUnderItsLargestForce) {
   Problem problem = drift();  // 2 kg
   problem.force = {3.0, 4.0, 0.0};
   problem.duration = 0.4;
-  const Scales scales(problem);
+  const Scales scales(problem, 0);
   EXPECT_NEAR(scales.position, 0.5 * 2.5 * 0.16, 1e-12);
   EXPECT_NEAR(scales.velocity, 2.5 * 0.4, 1e-12);
 }
@@ -32,17 +36,17 @@ TEST(CostSpace, DistanceIsInUnitsOfTheScales) {
   const CostSpace space(drift(), 0);
   const StateType origin;
   StateType moved;
-  moved.object.position.y() = 2.0 * space.scales().position;
+  moved.object().position.y() = 2.0 * space.scales().front().position;
   EXPECT_NEAR(space.distance(&origin, &moved), 2.0, 1e-12);
   StateType fast;
-  fast.object.velocity = {3.0 * space.scales().velocity, 0.0, 0.0};
-  fast.object.angular_velocity = {0.0, 0.0, 4.0 * space.scales().angular_velocity};
+  fast.object().velocity = {3.0 * space.scales().front().velocity, 0.0, 0.0};
+  fast.object().angular_velocity = {0.0, 0.0, 4.0 * space.scales().front().angular_velocity};
   EXPECT_NEAR(space.distance(&origin, &fast), 5.0, 1e-12);
   StateType rotated;
-  rotated.object.orientation = turn(space.scales().orientation, Vector3::UnitZ());
+  rotated.object().orientation = turn(space.scales().front().orientation, Vector3::UnitZ());
   EXPECT_NEAR(space.distance(&origin, &rotated), 1.0, 1e-6);
   StateType negated;
-  negated.object.orientation.coeffs() = -rotated.object.orientation.coeffs();
+  negated.object().orientation.coeffs() = -rotated.object().orientation.coeffs();
   EXPECT_EQ(space.distance(&origin, &negated), space.distance(&origin, &rotated));
 }
 
@@ -89,7 +93,7 @@ TEST(CostSpace, SamplesHaveACostBelowTheBoundAndNoNode) {
     EXPECT_EQ(sample.node, -1);
     EXPECT_GE(sample.cost, 0.0);
     EXPECT_LE(sample.cost, 0.25);
-    EXPECT_NEAR(sample.object.orientation.norm(), 1.0, 1e-12);
+    EXPECT_NEAR(sample.object().orientation.norm(), 1.0, 1e-12);
     highest = std::max(highest, sample.cost);
   }
   EXPECT_GT(highest, 0.2);
@@ -100,7 +104,7 @@ TEST(CostSpace, SameSeedGivesTheSameSamplesAndAnotherSeedOthers) {
     const CostSpace space(push(), seed);
     StateType sample;
     space.allocStateSampler()->sampleUniform(&sample);
-    return sample.object.position;
+    return sample.object().position;
   };
   EXPECT_EQ(first_sample(5), first_sample(5));
   EXPECT_NE(first_sample(5), first_sample(6));

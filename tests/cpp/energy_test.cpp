@@ -81,7 +81,7 @@ TEST(Energy, ConstantForceThatCarriesTheWeightHoldsABodyAtRest) {
   Body balloon = body("object", Box{{0.3, 0.2, 0.1}}, 0.7, {1.0, 2.0, 3.0}, Role::object);
   balloon.force = {0.0, 0.0, 0.7 * g};
   scene.add_body(balloon);
-  const State end = World(scene).rollout(pack(scene), {}, 2.0).state;
+  const State end = World(scene).rollout(pack(scene), Wrench{}, 2.0).state;
   EXPECT_LT((end - pack(scene)).norm(), 1e-12);
 }
 
@@ -107,7 +107,7 @@ TEST(Energy, FallUnderGravityAndAConstantForceKeepsTheEnergyButForTheStep) {
   const Vector3 force = pulled.force + 0.7 * down;
   // Positions move with the velocity at the step's end: half a step too far.
   const double excess = 0.5 * force.squaredNorm() / 0.7 * step;
-  EXPECT_NEAR(world.rollout(pack(scene), {}, 1.5).energy, world.energy(pack(scene)) - 1.5 * excess, 1e-9);
+  EXPECT_NEAR(world.rollout(pack(scene), Wrench{}, 1.5).energy, world.energy(pack(scene)) - 1.5 * excess, 1e-9);
 }
 
 TEST(Energy, WorkOnAFreeObjectIsTheGainOfASceneWithSpringsAndJointsItDoesNotTouch) {

@@ -4,9 +4,12 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "energymargin/kinematics.hpp"
 #include "energymargin/world.hpp"
 #include "scenes.hpp"
 
@@ -62,17 +65,23 @@ inline Drive steady(const std::string& body, const Vector3& force, const Vector3
   return drive;
 }
 
-//! Moments of inertia in the world's axes.
+//! A body's centre of mass, and how it moves.
+inline BodyState center_of(const Body& body, const BodyState& frame) { return moved_to(body.spread().center, frame); }
+
+//! Moments of inertia about the centre of mass, in the world's axes.
 inline Eigen::Matrix3d inertia_of(const Body& body, const Quaternion& orientation) {
-  const MassProperties mass = mass_properties(body.shape, body.mass);
-  const Eigen::Matrix3d axes = (orientation * mass.axes).toRotationMatrix();
-  return axes * mass.inertia.asDiagonal() * axes.transpose();
+  const Inertial spread = body.spread();
+  const Eigen::Matrix3d axes = (orientation * spread.axes).toRotationMatrix();
+  return axes * spread.moments.asDiagonal() * axes.transpose();
 }
 
 //! Of all bodies that move.
 inline Vector3 momentum(const Scene& scene, const State& state) {
   Vector3 sum = Vector3::Zero();
-  for (const auto& [name, at] : unpack(scene, state).bodies) sum += scene.body(name).mass * at.velocity;
+  for (const auto& [name, at] : unpack(scene, state).bodies) {
+    const Body& body = scene.body(name);
+    sum += body.mass * center_of(body, at).velocity;
+  }
   return sum;
 }
 
@@ -81,9 +90,38 @@ inline Vector3 angular_momentum(const Scene& scene, const State& state) {
   Vector3 sum = Vector3::Zero();
   for (const auto& [name, at] : unpack(scene, state).bodies) {
     const Body& body = scene.body(name);
-    sum += at.position.cross(body.mass * at.velocity) + inertia_of(body, at.orientation) * at.angular_velocity;
+    const BodyState center = center_of(body, at);
+    sum += center.position.cross(body.mass * center.velocity) + inertia_of(body, at.orientation) * at.angular_velocity;
   }
   return sum;
+}
+
+//! A pose seen from another one.
+inline Pose seen_from(const Pose& frame, const Pose& pose) {
+  const Quaternion back = frame.orientation.conjugate();
+  return {back * (pose.position - frame.position), back * pose.orientation};
+}
+
+//! The same body in other words: its frame is at `frame` of what it was, and its mass is where it was.
+inline Body described_from(const Pose& frame, const Body& body) {
+  Body same = body;
+  std::visit(
+      [&](const auto& shape) {
+        using Kind = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_constructible_v<Solid, Kind>) same.shape = Compound{{{shape, seen_from(frame, Pose{})}}};
+      },
+      body.shape);
+  if (const auto* compound = std::get_if<Compound>(&body.shape)) {
+    Compound moved = *compound;
+    for (Part& part : moved.parts) part.pose = seen_from(frame, part.pose);
+    same.shape = moved;
+  }
+  const Inertial spread = body.spread();
+  const Pose center = seen_from(frame, {spread.center, spread.axes});
+  if (!body.fixed()) same.inertial = Inertial{center.position, spread.moments, center.orientation};
+  same.state = moved_to(frame.position, body.state);
+  same.state.orientation = body.state.orientation * frame.orientation;
+  return same;
 }
 
 //! A rod along x that turns about its end on a fixed post at the origin; 0.5 m long, 0.3 kg.

@@ -49,17 +49,17 @@ TEST(Problem, RegionOnAnUnknownBodyIsRejectedByTheRegionsRole) {
   EXPECT_TRUE(rejects(validating([&](Problem& p) { p.within = cup; }), {"within", "'cup'"}));
 }
 
-TEST(Problem, ThereIsExactlyOneObject) {
+TEST(Problem, ThereIsOneObjectOrMore) {
   const auto with_scene = [](const Scene& scene) {
     return [scene] { validate({scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"one"}}); };
   };
   Scene none;
   none.add_body(body("one", Box{}, 1.0, Vector3::Zero()));
-  EXPECT_TRUE(rejects(with_scene(none), {"0", "\"object\"", "exactly one"}));
+  EXPECT_TRUE(rejects(with_scene(none), {"scene", "without", "\"object\"", "at least one"}));
   Scene two;
   two.add_body(body("one", Box{}, 1.0, Vector3::Zero(), Role::object));
   two.add_body(body("two", Box{}, 1.0, {5.0, 0.0, 0.0}, Role::object));
-  EXPECT_TRUE(rejects(with_scene(two), {"2", "\"object\"", "exactly one"}));
+  EXPECT_NO_THROW(with_scene(two)());
 }
 
 TEST(Problem, DriveNeedsAnEffectorThatCanMove) {
@@ -144,8 +144,8 @@ TEST(Problem, ObjectOnAJointIsRejectedByName) {
   scene.add_body(body("door", Box{}, 1.0, Vector3::Zero(), Role::object));
   scene.add_joint(joint("hinge", JointType::revolute, "post", "door", Vector3::UnitZ(), {1.0, 0.0, 0.0}));
   const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"door"}};
-  EXPECT_TRUE(rejects([&] { validate(problem); }, {"'door'", "on a joint", "one free body"}));
-  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), {}, 0.1); }, {"object", "no joint"}));
+  EXPECT_TRUE(rejects([&] { validate(problem); }, {"'door'", "on a joint", "free bodies"}));
+  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), Wrench{}, 0.1); }, {"object", "no joint"}));
 }
 
 TEST(Problem, UnderDriveAnEdgeStartsWithTheVelocitiesOfAllEffectorBodiesAndNothingElse) {

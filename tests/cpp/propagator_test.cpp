@@ -26,7 +26,7 @@ struct Kit {
         propagator(si, asked, 10),
         sampler(controls->allocControlSampler()),
         control(controls->allocControl()) {
-    root.object = space->start();
+    root.objects = space->starts();
     root.node = 0;
   }
   ~Kit() { controls->freeControl(control); }
@@ -46,12 +46,13 @@ TEST(Propagator, EveryPropagationIsARolloutThatBecomesANode) {
   Kit kit(problem);
   CostSpace::StateType state, next;
   kit.space->copyState(&state, &kit.root);
+  kit.space->copyState(&next, &kit.root);
   for (int i = 1; i <= 10; ++i) {
     kit.sampler->sample(kit.control);
     kit.propagator.propagate(&state, kit.control, 1.0, &next);
     EXPECT_EQ(next.node, i);
     EXPECT_EQ(kit.propagator.nodes(), i);
-    EXPECT_EQ(State(kit.propagator.state(i)).head<3>(), next.object.position);
+    EXPECT_EQ(State(kit.propagator.state(i)).head<3>(), next.objects.front().position);
     kit.space->copyState(&state, &next);
   }
   const Tree tree = kit.propagator.take_tree();
@@ -64,11 +65,12 @@ TEST(Propagator, FromAndToMayBeTheSameState) {
   const Problem problem = push();
   Kit one(problem), two(problem);
   CostSpace::StateType next;
+  one.space->copyState(&next, &one.root);
   one.sampler->sample(one.control);
   one.propagator.propagate(&one.root, one.control, 1.0, &next);
   one.propagator.propagate(&one.root, one.control, 1.0, &one.root);
   EXPECT_EQ(one.root.cost, next.cost);
-  EXPECT_EQ(one.root.object.position, next.object.position);
+  EXPECT_EQ(one.root.objects.front().position, next.objects.front().position);
 }
 
 TEST(Propagator, WrenchesAreDrawnWithinTheBoundsAndZeroOnAxesWithoutOne) {
@@ -78,13 +80,13 @@ TEST(Propagator, WrenchesAreDrawnWithinTheBoundsAndZeroOnAxesWithoutOne) {
   Vector3 largest = Vector3::Zero();
   for (int i = 0; i < 1000; ++i) {
     kit.sampler->sample(kit.control);
-    const Wrench wrench = WrenchSpace::wrench(kit.control);
+    const Wrench wrench = kit.controls->wrenches(kit.control).front();
     EXPECT_EQ(wrench.force.y(), 0.0);
     EXPECT_EQ(wrench.torque.head<2>(), Vector2::Zero());
     largest = largest.cwiseMax(wrench.force.cwiseAbs());
     EXPECT_LE(std::abs(wrench.torque.z()), 0.1);
-    EXPECT_GE(WrenchSpace::steps(kit.control), 1);
-    EXPECT_LE(WrenchSpace::steps(kit.control), 120);
+    EXPECT_GE(kit.controls->steps(kit.control), 1);
+    EXPECT_LE(kit.controls->steps(kit.control), 120);
   }
   EXPECT_LE(largest.x(), 2.0);
   EXPECT_GT(largest.x(), 1.9);
@@ -101,7 +103,7 @@ TEST(Propagator, DurationsAreShorterThanHalfWithProbabilityTwoToTheMinusAxes) {
     int below = 0;
     for (int i = 0; i < 20000; ++i) {
       kit.sampler->sample(kit.control);
-      below += WrenchSpace::steps(kit.control) <= 60 ? 1 : 0;
+      below += kit.controls->steps(kit.control) <= 60 ? 1 : 0;
     }
     return below / 20000.0;
   };
@@ -115,7 +117,7 @@ TEST(Propagator, SameSeedGivesTheSameControlsAndAnotherSeedOthers) {
   const auto first = [](std::uint64_t seed) {
     Kit kit(push(), seed);
     kit.sampler->sample(kit.control);
-    return WrenchSpace::wrench(kit.control).force;
+    return kit.controls->wrenches(kit.control).front().force;
   };
   EXPECT_EQ(first(5), first(5));
   EXPECT_NE(first(5), first(6));

@@ -12,11 +12,15 @@
 
 namespace energymargin {
 
-inline Wrench control(const Tree& tree, int node) {
-  Wrench wrench;
-  wrench.force = tree.controls.row(node).head<3>();
-  wrench.torque = tree.controls.row(node).tail<3>();
-  return wrench;
+//! The wrenches on all objects that lead to a node.
+inline Disturbance control(const Tree& tree, int node) {
+  Disturbance wrenches;
+  for (Eigen::Index first = 0; first < tree.controls.cols(); first += 6) {
+    const Vector3 force = tree.controls.row(node).segment<3>(first);
+    const Vector3 torque = tree.controls.row(node).segment<3>(first + 3);
+    wrenches.push_back({force, torque});
+  }
+  return wrenches;
 }
 
 //! Each node is what its control leads to from its parent, to the bit, and its cost the sum of efforts on the way.
@@ -45,9 +49,10 @@ inline void expect_each_edge_is_a_rollout(const Tree& tree, const Problem& probl
 //! Wrenches lie within the problem's bounds, durations are whole steps up to the longest.
 inline void expect_controls_within_bounds(const Tree& tree, const Problem& problem) {
   for (int node = 1; node < tree.size(); ++node) {
-    const Wrench wrench = control(tree, node);
-    EXPECT_TRUE((wrench.force.cwiseAbs().array() <= problem.force.array()).all()) << "node " << node;
-    EXPECT_TRUE((wrench.torque.cwiseAbs().array() <= problem.torque.array()).all()) << "node " << node;
+    for (const Wrench& wrench : control(tree, node)) {
+      EXPECT_TRUE((wrench.force.cwiseAbs().array() <= problem.force.array()).all()) << "node " << node;
+      EXPECT_TRUE((wrench.torque.cwiseAbs().array() <= problem.torque.array()).all()) << "node " << node;
+    }
     const double steps = tree.durations[node] / problem.scene.stepping().step;
     EXPECT_NEAR(steps, std::round(steps), 1e-9);
     EXPECT_GE(steps, 1.0 - 1e-9);
@@ -67,8 +72,9 @@ inline void expect_history_falls_to_the_effort(const Escape& escape) {
 }
 
 //! The path leads from the root to a node outside of the capture set, through nodes inside of it and of the bounds.
-inline void expect_path_leaves_the_capture_set_only_at_its_end(const Escape& escape, const Problem& problem) {
-  const Membership captured(problem.captured, problem.scene);
+inline void expect_path_leaves_the_capture_set_only_at_its_end(const Escape& escape, const Problem& problem,
+                                                               Captured of = Captured::all) {
+  const Membership captured(capture_set(problem, of), problem.scene);
   ASSERT_FALSE(escape.path.empty());
   EXPECT_EQ(escape.path.front(), 0);
   for (std::size_t i = 0; i < escape.path.size(); ++i) {

@@ -18,7 +18,7 @@ using namespace scenes;
 // The inertia about the shape's own axes.
 Eigen::Matrix3d tensor(const MassProperties& mass) {
   const Eigen::Matrix3d axes = mass.axes.toRotationMatrix();
-  return axes * mass.inertia.asDiagonal() * axes.transpose();
+  return axes * mass.moments.asDiagonal() * axes.transpose();
 }
 
 // A body of revolution as a stack of discs, by Simpson's rule: exact for the cubic pieces that round shapes have.
@@ -32,22 +32,22 @@ MassProperties stack_of_discs(const std::function<double(double)>& radius_square
     const double square = radius_squared(z);
     sum.volume += weight * pi * square;
     const double across = weight * pi * square * (0.25 * square + z * z);
-    sum.inertia += Vector3(across, across, weight * 0.5 * pi * square * square);
+    sum.moments += Vector3(across, across, weight * 0.5 * pi * square * square);
   }
-  sum.inertia *= mass / sum.volume;
+  sum.moments *= mass / sum.volume;
   return sum;
 }
 
 TEST(Shape, BoxSphereAndCylinderHaveTheMassPropertiesOfTheirFormulas) {
   const MassProperties box = mass_properties(Box{{1.0, 2.0, 3.0}}, 12.0);
   EXPECT_NEAR(box.volume, 6.0, 1e-12);
-  EXPECT_TRUE(box.inertia.isApprox(Vector3(13.0, 10.0, 5.0), 1e-14));
+  EXPECT_TRUE(box.moments.isApprox(Vector3(13.0, 10.0, 5.0), 1e-14));
   const MassProperties sphere = mass_properties(Sphere{0.3}, 5.0);
   EXPECT_NEAR(sphere.volume, 4.0 / 3.0 * pi * 0.027, 1e-14);
-  EXPECT_TRUE(sphere.inertia.isApprox(Vector3::Constant(0.4 * 5.0 * 0.09), 1e-14));
+  EXPECT_TRUE(sphere.moments.isApprox(Vector3::Constant(0.4 * 5.0 * 0.09), 1e-14));
   const MassProperties cylinder = mass_properties(Cylinder{0.2, 0.6}, 3.0);
   EXPECT_NEAR(cylinder.volume, pi * 0.04 * 0.6, 1e-14);
-  EXPECT_TRUE(cylinder.inertia.isApprox(Vector3(0.12, 0.12, 0.06), 1e-14));
+  EXPECT_TRUE(cylinder.moments.isApprox(Vector3(0.12, 0.12, 0.06), 1e-14));
 }
 
 TEST(Shape, CapsuleHasTheMassPropertiesOfItsSlices) {
@@ -61,7 +61,7 @@ TEST(Shape, CapsuleHasTheMassPropertiesOfItsSlices) {
       0.5 * h + r, 3.0);
   const MassProperties capsule = mass_properties(Capsule{r, h}, 3.0);
   EXPECT_NEAR(capsule.volume, expected.volume, 1e-8);
-  EXPECT_TRUE(capsule.inertia.isApprox(expected.inertia, 1e-7)) << capsule.inertia.transpose();
+  EXPECT_TRUE(capsule.moments.isApprox(expected.moments, 1e-7)) << capsule.moments.transpose();
 }
 
 TEST(Shape, HullOfATurnedBrickEqualsTheTurnedBox) {
@@ -73,9 +73,9 @@ TEST(Shape, HullOfATurnedBrickEqualsTheTurnedBox) {
   hull.points.push_back(hull.points.front());
   const MassProperties same = mass_properties(hull, 2.5);
   EXPECT_NEAR(same.volume, box.volume, 1e-12);
-  EXPECT_LT(same.centre.norm(), 1e-12);
+  EXPECT_LT(same.center.norm(), 1e-12);
   const Eigen::Matrix3d rotation = turned.toRotationMatrix();
-  EXPECT_TRUE(tensor(same).isApprox(rotation * box.inertia.asDiagonal() * rotation.transpose(), 1e-12));
+  EXPECT_TRUE(tensor(same).isApprox(rotation * box.moments.asDiagonal() * rotation.transpose(), 1e-12));
   EXPECT_NEAR(smallest_half_extent(hull), 0.15, 1e-12);
 }
 
@@ -84,7 +84,7 @@ TEST(Shape, RegularTetrahedronHasTheInertiaOfItsFormula) {
   const MassProperties tetrahedron = mass_properties(hull, 3.0);
   const double edge_squared = 8.0;
   EXPECT_NEAR(tetrahedron.volume, 8.0 / 3.0, 1e-12);
-  EXPECT_TRUE(tetrahedron.inertia.isApprox(Vector3::Constant(3.0 * edge_squared / 20.0), 1e-12));
+  EXPECT_TRUE(tetrahedron.moments.isApprox(Vector3::Constant(3.0 * edge_squared / 20.0), 1e-12));
 }
 
 TEST(Shape, CenteredMovesTheCentreOfMassToTheOriginAndNothingElse) {
@@ -92,8 +92,8 @@ TEST(Shape, CenteredMovesTheCentreOfMassToTheOriginAndNothingElse) {
   const ConvexHull off = brick({0.3, 0.7, 1.1}, turn(0.4, Vector3::UnitX()), moved);
   const MassProperties before = mass_properties(off, 2.0);
   const MassProperties after = mass_properties(centered(off), 2.0);
-  EXPECT_TRUE(before.centre.isApprox(moved, 1e-12));
-  EXPECT_LT(after.centre.norm(), 1e-12);
+  EXPECT_TRUE(before.center.isApprox(moved, 1e-12));
+  EXPECT_LT(after.center.norm(), 1e-12);
   EXPECT_TRUE(tensor(after).isApprox(tensor(before), 1e-10));
 }
 

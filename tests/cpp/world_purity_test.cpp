@@ -18,7 +18,7 @@ using namespace scenes;
 
 struct Question {
   State state;
-  Wrench wrench;
+  Disturbance wrenches;
   int steps;
 };
 
@@ -30,11 +30,14 @@ std::vector<Question> questions(const Scene& scene, int count, unsigned int long
   std::vector<Question> asked;
   State state = pack(scene);
   for (int i = 0; i < count; ++i) {
-    Question question{state, Wrench(), 1 + static_cast<int>(random() % longest)};
-    question.wrench.force.x() = 0.8 * even(random);
-    question.wrench.force.y() = 0.8 * even(random);
-    question.wrench.torque.z() = 0.05 * even(random);
-    state = world.rollout_unchecked(question.state, question.wrench, question.steps).state;
+    Question question{state, Disturbance(scene.with_role(Role::object).size()),
+                      1 + static_cast<int>(random() % longest)};
+    for (Wrench& wrench : question.wrenches) {
+      wrench.force.x() = 0.8 * even(random);
+      wrench.force.y() = 0.8 * even(random);
+      wrench.torque.z() = 0.05 * even(random);
+    }
+    state = world.rollout_unchecked(question.state, question.wrenches, question.steps).state;
     asked.push_back(std::move(question));
     if (i % 15 == 14) state = pack(scene);
   }
@@ -44,7 +47,7 @@ std::vector<Question> questions(const Scene& scene, int count, unsigned int long
 std::vector<Rollout> answers(World& world, const std::vector<Question>& asked, const std::vector<std::size_t>& order) {
   std::vector<Rollout> rollouts(asked.size());
   for (const std::size_t i : order) {
-    rollouts[i] = world.rollout_unchecked(asked[i].state, asked[i].wrench, asked[i].steps);
+    rollouts[i] = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
   }
   return rollouts;
 }
@@ -105,7 +108,7 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
     world.contacts(other.state);
     world.distance(other.state, "object", "effector");
     world.deepest_contact(other.state);
-    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrench, asked[i].steps);
+    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
   }
@@ -129,7 +132,7 @@ TEST(HandPurity, TwoThousandRolloutsShuffledInOtherWorldsAndThreadsGiveTheSameBi
     World other(scene);
     for (std::size_t i = first; i < last; ++i) {
       const Question& question = asked[order[i]];
-      threaded[order[i]] = other.rollout_unchecked(question.state, question.wrench, question.steps);
+      threaded[order[i]] = other.rollout_unchecked(question.state, question.wrenches, question.steps);
     }
   };
   std::thread one(work, 0, half);
@@ -169,7 +172,7 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
     world.contacts(other);
     world.distance(other, "object", "thumb 3");
     world.deepest_contact(other);
-    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrench, asked[i].steps);
+    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
   }

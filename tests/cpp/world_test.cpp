@@ -76,7 +76,7 @@ TEST(World, EffortCountsBrakingAndSpeedingUpWhileWorkLetsThemCancel) {
 
 TEST(World, ProjectileFollowsTheParabolaOfItsSteps) {
   const Scene scene = free_body(Sphere{0.1}, 1.0, {0.0, 0.0, -g});
-  const Rollout rollout = World(scene).rollout(moving(scene, {2.0, 0.0, 3.0}), {}, 1.0);
+  const Rollout rollout = World(scene).rollout(moving(scene, {2.0, 0.0, 3.0}), Wrench{}, 1.0);
   const BodyState end = of(scene, rollout.state);
   EXPECT_NEAR(end.position.x(), 2.0, 1e-12);
   EXPECT_NEAR(end.velocity.z(), 3.0 - g, 1e-12);
@@ -99,7 +99,7 @@ TEST(World, EnergyIsKineticPlusGravitational) {
 TEST(World, DurationIsRoundedToWholeStepsAndNoneLeavesTheState) {
   const Scene scene = push_scene();
   World world(scene);
-  EXPECT_EQ(world.rollout(pack(scene), {}, 0.1).steps, 24);
+  EXPECT_EQ(world.rollout(pack(scene), Wrench{}, 0.1).steps, 24);
   const Rollout none = world.rollout(pack(scene), force(1.0), 0.0);
   EXPECT_EQ(none.steps, 0);
   EXPECT_EQ(none.effort, 0.0);
@@ -122,7 +122,7 @@ TEST(World, BlockPushedOverATableIsHeldBackByTheProductOfTheFrictionsTimesItsWei
 
 TEST(World, BlockStopsSlidingAfterTheDistanceThatItsFrictionAllows) {
   const Scene scene = rough_table();
-  const Rollout rollout = World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), {}, 1.0);
+  const Rollout rollout = World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), Wrench{}, 1.0);
   const double distance = 1.0 / (2.0 * 0.5 * g);
   EXPECT_NEAR(of(scene, rollout.state).position.x(), distance, 0.5 * step);
   EXPECT_LT(of(scene, rollout.state).velocity.norm(), 1e-9);
@@ -153,7 +153,7 @@ TEST(World, BlockOnASlopeHoldsBelowTheFrictionAngleAndSlidesAboveIt) {
     Body block = body("object", Box{{1.2, 0.4, 0.1}}, 1.0, tilt * Vector3(0.0, 0.0, 0.05), Role::object, 0.5);
     block.state.orientation = tilt;
     scene.add_body(block);
-    const BodyState end = of(scene, World(scene).rollout(pack(scene), {}, 1.0).state);
+    const BodyState end = of(scene, World(scene).rollout(pack(scene), Wrench{}, 1.0).state);
     return (end.position - block.state.position).dot(tilt * Vector3::UnitX());
   };
   EXPECT_LT(std::abs(slid(friction_angle - 0.02)), 1e-6);
@@ -190,7 +190,7 @@ TEST(World, SphereCylinderBoxAndHullSlideWithoutSinking) {
 
 TEST(World, SlidingSphereEndsRollingWithFiveSeventhsOfItsSpeed) {
   const Scene scene = rough_table(exact(), Sphere{0.05});
-  const BodyState end = of(scene, World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), {}, 1.0).state);
+  const BodyState end = of(scene, World(scene).rollout(moving(scene, {1.0, 0.0, 0.0}), Wrench{}, 1.0).state);
   EXPECT_NEAR(end.velocity.x(), 5.0 / 7.0, 1e-3);
   EXPECT_NEAR(end.angular_velocity.y(), end.velocity.x() / 0.05, 1e-2);
 }
@@ -341,10 +341,10 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   const State start = pack(scene);
   State broken = start;
   broken[0] = nan;
-  EXPECT_TRUE(rejects([&] { world.rollout(broken, {}, 0.1); }, {"state", "'object'", "position", "nan", "finite"}));
-  EXPECT_TRUE(rejects([&] { world.rollout(State::Zero(3), {}, 0.1); }, {"state", "3", "26"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(broken, Wrench{}, 0.1); }, {"state", "'object'", "position", "nan", "finite"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(State::Zero(3), Wrench{}, 0.1); }, {"state", "3", "26"}));
   EXPECT_TRUE(rejects([&] { world.rollout(start, force(nan), 0.1); }, {"force", "nan", "finite"}));
-  EXPECT_TRUE(rejects([&] { world.rollout(start, {}, -0.1); }, {"duration", "-0.1", "at least 0"}));
+  EXPECT_TRUE(rejects([&] { world.rollout(start, Wrench{}, -0.1); }, {"duration", "-0.1", "at least 0"}));
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "cup"); }, {"'cup'", "'effector'"}));
   EXPECT_TRUE(rejects([&] { world.distance(start, "object", "object"); }, {"body_b", "another body"}));
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 0, {}); }, {"steps", "0", "at least 1"}));
@@ -356,13 +356,13 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects([&] { world.simulate(start, {}, 5, {3, 2}); }, {"record", "2", "ascending"}));
   Scene empty;
   empty.add_body(fixed("table", Plane{}));
-  EXPECT_TRUE(rejects([&] { World(empty).rollout(State(), {}, 0.1); }, {"scene", "object"}));
+  EXPECT_TRUE(rejects([&] { World(empty).rollout(State(), Wrench{}, 0.1); }, {"scene", "object"}));
 }
 
 TEST(World, DurationOfMoreStepsThanCanBeCountedIsRejected) {
   const Scene scene = free_body();
   const double counter_full_twice = 4294967296.0 * step;
-  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), {}, counter_full_twice); }, {"duration", "1.78957e+07"}));
+  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), Wrench{}, counter_full_twice); }, {"duration", "1.78957e+07"}));
 }
 
 TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {
@@ -373,7 +373,7 @@ TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {
     ground.shape = Plane{};
     scene.add_body(ground);
     scene.add_body(body("plate", Box{size}, 1.0, {0.0, 0.0, 0.5 * size.z()}, Role::object));
-    const State end = World(scene).rollout(pack(scene), {}, 1.0).state;
+    const State end = World(scene).rollout(pack(scene), Wrench{}, 1.0).state;
     EXPECT_NEAR(end[2], 0.5 * size.z(), 1e-5) << size.transpose();
   }
 }
@@ -399,7 +399,7 @@ double slid_on_a_turning_support(const Shape& square, double seconds) {
   object.state.velocity = object.state.angular_velocity.cross(above);
   scene.add_body(support);
   scene.add_body(object);
-  const State end = World(scene).rollout(pack(scene), {}, seconds).state;
+  const State end = World(scene).rollout(pack(scene), Wrench{}, seconds).state;
   const BodyState bar = of(scene, end, "support");
   return (bar.orientation.conjugate() * (of(scene, end).position - bar.position)).x();
 }

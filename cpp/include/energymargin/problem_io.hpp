@@ -11,21 +11,32 @@ namespace energymargin {
 //! Format version that `save` writes; `load` refuses newer ones.
 inline constexpr int problem_format_version = 3;
 
+//! The JSON Schema (draft-07) of problem files, which every file is checked against when it is read.
+const std::string& problem_schema();
+
 //! The problem as JSON text. Throws std::invalid_argument for a region made of a user's own predicate.
 std::string to_json(const Problem& problem);
 
-//! Reads JSON text and validates the problem. Throws std::invalid_argument that names the place and what was expected.
-Problem from_json(const std::string& text);
+//! Reads JSON text and validates the problem; paths of meshes are relative to the folder. Throws std::invalid_argument
+//! that names the place and what was expected.
+Problem from_json(const std::string& text, const std::string& folder = "");
 
 //! A file cannot be opened or written.
 class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-//! Writes atomically. Throws FileError if the file cannot be written.
-void save(const Problem& problem, const std::string& path);
+//! Where the points of compounds go that are hulls alone, unmoved, as those of a mesh.
+enum class Meshes {
+  embedded,  ///< into the problem file
+  files,     ///< into OBJ files beside it: "push.json" with a body "cup" gets "push-cup.obj"
+};
 
-//! Throws FileError if the file cannot be opened, std::invalid_argument, naming it, if it is no problem file.
+//! Writes atomically, the problem file last. Throws FileError if a file cannot be written.
+void save(const Problem& problem, const std::string& path, Meshes meshes = Meshes::embedded);
+
+//! Throws FileError if the file cannot be opened, std::invalid_argument, naming it, if it is no problem file or names a
+//! mesh that is none.
 Problem load(const std::string& path);
 
 }  // namespace energymargin

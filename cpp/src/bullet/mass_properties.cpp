@@ -1,10 +1,9 @@
-// Mass properties of solids; a hull's faces come from Bullet's exact hull computer.
-
-#include <LinearMath/btConvexHullComputer.h>
+// Mass properties of solids.
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "../hull_faces.hpp"
 #include "energymargin/shape.hpp"
 
 namespace energymargin {
@@ -32,19 +31,8 @@ struct Moments {
 };
 
 Moments moments(const std::vector<Vector3>& points) {
-  btConvexHullComputer hull;
-  hull.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
-  // The hull's own vertices are rounded.
-  const auto vertex = [&](int i) { return points[static_cast<std::size_t>(hull.original_vertex_index[i])]; };
   Moments total;
-  for (int face = 0; face < hull.faces.size(); ++face) {
-    const btConvexHullComputer::Edge* first = &hull.edges[hull.faces[face]];
-    const Vector3 corner = vertex(first->getSourceVertex());
-    for (const auto* edge = first->getNextEdgeOfFace(); edge->getTargetVertex() != first->getSourceVertex();
-         edge = edge->getNextEdgeOfFace()) {
-      total.add(corner, vertex(edge->getSourceVertex()), vertex(edge->getTargetVertex()));
-    }
-  }
+  for (const auto& [a, b, c] : hull_faces(points)) total.add(points[a], points[b], points[c]);
   if (total.volume < 0.0) {
     total.volume = -total.volume;
     total.first = -total.first;

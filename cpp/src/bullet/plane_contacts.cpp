@@ -2,6 +2,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
+
 namespace energymargin {
 namespace {
 
@@ -48,12 +50,16 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
-// A point about the middle of a solid, in its own frame. A hull's frame is its body's, and may lie outside of it.
-btVector3 middle(const btCollisionShape& shape) {
-  if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE) return btVector3(0.0, 0.0, 0.0);
-  btVector3 low, high;
-  shape.getAabb(btTransform::getIdentity(), low, high);
-  return 0.5 * (low + high);
+// Half way from a solid's top to its lowest point, along `down`. A hull may have its frame anywhere.
+double half_way(const btCollisionShape& shape, const btVector3& down) {
+  if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE) return 0.0;
+  double top = BT_LARGE_FLOAT;
+  double low = -BT_LARGE_FLOAT;
+  for_each_low_point(shape, down, [&](const btVector3& point) {
+    top = std::min(top, down.dot(point));
+    low = std::max(low, down.dot(point));
+  });
+  return 0.5 * (top + low);
 }
 
 bool is_plane(const btCollisionObjectWrapper& object) {
@@ -84,9 +90,9 @@ class PlaneContacts : public btCollisionAlgorithm {
     result->setPersistentManifold(manifold_);
     const btTransform& pose = solid.getWorldTransform();
     const btVector3 down = -normal * pose.getBasis();
-    const double half_way = down.dot(middle(*solid.getCollisionShape()));
+    const double middle = half_way(*solid.getCollisionShape(), down);
     for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
-      if (down.dot(point) < half_way) return;  // the top of a thin body is in reach too, and must not carry it
+      if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
       const btVector3 on_solid = pose * point;
       const double distance = normal.dot(on_solid) - offset;
       if (distance < reach) result->addContactPoint(normal, on_solid - normal * distance, distance);

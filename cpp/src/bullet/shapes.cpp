@@ -1,3 +1,8 @@
+// Of Bullet's btBoxShape::getPlane, which leaves a plane unset for a face that a box does not have.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
 #include "shapes.hpp"
 
 #include <LinearMath/btConvexHullComputer.h>
@@ -14,26 +19,48 @@ namespace {
 // Bullet's default of 4 cm would swallow a 10 cm box; a twentieth keeps GJK well conditioned at any scale.
 constexpr double margin_share = 0.05;
 
+// A shape whose box of bounds has room around it. Bullet drops the contacts of a compound's part as soon as the boxes
+// of bounds lie apart, be it by a rounding error, and the body would fall for a step.
+template <typename Base>
+struct Roomy : Base {
+  using Base::Base;
+  double room = 0.0;
+
+  void getAabb(const btTransform& pose, btVector3& low, btVector3& high) const override {
+    Base::getAabb(pose, low, high);
+    low -= btVector3(room, room, room);
+    high += btVector3(room, room, room);
+  }
+};
+
 // A solid whose frame is at `pose` in Bullet's. Hulls are moved there; other solids stay where they are.
 struct Builder {
   Pose pose;
   double margin;
+  double room;  // around its bounds
+
+  template <typename Base, typename... Sizes>
+  std::unique_ptr<Roomy<Base>> roomy(const Sizes&... sizes) const {
+    auto shape = std::make_unique<Roomy<Base>>(sizes...);
+    shape->room = room;
+    return shape;
+  }
 
   std::unique_ptr<btCollisionShape> operator()(const Box& box) const {
-    auto shape = std::make_unique<btBoxShape>(to_bullet(Vector3(0.5 * box.size)));
+    auto shape = roomy<btBoxShape>(to_bullet(Vector3(0.5 * box.size)));
     shape->setMargin(margin);
     return shape;
   }
   std::unique_ptr<btCollisionShape> operator()(const Sphere& sphere) const {
-    return std::make_unique<btSphereShape>(sphere.radius);
+    return roomy<btSphereShape>(sphere.radius);
   }
   std::unique_ptr<btCollisionShape> operator()(const Cylinder& cylinder) const {
-    auto shape = std::make_unique<btCylinderShapeZ>(btVector3(cylinder.radius, cylinder.radius, 0.5 * cylinder.length));
+    auto shape = roomy<btCylinderShapeZ>(btVector3(cylinder.radius, cylinder.radius, 0.5 * cylinder.length));
     shape->setMargin(margin);
     return shape;
   }
   std::unique_ptr<btCollisionShape> operator()(const Capsule& capsule) const {
-    return std::make_unique<btCapsuleShapeZ>(capsule.radius, capsule.length);
+    return roomy<btCapsuleShapeZ>(capsule.radius, capsule.length);
   }
   std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
     std::vector<Vector3> points;
@@ -42,7 +69,7 @@ struct Builder {
     btConvexHullComputer computer;
     const double shrunk =
         computer.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), margin, 0.5);
-    auto shape = std::make_unique<btConvexHullShape>();
+    auto shape = roomy<btConvexHullShape>();
     for (int i = 0; i < computer.vertices.size(); ++i) shape->addPoint(computer.vertices[i], false);
     shape->recalcLocalAabb();
     shape->setMargin(shrunk);
@@ -50,9 +77,10 @@ struct Builder {
   }
 };
 
-std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, std::optional<double> margin) {
+std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, std::optional<double> margin,
+                                              double room = 0.0) {
   const double most = std::visit([](const auto& of) { return smallest_half_extent(of); }, solid);
-  return std::visit(Builder{pose, margin ? std::min(*margin, 0.5 * most) : margin_share * most}, solid);
+  return std::visit(Builder{pose, margin ? std::min(*margin, 0.5 * most) : margin_share * most, room}, solid);
 }
 
 bool is_nowhere_else(const Pose& pose) {
@@ -92,8 +120,9 @@ CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
   }
   CollisionShape made;
   auto compound = std::make_unique<btCompoundShape>();
+  const double room = gContactBreakingThreshold * reach_from(body.shape, spread.center);  // Bullet's reach of a contact
   for (const auto& [solid, pose] : parts) {
-    made.parts.push_back(solid_shape(solid, pose, margin));
+    made.parts.push_back(solid_shape(solid, pose, margin, room));
     const bool moved = std::holds_alternative<ConvexHull>(solid);
     compound->addChildShape(to_bullet(moved ? Pose{} : pose), made.parts.back().get());
   }

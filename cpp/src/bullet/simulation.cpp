@@ -12,12 +12,33 @@
 namespace energymargin {
 namespace {
 
+// An axis this close to a principal one is that one: 1 - cosine.
+constexpr double principal_slack = 1e-12;
+
+// Points that Bullet looks for at once where a face of a hull may lie on another face.
+constexpr int points_of_a_face = 4;
+
 // Small pools: a world has few contacts, and a new world is built for every problem.
 btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo info;
   info.m_defaultMaxPersistentManifoldPoolSize = 128;
   info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
   return info;
+}
+
+// The only axis about which a body is free to turn.
+std::optional<int> only_axis(const Vector3& angular_factor) {
+  int axis = 0;
+  if (angular_factor.sum() != 1.0 || angular_factor.maxCoeff(&axis) != 1.0) return std::nullopt;
+  return axis;
+}
+
+bool has_hull(const Body& body) {
+  if (const auto* compound = std::get_if<Compound>(&body.shape)) {
+    return std::any_of(compound->parts.begin(), compound->parts.end(),
+                       [](const Part& part) { return std::holds_alternative<ConvexHull>(part.shape); });
+  }
+  return std::holds_alternative<ConvexHull>(body.shape);
 }
 
 std::size_t body_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
@@ -79,6 +100,10 @@ Simulation::~Simulation() {
 
 void Simulation::configure() {
   use_plane_contacts(dispatcher_);
+  // Else it finds one in a step, and a hull that slides stands on no more than that, and tips into what is below.
+  if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) {
+    configuration_.setConvexConvexMultipointIterations(points_of_a_face, points_of_a_face);
+  }
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
   for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
   if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
@@ -120,7 +145,7 @@ void Simulation::add_rigid(std::size_t index) {
   rigid.setActivationState(DISABLE_DEACTIVATION);
   if (body.role == Role::object) objects_.push_back(&rigid);
   const Vector3 gained = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor) * step_;
-  free_.push_back({layout_.offset(index), spread, to_bullet(gained), &rigid});
+  free_.push_back({layout_.offset(index), spread, to_bullet(gained), &rigid, only_axis(body.angular_factor)});
 }
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
@@ -168,6 +193,17 @@ const std::vector<btRigidBody*>& Simulation::objects() const {
   return objects_;
 }
 
+// About its only free axis a body turns by its moment about that axis. Bullet would take the inverse inertia's part,
+// which is another number where the axis is none of the principal ones.
+void Simulation::set_moment(const Free& body) {
+  const Vector3 axis = from_bullet(body.rigid->getWorldTransform().getBasis()[*body.turning_axis]);
+  const bool principal = axis.cwiseAbs().maxCoeff() > 1.0 - principal_slack;
+  const Vector3& moments = body.spread.moments;
+  const Vector3 acting = principal ? moments : Vector3::Constant(moments.dot(axis.cwiseAbs2()));
+  body.rigid->setInvInertiaDiagLocal(to_bullet(Vector3(acting.cwiseInverse())));
+  body.rigid->updateInertiaTensor();
+}
+
 // Everything that could carry the past into the next rollout is set anew.
 void Simulation::restore(const State& state) {
   btOverlappingPairCache* pairs = broadphase_.getOverlappingPairCache();
@@ -183,6 +219,7 @@ void Simulation::restore(const State& state) {
     body.rigid->setInterpolationLinearVelocity(velocity);
     body.rigid->setAngularVelocity(angular_velocity);
     body.rigid->setInterpolationAngularVelocity(angular_velocity);
+    if (body.turning_axis) set_moment(body);
     body.rigid->clearForces();
     pairs->cleanProxyFromPairs(body.rigid->getBroadphaseHandle(), &dispatcher_);
   }

@@ -78,6 +78,7 @@ class Simulation {
     Inertial spread;         // where Bullet's frame is in the body's
     btVector3 speed_gained;  // in one step, of gravity and the body's constant force
     btRigidBody* rigid;
+    std::optional<int> turning_axis;  // the only axis of the world about which it can turn, if it is one
   };
 
   struct Pull {  // of a spring at a body
@@ -89,6 +90,7 @@ class Simulation {
   void add_rigid(std::size_t index);
   void add_articulations();
   void add_mimics();
+  void set_moment(const Free& body);
   void turn_normals();
   void find_pulls();
   btVector3 velocity(std::size_t body, const btVector3& point) const;

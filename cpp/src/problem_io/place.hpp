@@ -2,19 +2,18 @@
 // A place in a JSON file that is being read: it knows its path, and what it finds is checked.
 
 #include <algorithm>
-#include <cstdint>
+#include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "energymargin/types.hpp"
+#include "json.hpp"
+#include "text.hpp"
 
 namespace energymargin::problem_io {
-
-using Json = nlohmann::ordered_json;
 
 //! A place in the file, for error messages: "scene.bodies[1].mass".
 class Place {
@@ -24,15 +23,13 @@ class Place {
   const std::string& path() const { return path_; }
 
   [[noreturn]] void fail(const std::string& expected) const {
-    std::string found = json_.dump();
-    if (found.size() > 60) found = found.substr(0, 57) + "...";
-    throw std::invalid_argument(path_ + " is " + found + ", expected " + expected);
+    throw std::invalid_argument(path_ + " is " + shortened(json_.dump()) + ", expected " + expected);
   }
 
   bool has(const std::string& key) const { return object().contains(key); }
 
   Place operator[](const std::string& key) const {
-    if (!has(key)) throw std::invalid_argument(path_ + " has no \"" + key + "\"");
+    if (!has(key)) throw std::invalid_argument(path_ + " has no \"" + key + "\", expected one");
     return {json_.at(key), path_ == "problem" ? key : path_ + "." + key};
   }
 
@@ -42,7 +39,7 @@ class Place {
       if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
         std::string known;
         for (const std::string& name : keys) known += (known.empty() ? "" : ", ") + name;
-        throw std::invalid_argument(path_ + " has an unknown \"" + key + "\", expected only " + known);
+        throw std::invalid_argument(path_ + " has an unknown " + in_quotes(key) + ", expected only " + known);
       }
     }
   }
@@ -63,9 +60,9 @@ class Place {
   }
   int integer() const {
     if (!json_.is_number_integer()) fail("a whole number");
-    const auto value = json_.get<std::int64_t>();
-    if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) fail("a smaller number");
-    return static_cast<int>(value);
+    const double value = json_.get<double>();  // one beyond 64 bits, too, is a number
+    if (std::abs(value) > std::numeric_limits<int>::max()) fail("a smaller number");
+    return json_.get<int>();
   }
   std::string word() const {
     if (!json_.is_string()) fail("a text");
@@ -115,5 +112,16 @@ class Place {
   const Json& json_;
   std::string path_;
 };
+
+//! What `read` makes of a place; an error in it that does not name the place gets its path.
+template <typename Read>
+auto located(const Place& place, const Read& read) {
+  try {
+    return read(place);
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    throw std::invalid_argument(what.rfind(place.path(), 0) == 0 ? what : place.path() + ": " + what);
+  }
+}
 
 }  // namespace energymargin::problem_io

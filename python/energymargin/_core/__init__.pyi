@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'force_score', 'mass_properties', 'regions', 'stream']
+__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'mass_properties', 'regions', 'stream']
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -661,14 +661,19 @@ class Problem:
     a state in deep penetration.
     """
     @staticmethod
-    def from_json(text: str) -> Problem:
+    def from_json(text: str, folder: typing.Any = None) -> Problem:
         """
-        A problem from JSON text.
+        A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError that names the place and what was expected.
         """
     @staticmethod
     def load(path: typing.Any) -> Problem:
         """
         Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place in it and what was expected.
+        """
+    @staticmethod
+    def schema() -> dict[str, typing.Any]:
+        """
+        The JSON Schema (draft-07) of problem files.
         """
     def __getstate__(self) -> str:
         ...
@@ -680,9 +685,9 @@ class Problem:
         """
         Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
         """
-    def save(self, path: typing.Any) -> None:
+    def save(self, path: typing.Any, meshes: str = 'embedded') -> None:
         """
-        Write a JSON file, atomically. Raises ValueError if a region is a Predicate, OSError if the file cannot be written.
+        Write a JSON file, atomically. meshes: where the points of compounds go that are convex hulls alone, unmoved, as those of a mesh: 'embedded', into the file, or 'files', into OBJ files beside it. Raises ValueError if a region is a Predicate, OSError if a file cannot be written.
         """
     def to_json(self) -> str:
         """
@@ -876,6 +881,32 @@ class EscapeEffort:
     @property
     def tree(self) -> Tree:
         ...
+class EscapeEnergy:
+    """
+    Escape energy, Definitions 1 and 2.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def barrier(self) -> int | None:
+        """
+        Row of the path's highest energy; None if no way out was found.
+        """
+    @property
+    def energy(self) -> float:
+        """
+        Lowest barrier found [J]; inf if no way out was, as of a cage.
+        """
+    @property
+    def history(self) -> list[tuple[int, float]]:
+        """
+        (samples so far, best energy) at each improvement.
+        """
+    @property
+    def path(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 if no way out was found.
+        """
 class ContactMargins:
     """
     What the object's contacts with one kind of body can bear.
@@ -966,6 +997,10 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
 def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all') -> EscapeEffort:
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+    """
+def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None) -> EscapeEnergy:
+    """
+    Least potential energy above that of the start over which the object gets out of the capture set when it is moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the edge of the box around the start to search in [m], by default found. object: which one, of several.
     """
 def force_score(problem: Problem, weights: ForceWeights | None = None) -> ForceScore:
     """

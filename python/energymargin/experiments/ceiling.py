@@ -4,6 +4,7 @@ What becomes of a state also depends on noise that comes after it. The ceiling i
 who knows the robot's script: from each recorded state the script goes on many times, with fresh
 noise, and the share of the continuations that stay captured, or succeed, is the score. No score of
 the state ranks better, but for chance: that of the labels, and that of finitely many continuations.
+With several objects there is a share for all of them, and one for at least one.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import World, stream
@@ -27,7 +29,7 @@ from energymargin.evaluation import (
     LabelledScores,
     evaluate,
 )
-from energymargin.scoring import POLL, held_interrupts, thread_count
+from energymargin.scoring import ANY, POLL, held_interrupts, thread_count
 from energymargin.store import ScoreStore
 from energymargin.tasks.base import ScriptedTask, Trajectory, whole_number
 
@@ -114,10 +116,15 @@ def ceiling_store(
     path: str | os.PathLike[str], dataset: Dataset, continuations: int, seed: int
 ) -> ScoreStore:
     """Opens the file of these settings, or makes it if there is none; ValueError if they differ."""
+    shares, first = [*CAPTURED.values(), SUCCESS], dataset.trajectories[0]
+    if first.captured_any is not None:
+        shares += [name + ANY for name in CAPTURED.values()]
+    if first.success_any is not None:
+        shares.append(SUCCESS + ANY)
     return ScoreStore.for_settings(
         path,
         dataset,
-        [*CAPTURED.values(), SUCCESS],
+        shares,
         continuations=whole_number("continuations", continuations, 1),
         seed=whole_number("seed", seed, 0, 2**64 - 1),
     )
@@ -135,38 +142,67 @@ def state_ceiling(
     """Shares of the continuations of one recorded state that stay captured, and that succeed.
 
     "captured/h": over the next h frames, or to the last frame if it comes first; so for h = 0 it is
-    the label itself. "success": at the end; for the last frame, the label itself.
+    the label itself. "success": at the end; for the last frame, the label itself. If there are
+    labels of at least one object, their shares have the same names with "/any" at the end.
     """
     state, params = trajectory.states[frame], trajectory.params
     now, *later = trajectory.times[frame:].tolist()
-    captured = np.full((continuations, 1 + len(later)), trajectory.captured[frame])
-    succeeded = np.full(continuations, trajectory.success)
     scene = task.scene(params)
     world = World(scene)
+    several = not (trajectory.captured_any is None and trajectory.success_any is None)
+    of_all, of_any = [], []  # labels of each continuation: captured, and succeeded
     for number in range(continuations if later else 0):
         if stop is not None and stop.is_set():
             raise _Stopped
         states = task.resume(state, now, params, stream(seed, number), later, world=world)
-        captured[number, 1:], ends = task.labels(states, params, scene=scene)
-        succeeded[number] = ends[-1]
-    stayed = np.logical_and.accumulate(captured, axis=1).mean(axis=0)
-    shares = {name: float(stayed[min(h, len(later))]) for h, name in CAPTURED.items()}
-    return shares | {SUCCESS: float(succeeded.mean())}
+        of_all.append(task.labels(states, params, scene=scene))
+        if several:
+            of_any.append(task.labels_any(states, params, scene=scene))
+    shares = _captured_shares(trajectory.captured, frame, [labels[0] for labels in of_all])
+    shares[SUCCESS] = _success_share(trajectory.success, [labels[1] for labels in of_all])
+    if trajectory.captured_any is not None:
+        some = _captured_shares(trajectory.captured_any, frame, [labels[0] for labels in of_any])
+        shares |= {name + ANY: share for name, share in some.items()}
+    if trajectory.success_any is not None:
+        later_any = [labels[1] for labels in of_any]
+        shares[SUCCESS + ANY] = _success_share(trajectory.success_any, later_any)
+    return shares
+
+
+def _captured_shares(
+    labels: NDArray[np.bool_], frame: int, later: Sequence[NDArray[np.bool_] | None]
+) -> dict[str, float]:
+    """By horizon, from the labels of the trajectory and those of each continuation."""
+    continued = np.array([[labels[frame], *own] for own in later if own is not None])
+    rows = continued if len(later) else labels[frame : frame + 1, None]
+    stayed = np.logical_and.accumulate(rows, axis=1).mean(axis=0)
+    return {name: float(stayed[min(h, len(stayed) - 1)]) for h, name in CAPTURED.items()}
+
+
+def _success_share(label: bool, later: Sequence[NDArray[np.bool_] | None]) -> float:
+    """From the label of the trajectory and those of each continuation."""
+    return float(np.mean([own[-1] for own in later if own is not None] if later else [label]))
 
 
 def evaluate_ceiling(labelled: LabelledScores, seed: int = 0) -> Evaluation:
     """AUC and AP of the shares in a file of `ceiling_dataset`, each against its own label.
 
-    The row of states is called "ceiling".
+    The row of states is called "ceiling", that of at least one object "ceiling/any".
     """
 
     def alone(share: str, horizon: int) -> Evaluation:
         one = replace(labelled, scores={share: labelled.scores[share]})
         return evaluate(one, horizons=[horizon], seed=seed)
 
-    cells = {h: alone(name, h).states[name][h] for h, name in CAPTURED.items()}
+    states = {
+        CEILING + which: {h: alone(n + which, h).states[n + which][h] for h, n in CAPTURED.items()}
+        for which in ("", ANY)
+        if CAPTURED[0] + which in labelled.scores
+    }
     last = alone(SUCCESS, 0)
-    return replace(last, horizons=tuple(CAPTURED), states={CEILING: cells})
+    if SUCCESS + ANY in labelled.scores:
+        last = replace(last, success_any=alone(SUCCESS + ANY, 0).success_any)
+    return replace(last, horizons=tuple(CAPTURED), states=states)
 
 
 def scripted(dataset: Dataset) -> ScriptedTask:

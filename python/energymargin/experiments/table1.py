@@ -30,8 +30,15 @@ from energymargin.experiments.ceiling import (
     evaluate_ceiling,
     scripted,
 )
-from energymargin.experiments.table1_text import FRAMES, WEIGHTS, Settings, Table1, TaskResult
-from energymargin.scoring import METRICS, thread_count
+from energymargin.experiments.table1_text import (
+    FRAMES,
+    METRICS,
+    WEIGHTS,
+    Settings,
+    Table1,
+    TaskResult,
+)
+from energymargin.scoring import thread_count
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks.base import EFFECTORS
 

@@ -29,13 +29,13 @@ from energymargin.experiments.ceiling import (
     CONTINUATIONS,
 )
 from energymargin.experiments.sheet import Sheet
-from energymargin.scoring import METRICS, check_settings
+from energymargin.scoring import check_settings
 from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["FRAMES", "WEIGHTS", "Settings", "Table1", "TaskResult"]
+__all__ = ["FRAMES", "METRICS", "WEIGHTS", "Settings", "Table1", "TaskResult"]
 
 FRAMES = 10  # K of Section VI-D
 WEIGHTS = ("engage", "stick", "distance", "ground_engage", "ground_stick")  # of the force score
@@ -46,6 +46,7 @@ NAMES = {
     "force": "force",
     SUCCESS: "success",
 }
+METRICS = tuple(NAMES)  # its tasks have one object
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Scenes from files."""
 
-from energymargin.scenes.urdf import add_urdf, data_file
+from energymargin.scenes.files import data_file
+from energymargin.scenes.urdf import from_urdf
 
-__all__ = ["add_urdf", "data_file"]
+__all__ = ["data_file", "from_urdf"]

@@ -1,309 +1,157 @@
-"""Robots from URDF: links of one primitive shape each, and the joints between them.
-
-A link's body has its frame at the centre of its shape. Inertias follow from the shapes and the
-masses, so the file's own have to agree with them.
-"""
+"""Robots and objects from URDF files."""
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from energymargin._core import Scene
+from energymargin.meshes import THRESHOLD, needs_extra
+from energymargin.scenes.poses import place, pose
+from energymargin.scenes.urdf_bodies import Shaping, body
+from energymargin.scenes.urdf_collisions import apart, require_no_overlap
+from energymargin.scenes.urdf_joints import joint_keywords
+from energymargin.scenes.urdf_model import Robot
 
-from energymargin._core import Box, Cylinder, Scene, Sphere
-
-__all__ = ["add_urdf", "data_file"]
-
-JOINT_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-}
+__all__ = ["from_urdf"]
 
 
 @dataclass(frozen=True)
-class _Pose:
-    position: NDArray[np.float64]
-    """Shape (3,) [m]."""
-    orientation: NDArray[np.float64]
-    """Unit quaternion x, y, z, w."""
+class _Plan:
+    """What is to be added to a scene."""
 
-    def __matmul__(self, inner: _Pose) -> _Pose:
-        """A pose in this one's frame, as seen from outside."""
-        return _Pose(
-            self.position + _turned(self.orientation, inner.position),
-            _product(self.orientation, inner.orientation),
-        )
+    bodies: list[dict[str, Any]]
+    joints: list[dict[str, Any]]
+    apart: list[tuple[str, str]]
 
-    def inverse(self) -> _Pose:
-        """The outside as seen from this pose."""
-        back = self.orientation * [-1, -1, -1, 1]
-        return _Pose(-_turned(back, self.position), back)
+    def add_to(self, scene: Scene) -> Scene:
+        for keywords in self.bodies:
+            scene.add_body(**keywords)
+        for keywords in self.joints:
+            scene.add_joint(**keywords)
+        for body_a, body_b in self.apart:
+            scene.disable_collisions(body_a, body_b)
+        return scene
 
 
-@dataclass(frozen=True)
-class _Link:
-    shape: Box | Cylinder | Sphere
-    mass: float
-    center: _Pose
-    """Of the shape, in the link's frame."""
-
-
-def data_file(name: str) -> Path:
-    """A file of the package's `data` folder.
-
-    Raises FileNotFoundError if there is none of that name.
-    """
-    package = Path(__file__).parents[1]
-    for folder in (package / "data", package.parents[1] / "data"):  # installed, or in a checkout
-        if (folder / name).is_file():
-            return folder / name
-    raise FileNotFoundError(f"energymargin has no data file {name!r}")
-
-
-def add_urdf(
-    scene: Scene,
+def from_urdf(
     path: str | Path,
+    scene: Scene | None = None,
     *,
+    prefix: str = "",
     position: Sequence[float] = (0.0, 0.0, 0.0),
     orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
-    friction: float = 0.5,
+    base: str = "fixed",
     role: str = "none",
+    roles: Mapping[str, str] | None = None,
+    friction: float = 0.5,
+    frictions: Mapping[str, float] | None = None,
     joints: Mapping[str, Mapping[str, Any]] | None = None,
-) -> None:
-    """Adds a robot to a scene, with its root link fixed.
+    inertia: str = "file",
+    decompose: bool = True,
+    threshold: float = THRESHOLD,
+    self_collision: bool = True,
+    disable_collisions: Iterable[tuple[str, str]] = (),
+    packages: Sequence[str | Path] = (),
+    ignore: Iterable[str] = (),
+) -> Scene:
+    """A robot, or an object, from a URDF file: a new scene with it, or the given one with it added.
 
-    Bodies and joints have the names of the file. `position` [m] and `orientation` (unit quaternion
-    x, y, z, w) are those of the root link's frame; `friction` and `role` those of all links.
-    `joints`: keywords of `Scene.add_joint` by joint, such as stiffness, target or held. Raises
-    FileNotFoundError, and ValueError that names what in the file is not understood; a scene that
-    the robot does not fit into, for its names or its control, is left with a part of it.
+    The body of a link has the link's name, behind `prefix`, and the link's frame; so have joints.
+    Arguments that speak of links and joints name them as the file does.
+
+    position [m], orientation (unit quaternion x, y, z, w): of the root link's frame. base: "fixed",
+    or "free" to move. role: of all links; `roles` of single ones. friction: of links for which
+    neither `frictions` nor the file (Bullet's <lateral_friction>) says one.
+
+    joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness, which
+    go before what the file says: limits, effort as torque_limit, damping. A joint starts at 0, or
+    at the limit that is nearest. A mimic joint follows the joint that it follows at last; its
+    damping acts there, and its limits have to hold wherever the other joint may go.
+
+    inertia: "file", or "shapes" to spread the file's masses evenly over the collision shapes.
+    decompose, threshold: as in `Mesh`. A link without mass is a frame: what it carries is part of
+    the link it is fixed to, and it is no body; a root without mass is a body only if it is fixed.
+
+    Links that a joint connects, or that fixed joints hold together, never collide. Others do if
+    self_collision, but for the pairs `disable_collisions`; then none may overlap at the start.
+
+    packages: folders in which to look for package:// and relative paths, before ROS_PACKAGE_PATH
+    and the folders above the file. How links look, and how fast joints may be, is no part of a
+    scene. What else the library does not do is an error, unless `ignore` names it: elements by tag,
+    attributes as "tag.attribute", which are then left out everywhere.
+
+    Raises FileNotFoundError, ImportError without the extra [urdf], and ValueError that names what
+    is wrong; a given scene is then as it was.
     """
-    root = _parse(Path(path))
-    links = {name: _link(link) for name, link in _named(root, "link").items()}
-    elements = _named(root, "joint")
-    unknown = sorted(set(joints or {}) - set(elements))
-    if unknown:
-        raise ValueError(f"joints has {unknown[0]!r}, expected one of {', '.join(elements)}")
-    base = _base(links, elements)
-    connections = {name: _joint(element, links) for name, element in elements.items()}
-    at = _Pose(_vector("position", position, 3), _vector("orientation", orientation, 4))
-    for name, link in links.items():
-        place = at @ link.center
-        fixed = {"mass": 0.0, "position": place.position, "orientation": place.orientation}
-        moving = {"mass": link.mass}
-        scene.add_body(
-            name, link.shape, **(fixed if name == base else moving), friction=friction, role=role
-        )
-    for name, keywords in connections.items():
-        try:
-            scene.add_joint(name, **{**keywords, **(joints or {}).get(name, {})})
-        except TypeError as error:
-            given = ", ".join((joints or {}).get(name, {}))
-            raise ValueError(
-                f"joints[{name!r}] has {given}, expected keywords of Scene.add_joint"
-            ) from error
-
-
-def _parse(path: Path) -> ET.Element:
-    try:
-        root = ET.parse(path).getroot()
-    except ET.ParseError as error:
-        raise ValueError(f"{path} is no XML file: {error}") from error
-    if root.tag != "robot":
-        raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>")
-    known = {"link", "joint", "material"}
-    for child in root:
-        if child.tag not in known:
-            raise ValueError(f"{path} has <{child.tag}>, expected only links and joints")
-    return root
-
-
-def _named(root: ET.Element, tag: str) -> dict[str, ET.Element]:
-    """The elements of a tag, by name."""
-    found: dict[str, ET.Element] = {}
-    for element in root.findall(tag):
-        name = _name(element)
-        if name in found:
-            raise ValueError(f"there are two <{tag}> of the name {name!r}, expected one")
-        found[name] = element
-    return found
-
-
-def _base(links: Mapping[str, _Link], joints: Mapping[str, ET.Element]) -> str:
-    """The link that is no joint's child."""
-    children = {_attribute(_child(joint, "child"), "link") for joint in joints.values()}
-    roots = [name for name in links if name not in children]
-    if len(roots) != 1:
-        raise ValueError(f"the robot has {len(roots)} root links, expected one: {roots}")
-    return roots[0]
-
-
-def _link(element: ET.Element) -> _Link:
-    name = _name(element)
-    collisions = element.findall("collision")
-    if len(collisions) != 1:
-        raise ValueError(f"link {name!r} has {len(collisions)} collision shapes, expected one")
-    center = _pose(collisions[0])
-    inertial = _child(element, "inertial")
-    mass = _number(_child(inertial, "mass"), "value")
-    shape, moments = _shape(_child(collisions[0], "geometry"), name, mass)
-    placed = _pose(inertial)
-    inertia = _child(inertial, "inertia")
-    given = [_number(inertia, i) for i in ("ixx", "iyy", "izz")]
-    if any(_number(inertia, i) for i in ("ixy", "ixz", "iyz")):
-        raise ValueError(f"link {name!r} has products of inertia, expected 0: none of a primitive")
-    same = np.allclose(placed.position, center.position) and np.allclose(
-        placed.orientation, center.orientation
+    for name, value, known in (
+        ("base", base, ("fixed", "free")),
+        ("inertia", inertia, ("file", "shapes")),
+    ):
+        if value not in known:
+            raise ValueError(f"{name} is {value!r}, expected {known[0]!r} or {known[1]!r}")
+    root = pose(position, orientation)
+    with needs_extra():
+        from energymargin.scenes.urdf_read import read
+    robot = read(Path(path), tuple(ignore), free=base == "free")
+    roles, frictions, disabled = roles or {}, frictions or {}, list(disable_collisions)
+    _check_links(robot, roles=roles, frictions=frictions, disable_collisions=sum(disabled, ()))
+    shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages))
+    bodies = []
+    for name, link in robot.links.items():
+        fixed = base == "fixed" and name == robot.root
+        said = frictions.get(name, friction if link.friction is None else link.friction)
+        own = {"name": prefix + name, "role": roles.get(name, role), "friction": said}
+        where = place(root @ robot.base) if name == robot.root else {}
+        bodies.append({**own, **body(link, shaping, fixed=fixed), **where})
+    plan = _Plan(
+        bodies,
+        joint_keywords(robot.joints, joints or {}, prefix),
+        apart(robot, disabled, prefix, self_collision=self_collision),
     )
-    if not (same and np.allclose(given, moments, rtol=1e-3)):
-        raise ValueError(
-            f"link {name!r} has other inertial properties than its shape of even density: "
-            f"moments {given}, expected {[float(f'{m:.4g}') for m in moments]} at the shape's place"
-        )
-    return _Link(shape, mass, center)
+    scene = Scene() if scene is None else scene
+    _check_names(scene, plan)
+    probe = plan.add_to(_empty(scene))  # so that an error leaves the given scene as it was
+    if self_collision:
+        require_no_overlap(probe, prefix)
+    return plan.add_to(scene)
 
 
-def _shape(
-    geometry: ET.Element, link: str, mass: float
-) -> tuple[Box | Cylinder | Sphere, NDArray[np.float64]]:
-    """A primitive, and its principal moments of inertia."""
-    if len(geometry) != 1:
-        raise ValueError(f"link {link!r} has {len(geometry)} shapes in its geometry, expected one")
-    (element,) = geometry
-    if element.tag == "box":
-        size = _numbers(element, "size")
-        return Box(size), mass / 12 * ((size**2).sum() - size**2)
-    if element.tag == "sphere":
-        radius = _number(element, "radius")
-        return Sphere(radius), np.full(3, 0.4 * mass * radius**2)
-    if element.tag == "cylinder":
-        radius, length = (_number(element, of) for of in ("radius", "length"))
-        across = mass / 12 * (3 * radius**2 + length**2)
-        return Cylinder(radius, length), np.array([across, across, mass / 2 * radius**2])
-    raise ValueError(f"link {link!r} is a <{element.tag}>, expected a box, sphere or cylinder")
+def _check_links(robot: Robot, **named: Iterable[str]) -> None:
+    """Arguments may name the links that are bodies."""
+    for argument, names in named.items():
+        for name in names:
+            if name in robot.merged:
+                raise ValueError(
+                    f"{argument} has {name!r}, a frame without mass that is part of "
+                    f"{robot.merged[name]!r}; name that"
+                )
+            if name not in robot.links:
+                known = ", ".join(robot.links)
+                raise ValueError(f"{argument} has {name!r}, expected one of {known}")
 
 
-def _joint(element: ET.Element, links: Mapping[str, _Link]) -> dict[str, Any]:
-    """Keywords of `Scene.add_joint`."""
-    kind = JOINT_TYPES.get(_attribute(element, "type"))
-    if kind is None:
-        raise ValueError(
-            f"joint {_name(element)!r} is {element.get('type')!r}, "
-            f"expected one of {', '.join(JOINT_TYPES)}"
-        )
-    for tag in ("mimic", "dynamics", "safety_controller"):
-        if element.find(tag) is not None:
-            raise ValueError(f"joint {_name(element)!r} has <{tag}>, which is not supported")
-    parent, child = (_attribute(_child(element, of), "link") for of in ("parent", "child"))
-    for of, link in (("parent", parent), ("child", child)):
-        if link not in links:
-            known = ", ".join(links)
-            raise ValueError(f"joint {_name(element)!r} has the {of} {link!r}, expected of {known}")
-    in_parent = links[parent].center.inverse() @ _pose(element)
-    in_child = links[child].center.inverse()
-    keywords: dict[str, Any] = {
-        "parent": parent,
-        "child": child,
-        "type": kind,
-        "origin": in_parent.position,
-        "orientation": in_parent.orientation,
-        "child_origin": in_child.position,
-        "child_orientation": in_child.orientation,
-    }
-    axis = element.find("axis")
-    if axis is not None:
-        keywords["axis"] = _numbers(axis, "xyz")
-    elif kind != "fixed":
-        keywords["axis"] = (1.0, 0.0, 0.0)  # URDF's default
-    limit = element.find("limit")
-    if limit is None and element.get("type") in ("revolute", "prismatic"):
-        raise ValueError(f"joint {_name(element)!r} has no <limit>, which its type asks for")
-    if limit is not None:
-        if element.get("type") != "continuous":
-            lower, upper = (_number(limit, of) for of in ("lower", "upper"))
-            keywords["limits"] = (lower, upper)
-            keywords["start"] = min(max(0.0, lower), upper)
-        keywords["torque_limit"] = _number(limit, "effort")
-    return keywords
+def _check_names(scene: Scene, plan: _Plan) -> None:
+    """No two bodies of a scene, and no two joints, have the same name."""
+    for what, there, new in (
+        ("body", scene.bodies, plan.bodies),
+        ("joint", scene.joints, plan.joints),
+    ):
+        taken = {item.name for item in there}
+        for name in (keywords["name"] for keywords in new):
+            if name in taken:
+                raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
 
 
-def _pose(element: ET.Element) -> _Pose:
-    """That of an element's <origin>."""
-    origin = element.find("origin")
-    if origin is None:
-        return _Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
-    xyz = _numbers(origin, "xyz") if "xyz" in origin.attrib else np.zeros(3)
-    roll, pitch, yaw = (_numbers(origin, "rpy") if "rpy" in origin.attrib else np.zeros(3)) / 2
-    about_x = np.array([np.sin(roll), 0.0, 0.0, np.cos(roll)])
-    about_y = np.array([0.0, np.sin(pitch), 0.0, np.cos(pitch)])
-    about_z = np.array([0.0, 0.0, np.sin(yaw), np.cos(yaw)])
-    return _Pose(xyz, _product(about_z, _product(about_y, about_x)))
-
-
-def _product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternion product: first b, then a."""
-    vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
-    return np.append(vector, a[3] * b[3] - a[:3] @ b[:3])
-
-
-def _turned(turn: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A vector, turned by a unit quaternion."""
-    twice = 2.0 * np.cross(turn[:3], vector)
-    return np.asarray(vector + turn[3] * twice + np.cross(turn[:3], twice))
-
-
-def _name(element: ET.Element) -> str:
-    return _attribute(element, "name")
-
-
-def _child(element: ET.Element, tag: str) -> ET.Element:
-    found = element.find(tag)
-    if found is None:
-        raise ValueError(f"<{element.tag} name={element.get('name')!r}> has no <{tag}>")
-    return found
-
-
-def _attribute(element: ET.Element, name: str) -> str:
-    value = element.get(name)
-    if value is None:
-        raise ValueError(f"<{element.tag}> has no {name!r}")
-    return value
-
-
-def _number(element: ET.Element, name: str) -> float:
-    """A finite number of an attribute."""
-    word = _attribute(element, name)
-    try:
-        value = float(word)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise ValueError(f"<{element.tag} {name}={word!r}> is not a finite number")
-    return value
-
-
-def _vector(name: str, given: Sequence[float], size: int) -> NDArray[np.float64]:
-    """An argument of `size` finite numbers."""
-    values = np.asarray(given, float)
-    if values.shape != (size,) or not np.isfinite(values).all():
-        raise ValueError(f"{name} is {given!r}, expected {size} finite numbers")
-    return values
-
-
-def _numbers(element: ET.Element, name: str) -> NDArray[np.float64]:
-    """Three numbers of an attribute."""
-    words = _attribute(element, name).split()
-    try:
-        values = np.array([float(word) for word in words])
-    except ValueError as error:
-        raise ValueError(f"<{element.tag} {name}={words}> is not three numbers") from error
-    if values.shape != (3,):
-        raise ValueError(f"<{element.tag} {name}={words}> is not three numbers")
-    return values
+def _empty(scene: Scene) -> Scene:
+    """A scene without bodies, stepped as the given one."""
+    return Scene(
+        scene.gravity,
+        scene.step,
+        scene.solver_iterations,
+        scene.solver_tolerance,
+        scene.friction_directions,
+        scene.margin,
+    )

@@ -4,10 +4,14 @@ A task is found by its name: a package registers its class under the entry point
 `energymargin.tasks`, and the class says what it is in the first line of its docstring. A task whose
 robot follows a script in simulation is a `ScriptedTask`: it says what is special about it, and gets
 the rest.
+
+A task may have several objects. Its labels are then of two kinds: whether all of them are captured,
+and whether at least one is.
 """
 
 from __future__ import annotations
 
+import inspect
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -23,11 +27,14 @@ __all__ = [
     "Drive",
     "FrictionTask",
     "Params",
+    "Regions",
     "ScriptedTask",
     "Task",
     "Trajectory",
     "drawn",
     "one_of",
+    "parameters_of",
+    "plane_of",
     "positive_number",
     "whole_number",
     "yes_or_no",
@@ -36,13 +43,20 @@ __all__ = [
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
 
+Regions = Region | dict[str, Region]
+"""A set of states, or the set of each object by its name."""
+
 EFFECTORS = ("coast", "drive")
 STEP = 1 / 240  # s; the paper's simulator
+PLANE = ("x", "y")  # of pictures, where a task does not say it
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """K recorded frames of one manipulation, with the labels of Section VI-D."""
+    """K recorded frames of one manipulation, with the labels of Section VI-D.
+
+    Raises ValueError on arrays of other shapes.
+    """
 
     times: NDArray[np.float64]
     """Time of each frame [s], shape (K,)."""
@@ -51,13 +65,31 @@ class Trajectory:
     contacts: list[list[Contact]]
     """Contacts and their forces in each frame, K lists."""
     captured: NDArray[np.bool_]
-    """Whether each state lies in its own capture set, shape (K,)."""
+    """Whether each state lies in its own capture set, shape (K,); all objects in theirs."""
     success: bool
-    """Whether the last state lies in the success set."""
+    """Whether the last state lies in the success set; all objects in theirs."""
     params: dict[str, float]
     """What was drawn for this trajectory alone, such as the friction: a problem needs it again."""
     seed: int
     """`task.rollout(seed)` gives this trajectory again."""
+    captured_any: NDArray[np.bool_] | None = None
+    """Whether at least one object is in its capture set, shape (K,); None: there is one for all."""
+    success_any: bool | None = None
+    """Whether at least one object ends in its success set; None: there is one for all."""
+
+    def __post_init__(self) -> None:
+        """Checks the shapes."""
+        frames = len(self.times)
+        _check_shape("times", self.times, (frames,))
+        _check_shape("states", self.states, (frames, *np.shape(self.states)[1:2]))
+        for name in ("captured", "captured_any"):
+            labels = getattr(self, name)
+            if labels is not None:
+                _check_shape(name, labels, (frames,), bool)
+        if frames == 0 or np.ndim(self.states) != 2:
+            raise ValueError(f"states has shape {np.shape(self.states)}, expected (K, n), K > 0")
+        if len(self.contacts) != frames:
+            raise ValueError(f"contacts has {len(self.contacts)} lists, expected one a frame")
 
     def __len__(self) -> int:
         """K, the number of frames."""
@@ -82,16 +114,15 @@ class Drive:
 
 
 class Task(Protocol):
-    """A manipulation task; its constructor's keywords are its parameters."""
+    """A manipulation task; its constructor's keywords are its parameters.
+
+    This is all that a task needs. It may also have `parameters`, the keywords that make it again
+    (else those are its attributes of the same names), and `plane`, the axes of the plane in which
+    pictures show it: ("x", "y"), which is the default, or ("x", "z").
+    """
 
     name: str
-    plane: tuple[str, str]
-    """The axes of the plane in which pictures show it: ("x", "y") or ("x", "z")."""
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """The keywords that make this task again; numbers, strings and None."""
-        ...
+    """Under which it is registered."""
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:
         """One random trajectory, the same for the same seed."""
@@ -110,6 +141,34 @@ class Task(Protocol):
         ...
 
 
+def parameters_of(task: Task) -> dict[str, Any]:
+    """The keywords that make a task again: its `parameters`, or else its constructor's keywords.
+
+    Raises ValueError on a task that does not tell the value of one.
+    """
+    told: dict[str, Any] | None = getattr(task, "parameters", None)
+    return _keywords(task) if told is None else told
+
+
+def plane_of(task: Task) -> tuple[str, str]:
+    """The axes of the plane in which pictures show a task."""
+    plane: tuple[str, str] = getattr(task, "plane", PLANE)
+    return plane
+
+
+def _keywords(task: object) -> dict[str, Any]:
+    """The constructor's keywords, with the values of the attributes of those names."""
+    keywords = inspect.signature(type(task)).parameters.values()
+    names = [k.name for k in keywords if k.kind not in (k.VAR_KEYWORD, k.VAR_POSITIONAL)]
+    untold = [name for name in names if not hasattr(task, name)]
+    if untold:
+        raise ValueError(
+            f"{type(task).__name__} does not tell its parameter {untold[0]!r}: "
+            "keep it as an attribute of that name, or give the task `parameters`"
+        )
+    return {name: getattr(task, name) for name in names}
+
+
 class ScriptedTask(ABC):
     """A task whose robot follows a script, with random starts and noise, in simulation.
 
@@ -118,46 +177,52 @@ class ScriptedTask(ABC):
     """
 
     name: str
-    plane: tuple[str, str] = ("x", "y")
+    plane: tuple[str, str] = PLANE
     length: float
     """Of a trajectory [s]."""
     step: float = STEP
     """Of the simulation [s]; the one of its scene."""
+    _effector: str = EFFECTORS[0]
 
-    def __init__(self, effector: str) -> None:
+    def __init__(self, effector: str = EFFECTORS[0]) -> None:
         """`effector`: "coast" or "drive", as of a Problem; raises ValueError on another word."""
         self._effector = one_of("effector", effector, EFFECTORS)
 
     @property
-    @abstractmethod
+    def effector(self) -> str:
+        """ "coast" or "drive", as of a Problem."""
+        return self._effector
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """The keywords that make this task again."""
+        return _keywords(self)
 
     @abstractmethod
     def scene(self, params: Params) -> Scene:
         """The scene in which the script runs."""
 
-    @abstractmethod
     def draw(self, random: np.random.Generator) -> dict[str, float]:
-        """What is drawn for one trajectory, such as the friction."""
+        """What is drawn for one trajectory, such as the friction; by default nothing."""
+        return {}
 
-    @abstractmethod
     def start(
         self, world: World, params: Params, random: np.random.Generator
     ) -> NDArray[np.float64]:
-        """A random start state, shape (n,)."""
+        """A random start state, shape (n,); by default that of the scene."""
+        return np.asarray(world.scene.pack())
 
     @abstractmethod
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The script, for all `steps` of a trajectory."""
 
     @abstractmethod
-    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
-        """Z_cap(z) of a state, shape (n,)."""
+    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+        """Z_cap(z) of a state, shape (n,); with several objects, that of each by its name."""
 
     @abstractmethod
-    def succeeded(self, params: Params) -> Region:
-        """Z_suc."""
+    def succeeded(self, params: Params) -> Regions:
+        """Z_suc; with several objects, that of each by its name."""
 
     @abstractmethod
     def problem(
@@ -189,6 +254,7 @@ class ScriptedTask(ABC):
         recorded = np.round(np.linspace(0, self.steps, frames)).astype(int)
         simulation = _simulate(world, start, drive, recorded)
         captured, succeeded = self.labels(simulation.states, params)
+        captured_any, succeeded_any = self.labels_any(simulation.states, params)
         return Trajectory(
             times=simulation.times,
             states=simulation.states,
@@ -197,6 +263,8 @@ class ScriptedTask(ABC):
             success=bool(succeeded[-1]),
             params=params,
             seed=int(seed),
+            captured_any=captured_any,
+            success_any=None if succeeded_any is None else bool(succeeded_any[-1]),
         )
 
     def resume(
@@ -236,12 +304,41 @@ class ScriptedTask(ABC):
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Whether each state, shape (N, n), lies in its own capture set and in the success set.
 
-        Two arrays of shape (N,). `scene`, that of these params, saves making one.
+        Two arrays of shape (N,). Of several objects, all are to be in theirs. `scene`, that of
+        these params, saves making one.
         """
         layout = self.scene(params) if scene is None else scene
-        captured = [self.captured(state, params).contains(layout, state) for state in states]
-        succeeded = self.succeeded(params).contains(layout, states)
-        return np.array(captured, dtype=bool), np.asarray(succeeded, dtype=bool)
+        captured = [_inside(self.captured(state, params), layout, state) for state in states]
+        return np.array(captured, dtype=bool), _inside(self.succeeded(params), layout, states)
+
+    def labels_any(
+        self, states: NDArray[np.float64], params: Params, *, scene: Scene | None = None
+    ) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
+        """Whether at least one object lies in its capture set, and in its success set.
+
+        As `labels`; None where there is one set for all objects.
+        """
+        layout = self.scene(params) if scene is None else scene
+        captured = [_inside_any(self.captured(state, params), layout, state) for state in states]
+        return (
+            None if any(one is None for one in captured) else np.array(captured, dtype=bool),
+            _inside_any(self.succeeded(params), layout, states),
+        )
+
+
+def _inside(sets: Regions, scene: Scene, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether all objects are in their sets, of one state (n,) or of several (N, n)."""
+    by_object = sets.values() if isinstance(sets, dict) else [sets]
+    return np.asarray(np.all([r.contains(scene, states) for r in by_object], axis=0))
+
+
+def _inside_any(
+    sets: Regions, scene: Scene, states: NDArray[np.float64]
+) -> NDArray[np.bool_] | None:
+    """Whether at least one object is in its set; None if there is one set for all."""
+    if not isinstance(sets, dict):
+        return None
+    return np.asarray(np.any([r.contains(scene, states) for r in sets.values()], axis=0))
 
 
 class FrictionTask(ScriptedTask):
@@ -306,6 +403,18 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
     if value in choices:
         return value
     raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
+
+
+def _check_shape(
+    name: str, array: NDArray[Any], shape: tuple[int, ...], kind: type | None = None
+) -> None:
+    """Raises a ValueError with `name` unless the array is of this shape, and of this kind."""
+    right = np.shape(array) == shape and (kind is None or np.asarray(array).dtype == kind)
+    if not right:
+        found = f"shape {np.shape(array)} of {np.asarray(array).dtype}"
+        raise ValueError(
+            f"{name} has {found}, expected {shape}{f' of {kind.__name__}' if kind else ''}"
+        )
 
 
 def _simulate(

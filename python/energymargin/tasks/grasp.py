@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Problem, Scene, World
-from energymargin.scenes import add_urdf, data_file
+from energymargin.scenes import data_file, from_urdf
 from energymargin.tasks.base import Drive, FrictionTask, Params, drawn
 
 __all__ = ["GraspTask"]
@@ -122,14 +122,15 @@ class GraspTask(FrictionTask):
                 "stiffness": STIFFNESS,
                 "damping": DAMPING,
             }
-        add_urdf(
-            made,
+        from_urdf(
             data_file(GRIPPER),
+            made,
             position=(0.0, 0.0, PALM_HEIGHT),
             orientation=FACING_DOWN,
             friction=params["friction"],
             role="effector",
             joints=control,
+            inertia="shapes",
         )
         return made
 

@@ -1,0 +1,21 @@
+#pragma once
+// The parts of a problem file, each read by a file of its own.
+
+#include <string>
+
+#include "place.hpp"
+
+namespace energymargin::problem_io {
+
+//! Mesh files are looked for in `folder`; empty: there is none.
+Shape read_shape(const Place& place, const std::string& folder);
+
+Scene read_scene(const Place& place, int version, const std::string& folder);
+
+//! A region on bodies of the scene.
+Region read_region(const Place& place, const Scene& scene);
+
+//! The name of one of the scene's bodies.
+std::string read_body_name(const Place& place, const Scene& scene);
+
+}  // namespace energymargin::problem_io

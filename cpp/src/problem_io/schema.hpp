@@ -1,0 +1,11 @@
+#pragma once
+// The second net under a problem file: the JSON Schema that comes with the package.
+
+#include "json.hpp"
+
+namespace energymargin::problem_io {
+
+//! Throws std::invalid_argument that names the place if the file does not fit the schema.
+void check_schema(const Json& json);
+
+}  // namespace energymargin::problem_io

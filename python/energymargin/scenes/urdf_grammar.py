@@ -1,0 +1,177 @@
+"""What a URDF file may ask for: its elements, their attributes, and what the library does of it.
+
+What it does not do is refused by name; what is no physics, how things look, is left out.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["checked"]
+
+
+@dataclass(frozen=True)
+class _Element:
+    """Attributes that an element must and may have, and children: one, at most one, any number."""
+
+    needs: tuple[str, ...] = ()
+    takes: tuple[str, ...] = ()
+    one: tuple[str, ...] = ()
+    maybe: tuple[str, ...] = ()
+    many: tuple[str, ...] = ()
+
+
+GRAMMAR = {
+    "robot": _Element(("name",), ("version",), many=("link", "joint")),
+    "link": _Element(("name",), maybe=("inertial", "contact"), many=("collision",)),
+    "inertial": _Element(one=("mass",), maybe=("origin", "inertia")),
+    "mass": _Element(("value",)),
+    "inertia": _Element(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "origin": _Element(takes=("xyz", "rpy")),
+    "collision": _Element(takes=("name",), one=("geometry",), maybe=("origin",)),
+    "geometry": _Element(maybe=("box", "sphere", "cylinder", "mesh")),
+    "box": _Element(("size",)),
+    "sphere": _Element(("radius",)),
+    "cylinder": _Element(("radius", "length")),
+    "mesh": _Element(("filename",), ("scale",)),
+    "contact": _Element(maybe=("lateral_friction",)),
+    "lateral_friction": _Element(("value",)),
+    "joint": _Element(
+        ("name", "type"),
+        one=("parent", "child"),
+        maybe=("origin", "axis", "limit", "dynamics", "mimic"),
+    ),
+    "parent": _Element(("link",)),
+    "child": _Element(("link",)),
+    "axis": _Element(("xyz",)),
+    "limit": _Element(takes=("lower", "upper", "effort", "velocity")),
+    "dynamics": _Element(takes=("damping",)),
+    "mimic": _Element(("joint",), ("multiplier", "offset")),
+}
+# How many numbers an attribute holds; the others are words.
+NUMBERS = {
+    **dict.fromkeys(("xyz", "rpy", "size"), (3,)),
+    "scale": (1, 3),
+    **dict.fromkeys(("value", "radius", "length", "lower", "upper", "effort"), (1,)),
+    **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
+    **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
+}
+LOOKS = ("visual", "material")
+# What asks for nothing at this value.
+NOTHING = {
+    ("dynamics", "friction"): 0.0,
+    ("axis", "rpy"): 0.0,
+    ("rolling_friction", "value"): 0.0,
+    ("spinning_friction", "value"): 0.0,
+    ("restitution", "value"): 0.0,
+    ("inertia_scaling", "value"): 1.0,
+}
+# Better ways out than to do without.
+HINTS = {
+    "xacro": "and xacro turns such a file into URDF",
+    "capsule": "and a capsule is a cylinder with a sphere at each end",
+    "plane": "and Scene.add_plane makes a plane",
+}
+
+
+def checked(path: Path, ignore: Collection[str]) -> ET.Element:
+    """The root of a URDF file in which all is understood, without what is to be ignored.
+
+    `ignore`: elements by tag, attributes as "tag.attribute". Raises FileNotFoundError, and
+    ValueError that names all that the library does not do, or the first mistake.
+    """
+    root = _parsed(path)
+    _strip(root, {*LOOKS, *ignore})
+    unknown: Counter[str] = Counter()
+    _walk(root, "robot", unknown)
+    if unknown:
+        found = ", ".join(f"{what} ({count})" for what, count in unknown.items())
+        hints = "".join(
+            f", {hint}" for word, hint in HINTS.items() if any(word in what for what in unknown)
+        )
+        raise ValueError(
+            f"{path} asks for what is not simulated: {found}; "
+            f"ignore={tuple(unknown)!r} does without{hints}"
+        )
+    return root
+
+
+def _parsed(path: Path) -> ET.Element:
+    try:
+        root = ET.parse(path).getroot()
+    except ET.ParseError as error:
+        raise ValueError(f"{path} is no XML file: {error}") from error
+    if root.tag != "robot":
+        raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>")
+    return root
+
+
+def _strip(element: ET.Element, left_out: Collection[str]) -> None:
+    """Takes out elements and attributes, and what asks for nothing."""
+    for name in list(element.attrib):
+        if f"{element.tag}.{name}" in left_out or _nothing(element, name):
+            del element.attrib[name]
+    for child in list(element):
+        if child.tag in left_out:
+            element.remove(child)
+            continue
+        _strip(child, left_out)
+        neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
+        if neutral:
+            element.remove(child)
+
+
+def _nothing(element: ET.Element, name: str) -> bool:
+    neutral = NOTHING.get((element.tag, name))
+    if neutral is None:
+        return False
+    try:
+        return all(float(word) == neutral for word in element.attrib[name].split())
+    except ValueError:
+        return False
+
+
+def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
+    """Counts what is not known below an element, and raises ValueError on what is wrong there."""
+    rule = GRAMMAR[element.tag]
+    for name in rule.needs:
+        if name not in element.attrib:
+            raise ValueError(f"{where}: <{element.tag}> has no {name!r}")
+    for name, text in element.attrib.items():
+        if name in (*rule.needs, *rule.takes):
+            _check_numbers(element.tag, name, text, where)
+        else:
+            unknown[f"{element.tag}.{name}"] += 1
+    _check_counts(element, rule, where)
+    for child in element:
+        if child.tag in (*rule.one, *rule.maybe, *rule.many):
+            named = child.tag in ("link", "joint")
+            _walk(child, f"{child.tag} {child.get('name')!r}" if named else where, unknown)
+        else:
+            unknown[child.tag.replace("{", "").replace("}", ":")] += 1
+
+
+def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
+    counts = Counter(child.tag for child in element)
+    for tag in (*rule.one, *rule.maybe):
+        if counts[tag] > 1 or (tag in rule.one and not counts[tag]):
+            raise ValueError(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one")
+    if element.tag == "geometry" and len(element) != 1:
+        raise ValueError(f"{where}: <geometry> has {len(element)} shapes, expected one")
+
+
+def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
+    if name not in NUMBERS:
+        return
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) not in NUMBERS[name] or not all(map(math.isfinite, values)):
+        expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in NUMBERS[name])
+        raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")

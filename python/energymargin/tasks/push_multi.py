@@ -1,0 +1,227 @@
+"""Pushing several objects: a bar drives ten discs over a table into a goal region.
+
+The bar moves as the hand that holds it, which shakes and turns; discs slip past its ends. A disc is
+captured while it lies in what the bar is about to sweep, given its instantaneous centre of
+rotation. The capture set and the success set are those of each disc, so there are two questions of
+each: are all discs in it, and is at least one?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import regions
+from energymargin._core import Box, Contact, Cylinder, Inertial, Problem, Scene, World
+from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, drawn
+
+__all__ = ["PushMultiTask"]
+
+# All numbers are ours.
+
+# The scene. The table is the plane z = 0.
+GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
+DISCS = tuple(f"disc_{number}" for number in range(10))
+DISC_RADIUS = 0.03  # m
+DISC_HEIGHT = 0.03  # m
+DISC_MASS = 0.1  # kg
+BAR_SIZE = (0.6, 0.03, 0.03)  # m
+BAR_MASS = 10.0  # kg, with the arm behind it
+BAR_INERTIA = 1.0  # kg m^2, about all axes
+BAR_Z = 0.02  # m, of its middle: the hand carries it above the table
+MARGIN = 0.005  # m, of collisions: it rounds the edges of bar and discs
+TOLERANCE = 1e-6  # of the solver, ten times the default; both save a third of the time
+FREE_AXES = (1.0, 1.0, 0.0)  # x and y
+FREE_TURNS = (0.0, 0.0, 1.0)  # yaw
+FRICTION_RANGE = (0.2, 0.4)  # coefficient of all bodies, one draw a trajectory
+FRICTION_MIDDLE = 0.3  # the forces below are for this friction, and grow with its square
+
+# The start of a trajectory: uniform draws.
+DISC_AREA = ((-0.15, 0.15), (0.06, 0.30))  # m, of the discs' centres on x and y
+DISC_GAP = 0.005  # m between discs, at least
+BAR_X_SPREAD = 0.05  # m, to both sides of the middle
+BAR_SPEED_RANGE = (0.15, 0.45)  # m/s, along y
+
+# The drive.
+TURN_SPREAD = 1.5  # rad/s, to both sides, times the cube of an even draw: most go about straight
+PUSH_RANGE = (0.2, 1.6)  # of the friction of all discs, along y; one draw a trajectory
+FORCE_SPREAD = 20.0  # N on x and on y, to both sides, drawn anew at each step
+TORQUE_SPREAD = 3.0  # N m about z, to both sides, drawn anew at each step
+
+# The success set: a rectangle.
+GOAL = ((-0.5, 0.5), (0.72, 1.5))  # m, of a disc's centre on x and y
+
+# The capture set: a disc in what the bar is about to sweep.
+CAPTURE_HALF_WIDTH = BAR_SIZE[0] / 2  # m; a disc whose centre is past an end slips off it
+CAPTURE_BEHIND = 0.2  # m of path behind the bar's middle
+CAPTURE_AHEAD = 1.5  # s of its motion ahead
+CAPTURE_LEAST_SPEED = 0.05  # m/s; a slower bar has no clear direction, so it gets a disc
+CAPTURE_DISC_RADIUS = 0.3  # m
+
+# The disturbance, of each disc.
+FORCE_BOUND = 0.15  # N on x and on y; a disc that lies on the table holds against 0.088 N
+TORQUE_BOUND = 0.002  # N m about z
+LONGEST_EDGE = 0.3  # s
+RATE = 20.0  # 1/J, lambda of eq. 4
+
+
+class PushMultiTask(FrictionTask):
+    """Push ten discs over a table into a goal region, with a bar (planar)."""
+
+    name = "push-multi"
+    length = 2.5  # s
+    friction_range = FRICTION_RANGE
+
+    def __init__(self, friction: float | None = None, effector: str = "coast") -> None:
+        """A task of these parameters; raises ValueError on others.
+
+        `friction` is the coefficient of all bodies; None draws one for each trajectory. `effector`:
+        "coast", the bar is not actuated, or "drive", each edge of the search starts with the bar
+        at its velocity of the start state.
+        """
+        super().__init__(friction, effector)
+        self._layout = scene(FRICTION_MIDDLE)
+
+    def scene(self, params: Params) -> Scene:
+        """Table, discs and bar, all of the friction in `params`."""
+        return scene(params["friction"])
+
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """The friction, if the task leaves it open, how hard the hand pushes, and how it turns."""
+        return {
+            **super().draw(random),
+            "push": random.uniform(*PUSH_RANGE),
+            "turn": TURN_SPREAD * random.uniform(-1.0, 1.0) ** 3,
+        }
+
+    def start(
+        self, world: World, params: Params, random: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """Discs at random places in front of the bar, at rest; the bar moves."""
+        places: list[NDArray[np.float64]] = []
+        while len(places) < len(DISCS):
+            place = random.uniform(*np.transpose(DISC_AREA))
+            if all(np.hypot(*(place - p)) > 2 * DISC_RADIUS + DISC_GAP for p in places):
+                places.append(place)
+        moved: dict[str, dict[str, Any]] = {
+            disc: {"position": (*place, DISC_HEIGHT / 2)}
+            for disc, place in zip(DISCS, places, strict=True)
+        }
+        moved["bar"] = {
+            "position": (random.uniform(-BAR_X_SPREAD, BAR_X_SPREAD), 0.0, BAR_Z),
+            "velocity": (0.0, random.uniform(*BAR_SPEED_RANGE), 0.0),
+            "angular_velocity": (0.0, 0.0, params["turn"]),
+        }
+        return np.asarray(self._layout.pack(**moved))
+
+    def drive(self, params: Params, random: np.random.Generator) -> Drive:
+        """An unsteady hand, which makes up for the discs' friction on average."""
+        wrenches = np.zeros((self.steps, 6))
+        wrenches[:, :2] = random.uniform(-FORCE_SPREAD, FORCE_SPREAD, (self.steps, 2))
+        wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
+        load = len(DISCS) * DISC_MASS * -GRAVITY[2] * params["friction"] ** 2
+        wrenches[:, 1] += params["push"] * load
+        return Drive({"bar": wrenches})
+
+    def problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The problem P of Section V-A at a state, shape (n,): wrenches act on each disc.
+
+        The friction is that of `params`, or else the task's own; ValueError if neither says it.
+        """
+        friction = drawn("friction", params, self._friction)
+        scale = (friction / FRICTION_MIDDLE) ** 2
+        known = {"friction": friction}
+        return Problem(
+            scene(friction),
+            state,
+            force=(FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
+            torque=(0.0, 0.0, TORQUE_BOUND * scale),
+            duration=LONGEST_EDGE,
+            captured=self.captured(state, known),
+            succeeded=self.succeeded(known),
+            effector=self._effector,
+            rate=RATE,
+            contacts=contacts,
+        )
+
+    def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:
+        """Z_cap(z) of a state, shape (n,), for each disc.
+
+        The disc lies in what the bar was about to sweep at z, and still does from where the bar has
+        come to: a disc that was passed by is lost, wherever it lies.
+        """
+        bar = self._layout.unpack(state)["bar"]
+        motion = {
+            "position": bar["position"][:2],
+            "velocity": bar["velocity"][:2],
+            "yaw_rate": bar["angular_velocity"][2],
+        }
+        return {disc: _in_front(disc) & _swept(disc, at=motion) & _swept(disc) for disc in DISCS}
+
+    def succeeded(self, params: Params) -> dict[str, regions.Region]:
+        """Z_suc for each disc: it lies in the goal region."""
+        low, high = np.transpose(GOAL)
+        center, size = (*(low + high) / 2, 0.0), (*(high - low), np.inf)
+        return {disc: regions.Box(disc, center, size) for disc in DISCS}
+
+
+def _in_front(disc: str) -> regions.Region:
+    """In front of the bar, between its ends."""
+    size = (BAR_SIZE[0], 10.0, np.inf)
+    return regions.Box(disc, center=(0.0, size[1] / 2, 0.0), size=size, frame="bar")
+
+
+def _swept(disc: str, at: dict[str, Any] | None = None) -> regions.Region:
+    """What the bar is about to sweep, from a fixed motion or from where it is."""
+    return regions.Swept(
+        disc,
+        by="bar",
+        half_width=CAPTURE_HALF_WIDTH,
+        behind=CAPTURE_BEHIND,
+        ahead=CAPTURE_AHEAD,
+        least_speed=CAPTURE_LEAST_SPEED,
+        disc_radius=CAPTURE_DISC_RADIUS,
+        at=at,
+    )
+
+
+def scene(friction: float) -> Scene:
+    """Table, discs and bar, all of one friction coefficient."""
+    # All contacts slide here: friction acts against the motion.
+    made = Scene(
+        gravity=GRAVITY,
+        step=STEP,
+        friction_directions=1,
+        margin=MARGIN,
+        solver_tolerance=TOLERANCE,
+    )
+    made.add_plane("table", friction=friction)
+    for disc in DISCS:
+        made.add_body(
+            disc,
+            Cylinder(DISC_RADIUS, DISC_HEIGHT),
+            mass=DISC_MASS,
+            position=(0.0, 0.0, DISC_HEIGHT / 2),
+            friction=friction,
+            role="object",
+        )
+    made.add_body(
+        "bar",
+        Box(BAR_SIZE),
+        mass=BAR_MASS,
+        inertial=Inertial(inertia=(BAR_INERTIA,) * 3),
+        position=(0.0, 0.0, BAR_Z),
+        friction=friction,
+        role="effector",
+        linear_factor=FREE_AXES,
+        angular_factor=FREE_TURNS,
+    )
+    return made
