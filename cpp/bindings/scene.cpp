@@ -25,8 +25,8 @@ together. Raises ValueError on values that no solid can have.)";
 
 constexpr const char* inertial_doc = R"(How a body's mass is spread, in the body's frame.
 
-center: the centre of mass [m]; inertia: about it, along the frame's axes, principal moments (3,) or a matrix (3, 3)
-[kg m^2]. Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.)";
+center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
+default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.)";
 
 // A body's state from a dict of position, orientation or yaw, velocity, angular_velocity.
 BodyState body_state(const std::string& name, const py::dict& dict, BodyState state) {
@@ -137,13 +137,13 @@ Compound compound(const std::vector<std::variant<Part, Solid>>& given, const std
 }
 
 // Principal moments (3,), or the whole matrix (3, 3).
-Inertial inertial_of(const ArrayLike& center, const ArrayLike& inertia) {
+Inertial inertial_of(const ArrayLike& center, const ArrayLike& inertia, const std::optional<ArrayLike>& axes) {
   const py::array array = py::array::ensure(inertia.value);
   const bool single = array && array.ndim() == 1;
   if (!array) PyErr_Clear();
   const Eigen::Matrix3d matrix_given = single ? Eigen::Matrix3d(vector3("inertia", inertia).asDiagonal())
                                               : Eigen::Matrix3d(matrix("inertia", inertia, 3, 3));
-  return inertial(vector3("center", center), matrix_given);
+  return inertial(vector3("center", center), matrix_given, axes ? quaternion("axes", *axes) : Quaternion::Identity());
 }
 
 // Exactly one of mass and density says how heavy a body is.
@@ -175,7 +175,8 @@ void bind_mass(py::module_& module) {
           "axes", [](const MassProperties& mass) { return Eigen::Vector4d(mass.axes.coeffs()); },
           "Unit quaternion x, y, z, w that turns the principal axes into the shape's.");
   py::class_<Inertial>(module, "Inertial", inertial_doc)
-      .def(py::init(&inertial_of), py::arg("center") = py::make_tuple(0.0, 0.0, 0.0), py::kw_only(), py::arg("inertia"))
+      .def(py::init(&inertial_of), py::arg("center") = py::make_tuple(0.0, 0.0, 0.0), py::kw_only(), py::arg("inertia"),
+           py::arg("axes") = py::none())
       .def_readonly("center", &Inertial::center, "Centre of mass, shape (3,) [m].")
       .def_readonly("moments", &Inertial::moments, "Principal moments about the centre, shape (3,) [kg m^2].")
       .def_property_readonly(
@@ -214,16 +215,15 @@ void bind_shapes(py::module_& module) {
            py::arg("radius"), py::arg("length"))
       .def_readonly("radius", &Capsule::radius)
       .def_readonly("length", &Capsule::length);
-  py::class_<ConvexHull>(module, "ConvexHull",
-                         "The convex hull of points, shape (n, 3) [m], in the body's frame.")
+  py::class_<ConvexHull>(module, "ConvexHull", "The convex hull of points, shape (n, 3) [m], in the body's frame.")
       .def(py::init([](const ArrayLike& rows) { return validated(ConvexHull{points("points", rows)}); }),
            py::arg("points"))
       .def_property_readonly("points", [](const ConvexHull& hull) { return point_array(hull.points); })
       .def("centered", &centered, "The hull with its centre of mass moved to the origin.");
   py::class_<Part>(module, "Part", "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).")
       .def(py::init([](const Solid& shape, const ArrayLike& position, const std::optional<ArrayLike>& turned) {
-             return Part{shape,
-                         {vector3("position", position), orientation("", turned, std::nullopt, Quaternion::Identity())}};
+             return Part{
+                 shape, {vector3("position", position), orientation("", turned, std::nullopt, Quaternion::Identity())}};
            }),
            py::arg("shape"), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none())
       .def_readonly("shape", &Part::shape)
@@ -500,7 +500,9 @@ void bind_scene(py::module_& module) {
           "joint_slice",
           [](const Scene& scene, const std::string& name) {
             const int offset = StateLayout(scene).joint_offset(scene.joint_index(name));
-            if (offset < 0) throw std::invalid_argument("joint '" + name + "' is fixed or follows another, expected one that moves by itself");
+            if (offset < 0)
+              throw std::invalid_argument("joint '" + name +
+                                          "' is fixed or follows another, expected one that moves by itself");
             return py::slice(offset, offset + StateLayout::numbers_per_joint, 1);
           },
           py::arg("name"), "Where a joint's position and velocity stand in a state.")

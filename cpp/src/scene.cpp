@@ -54,6 +54,9 @@ void validate_mimic(const Joint& joint) {
   if (joint.held || joint.stiffness != 0.0 || joint.damping != 0.0) {
     reject("stiffness, damping or held", "given", "none of them: the joint follows '" + mimic.joint + "'");
   }
+  if (joint.state.position != 0.0 || joint.state.velocity != 0.0) {
+    reject("position and velocity", "not 0", "0: the joint follows '" + mimic.joint + "'");
+  }
   if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) {
     reject("limits", "given", "none: the joint follows '" + mimic.joint + "', and stops where that one does");
   }
@@ -115,18 +118,19 @@ std::size_t find(const std::vector<Named>& all, const std::string& name, const s
 
 }  // namespace
 
-Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia) {
+Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia, const Quaternion& axes) {
   if (!inertia.allFinite() || !inertia.isApprox(inertia.transpose(), 1e-9)) {
     reject("inertia", inertia.allFinite() ? "not symmetric" : "not finite", "a symmetric matrix of finite numbers");
   }
   require_finite("center", center);
-  Inertial spread{center, inertia.diagonal(), Quaternion::Identity()};
+  require_unit("axes", axes);
+  Inertial spread{center, inertia.diagonal(), axes};
   if (!inertia.isDiagonal(0.0)) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
-    Eigen::Matrix3d axes = solver.eigenvectors();
-    if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+    Eigen::Matrix3d principal = solver.eigenvectors();
+    if (principal.determinant() < 0.0) principal.col(0) = -principal.col(0);
     spread.moments = solver.eigenvalues();
-    spread.axes = Quaternion(axes).normalized();
+    spread.axes = (axes * Quaternion(principal)).normalized();
   }
   validate_moments("inertia", spread.moments);
   return spread;

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["Mesh", "needs_extra"]
 
 SUFFIXES = (".stl", ".obj", ".dae")
-THRESHOLD = 0.1  # of a hand's parts: a bunny has 19, and a mug is open
-MAX_POINTS = 128  # a ball of them is within 2 % of a round one
+THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
+MAX_POINTS = 128  # a ball of them has 95 % of its volume
 CONVEX = 0.99  # share of its hull's volume from which on a mesh is convex
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
@@ -44,7 +44,8 @@ def Mesh(
     has `max_points` corners at most.
 
     `solid` has the exact mass properties of the mesh if it is closed; otherwise it is None, and
-    those of the parts together count.
+    those of the parts together count. Holes of one or two triangles are filled. Greater ones make
+    a mesh a shell, which has many parts and takes coacd a minute.
 
     Parts are kept in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so that
     the same mesh is taken apart once. Raises FileNotFoundError; ValueError that names what is wrong

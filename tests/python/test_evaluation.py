@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,10 +18,10 @@ from energymargin.evaluation import (
 )
 
 
-def labelled(trajectory, captured, success=None, **scores):
+def labelled(trajectory, captured, success=None, task="push", **scores):
     n = len(trajectory)
     return LabelledScores(
-        task="push",
+        task=task,
         trajectory=np.array(trajectory),
         captured=np.array(captured, dtype=bool),
         success=np.zeros(n, dtype=bool) if success is None else np.array(success, dtype=bool),
@@ -72,6 +73,75 @@ def test_success_is_judged_once_a_trajectory():
     data.scores["success"] = data.scores.pop("success_")
     cell = evaluate(data).success
     assert (cell.auc, cell.ap, cell.count) == pytest.approx((0.0, 1 / 3, 3))
+
+
+@pytest.fixture
+def several():
+    """Four states, of which two are captured with all objects, and three with at least one."""
+    data = labelled(
+        [0, 0, 1, 1],
+        [1, 0, 1, 0],
+        success=[1, 1, 0, 0],
+        task="lift",
+        capture=[4, 3, 2, 1],
+        force=[4, 3, 2, 1],
+        success_=[1, 1, 0, 0],
+    )
+    scores = {**data.scores, "capture/any": np.array([1.0, 2.0, 3.0, 4.0])}
+    scores["success"] = scores.pop("success_")
+    scores["success/any"] = 1 - scores["success"]
+    return replace(
+        data,
+        scores=scores,
+        captured_any=np.array([True, True, True, False]),
+        success_any=np.array([False, False, True, True]),
+    )
+
+
+def test_a_score_of_at_least_one_object_is_held_against_the_label_of_at_least_one(several):
+    result = evaluate(several, horizons=[0, 1])
+    # Of all: pairs 4>3, 4>1, 2<3, 2>1. Of at least one: the one that is lost ranks first.
+    assert result.states["capture"][0].auc == pytest.approx(3 / 4)
+    assert result.states["capture/any"][0].auc == 0.0
+    # Over the next frame states 0, 1 stay with at least one, and 2, 3 do not.
+    assert result.states["capture/any"][1].positives == 2
+    assert (result.success.auc, result.success_any.auc) == (1.0, 1.0)
+    assert result.success_any.positives == 1
+
+
+def test_the_force_score_is_held_against_both_labels(several):
+    states = evaluate(several, horizons=[0]).states
+    assert states["force"][0].auc == pytest.approx(3 / 4)
+    assert states["force/any"][0].auc == 1.0
+
+
+def test_tables_of_several_objects_say_which_rows_are_of_all_and_which_of_at_least_one(several):
+    result = evaluate(several)
+    console = Console(file=io.StringIO(), width=80)
+    console.print(result.render())
+    for text in (console.file.getvalue(), result.to_markdown()):
+        of_all, of_any = text.index("All objects"), text.index("At least one object")
+        for name in ("capture", "force", "success"):
+            assert of_all < text.index(f"{name} ", of_all) < of_any < text.index(f"{name}/any")
+    scores = {row["score"] for row in csv.DictReader(io.StringIO(result.to_csv()))}
+    assert scores == {f"{s}{a}" for s in ("capture", "force", "success") for a in ("", "/any")}
+
+
+def test_a_table_of_one_object_does_not_speak_of_several():
+    result = evaluate(labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, 2, 2]))
+    assert "object" not in result.to_markdown() and "any" not in result.to_csv()
+
+
+def test_a_score_of_at_least_one_object_without_such_labels_is_refused(several):
+    with pytest.raises(ValueError, match=r"'capture/any', but no labels of at least one object"):
+        evaluate(replace(several, captured_any=None))
+
+
+def test_a_task_that_the_paper_does_not_have_gets_no_column_of_the_papers(several):
+    result = evaluate(several)
+    for text in (result.to_markdown(), result.to_csv()):
+        assert "paper" not in text
+    assert "paper" in evaluate(replace(several, task="push")).to_markdown()
 
 
 def test_labels_of_one_class_make_a_dash_and_no_nan_anywhere():

@@ -3,7 +3,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from energymargin import capture_score, plots, tasks
+from energymargin import Box, Compound, Part, capture_score, plots, tasks
+from energymargin.outlines import shape_parts
+from energymargin.tasks.scoop import CAPTURE_AHEAD, CAPTURE_HEIGHT, LENGTH, RAMP
 
 
 @pytest.fixture(scope="module")
@@ -116,3 +118,82 @@ def test_frames_that_are_not_captured_are_shaded():
     )
     spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in ax.patches]
     assert spans == [(1.5, 2.5), (2.5, 3.0)]
+
+
+@pytest.fixture(scope="module")
+def several():
+    """A state of four boxes and a scoop of several parts, with the tree from there, and a view."""
+    task = tasks.make("scoop")
+    trajectory = task.rollout(seed=2, frames=7)
+    problem = task.problem(trajectory.states[3], trajectory.params)
+    score = capture_score(problem, nodes=20, seed=0)
+    ax = Figure().subplots()
+    plots.plot_state(problem, score, ax, plane=("x", "z"), ghosts=0, limits=((0, 1), (0, 0.3)))
+    own = task.captured(problem.state, trajectory.params)
+    return problem, score, ax, own
+
+
+def places(problem, states, name):
+    """Of one object on x and z."""
+    start = problem.scene.slice(name).start
+    return states[:, [start, start + 2]]
+
+
+def test_every_object_has_a_dot_for_each_node_in_the_colour_of_the_nodes_cost(several):
+    problem, score, ax, own = several
+    (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
+    by_object = np.asarray(dots.get_offsets()).reshape(len(score.tree.costs), len(own), 2)
+    for number, name in enumerate(own):
+        assert np.allclose(by_object[:, number], places(problem, score.tree.states, name))
+    assert np.array_equal(dots.get_array(), np.repeat(score.tree.costs, len(own)))
+
+
+def test_a_cross_marks_each_object_that_is_outside_of_its_own_capture_set(several):
+    problem, score, ax, own = several
+    states = score.tree.states
+    lost = [
+        places(problem, states, name)[~region.contains(problem.scene, states)]
+        for name, region in own.items()
+    ]
+    crosses = np.asarray(ax.collections[-1].get_offsets())
+    assert 0 < len(crosses) < len(own) * len(states)
+    assert sorted(map(tuple, crosses)) == sorted(map(tuple, np.concatenate(lost)))
+
+
+def test_a_compound_is_drawn_with_the_outline_of_each_part(several):
+    problem, _, ax, own = several
+    (scoop,) = (body for body in problem.scene.bodies if body.role == "effector")
+    outlines = [patch for patch in ax.patches if not patch.get_fill()]
+    assert len(outlines) == len(own) + len(scoop.shape.parts)
+
+
+def test_the_parts_of_a_compound_are_where_they_are_in_its_frame():
+    half_turn = (0.0, 0.0, 1.0, 0.0)
+    compound = Compound([Box((2, 2, 2)), Part(Box((4, 2, 2)), (10, 0, 0), half_turn)])
+    first, second = shape_parts(compound)
+    assert (first.min(axis=0).tolist(), first.max(axis=0).tolist()) == ([-1] * 3, [1] * 3)
+    assert second.min(axis=0) == pytest.approx([8, -1, -1])
+    assert second.max(axis=0) == pytest.approx([12, 1, 1])
+
+
+def test_the_title_of_several_objects_says_the_scores_of_all_and_of_at_least_one(several):
+    _, score, ax, _ = several
+    assert ax.get_title() == (
+        f"all:   capture {score.capture:.2f}   success {score.success:.2f}\n"
+        f"any:   capture {score.capture_any:.2f}   success {score.success_any:.2f}"
+    )
+
+
+def test_the_filled_capture_set_of_several_objects_is_where_each_may_be(several):
+    problem, _, ax, _ = several
+    scoop = problem.scene.unpack(problem.state)["scoop"]
+    reach = LENGTH + RAMP + CAPTURE_AHEAD * scoop["velocity"][0]
+    assert filled_area(ax, plots.CAPTURED_COLOR) == pytest.approx(reach * CAPTURE_HEIGHT, rel=0.05)
+
+
+def test_scores_of_at_least_one_object_are_dashed_lines_beside_those_of_all():
+    ax = Figure().subplots()
+    scores = {"capture": np.array([0.2, 0.1]), "capture/any": np.array([0.9, 0.8])}
+    plots.plot_trajectory_scores(np.array([0.0, 1.0]), scores, np.ones(2, bool), [ax])
+    styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
+    assert styles == {"capture": "-", "capture/any": "--"}

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from energymargin import datasets, scoring
+from energymargin import Problem, datasets, scoring
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def table(problems):
 
 
 def same(table, other):
-    return all(np.array_equal(table[metric], other[metric]) for metric in scoring.METRICS)
+    return all(np.array_equal(table[metric], other[metric]) for metric in table.scores)
 
 
 def test_a_table_has_a_row_a_problem_and_a_column_a_metric(table):
@@ -44,8 +44,55 @@ def test_another_seed_gives_other_scores(problems, table):
 def test_a_part_of_the_problems_gets_the_scores_that_it_has_in_the_whole(problems, table):
     part = scoring.score([problems[2], problems[7]], nodes=30, seed=5, indices=[2, 7])
     assert part.index.tolist() == [2, 7]
-    for metric in scoring.METRICS:
+    for metric in table.scores:
         assert np.array_equal(part[metric], table[metric][[2, 7]])
+
+
+@pytest.fixture(scope="module")
+def several():
+    """Problems with four objects."""
+    return datasets.generate("scoop", trajectories=1, frames=3, seed=0).problems()
+
+
+def test_with_one_object_there_are_the_five_metrics_of_the_paper(problems, table):
+    paper = ("capture", "success", "effort/est", "effort/rrt", "force")
+    assert scoring.metrics_of(problems) == tuple(table.scores) == paper
+
+
+def test_with_several_objects_there_are_also_those_of_at_least_one(several):
+    assert scoring.metrics_of(several) == scoring.METRICS
+    table = scoring.score(several, nodes=20, seed=0)
+    assert set(table.scores) == set(scoring.METRICS)
+    assert np.all(table["capture/any"] >= table["capture"])
+    assert np.all(table["success/any"] >= table["success"])
+
+
+def test_a_metric_that_not_every_problem_has_is_refused_with_what_it_needs(problems, several):
+    mixed = [*several, problems[0]]
+    assert scoring.metrics_of(mixed) == scoring.metrics_of(problems)
+    for metric, need in {
+        "capture/any": "a capture set for each object",
+        "effort/est/any": "a capture set for each object",
+        "success/any": "a success set for each object",
+    }.items():
+        with pytest.raises(ValueError, match=f"metrics has '{metric}', but not .* {need}"):
+            scoring.score(mixed, [metric], nodes=5)
+
+
+def test_a_problem_without_a_success_set_is_scored_by_all_the_other_metrics(problems):
+    first = problems[0]
+    problem = Problem(
+        first.scene,
+        first.state,
+        force=first.force,
+        torque=first.torque,
+        duration=first.duration,
+        captured=first.captured,
+    )
+    table = scoring.score([problem], nodes=5)
+    assert list(table.scores) == ["capture", "effort/est", "effort/rrt", "force"]
+    with pytest.raises(ValueError, match=r"metrics has 'success', but not .* a success set"):
+        scoring.score([problem], ["success"])
 
 
 def test_rows_and_progress_arrive_as_they_are_finished(problems):

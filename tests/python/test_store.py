@@ -36,7 +36,7 @@ def test_a_file_holds_every_score_and_label_to_the_last_bit(dataset, table, tmp_
     with ScoreStore(tmp_path / "s.db") as store:
         labelled = store.labelled_scores()
         assert store.counts() == (6, 6) and store.seconds() > 0
-    for metric in scoring.METRICS:
+    for metric in table.scores:
         assert np.array_equal(labelled.scores[metric], table[metric])
     assert labelled.trajectory.tolist() == [0, 0, 0, 1, 1, 1]
     assert labelled.captured.tolist() == [c for t in dataset.trajectories for c in t.captured]
@@ -62,8 +62,34 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_scores(dataset, table, tmp_p
     )
     assert counts[0] == (kept, 6) and counts[-1] == (6, 6)
     with ScoreStore(tmp_path / "s.db") as store:
-        for metric in scoring.METRICS:
+        for metric in table.scores:
             assert np.array_equal(store.labelled_scores().scores[metric], table[metric])
+
+
+def test_the_labels_of_at_least_one_object_are_kept(tmp_path):
+    several = datasets.generate("scoop", trajectories=2, frames=3, seed=0)
+    score_dataset(several, tmp_path / "s.db", nodes=5)
+    with ScoreStore(tmp_path / "s.db") as store:
+        labelled = store.labelled_scores()
+    assert set(labelled.scores) == set(scoring.METRICS)
+    some = [label for t in several.trajectories for label in t.captured_any]
+    assert labelled.captured_any.tolist() == some
+    ends = [t.success_any for t in several.trajectories for _ in range(3)]
+    assert labelled.success_any.tolist() == ends
+
+
+def test_a_file_of_version_1_is_read_and_goes_on(dataset, table, tmp_path):
+    path = tmp_path / "s.db"
+    ScoreStore.for_dataset(path, dataset, list(table.scores), NODES, SEED).close()
+    with sqlite3.connect(path) as file:
+        for column in ("captured_any", "success_any"):
+            file.execute(f"ALTER TABLE states DROP COLUMN {column}")
+        file.execute("PRAGMA user_version = 1")
+    score_dataset(dataset, path, nodes=NODES, seed=SEED)
+    with ScoreStore(path) as store:
+        labelled = store.labelled_scores()
+    assert labelled.captured_any is None and labelled.success_any is None
+    assert np.array_equal(labelled.scores["capture"], table["capture"])
 
 
 def test_an_infinite_effort_survives_the_file(dataset, tmp_path):
@@ -101,6 +127,8 @@ def test_another_dataset_is_refused(dataset, tmp_path):
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
         score_dataset(dataset, tmp_path / "s.db", nodes=0)
+    with pytest.raises(ValueError, match="capture/any"):
+        score_dataset(dataset, tmp_path / "s.db", ["capture/any"])
     assert list(tmp_path.iterdir()) == []
 
 

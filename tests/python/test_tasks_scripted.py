@@ -1,8 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from energymargin import World, tasks
-from energymargin.tasks import Drive
+from energymargin import Problem, Scene, Sphere, World, regions, tasks
+from energymargin.tasks import Drive, ScriptedTask
 
 
 @pytest.fixture(scope="module")
@@ -80,3 +82,92 @@ def test_times_that_do_not_rise_to_the_end_of_the_script_are_refused(task, traje
         ValueError, match=r"times is .*, expected to rise from after .* at most 2.5"
     ):
         task.resume(trajectory.states[0], now, trajectory.params, 0, times)
+
+
+class TwoBalls(ScriptedTask):
+    """Two balls in free space: the one moves to the right, where it is lost, the other stays."""
+
+    name = "two-balls"
+    length = 0.1
+
+    def scene(self, params):
+        made = Scene(gravity=(0, 0, 0))
+        made.add_body("runs", Sphere(0.1), mass=1.0, velocity=(1, 0, 0), role="object")
+        made.add_body("stays", Sphere(0.1), mass=1.0, position=(0, 1, 0), role="object")
+        return made
+
+    def drive(self, params, random):
+        return Drive()
+
+    def captured(self, state, params):
+        return {ball: regions.HalfSpace(ball, (1, 0, 0), 0.07) for ball in ("runs", "stays")}
+
+    def succeeded(self, params):
+        return {ball: regions.HalfSpace(ball, (-1, 0, 0), -0.07) for ball in ("runs", "stays")}
+
+    def problem(self, state, params=None, contacts=None):
+        return Problem(
+            self.scene({}),
+            state,
+            force=(1, 1, 1),
+            torque=(0, 0, 0),
+            duration=0.1,
+            captured=self.captured(state, {}),
+            succeeded=self.succeeded({}),
+        )
+
+
+def test_several_objects_are_captured_and_succeed_all_or_at_least_one():
+    trajectory = TwoBalls().rollout(0, frames=3)  # the one that runs is at 0, 0.05 and 0.1 m
+    assert trajectory.captured.tolist() == [True, True, False]
+    assert trajectory.captured_any.tolist() == [True, True, True]
+    assert (trajectory.success, trajectory.success_any) == (False, True)
+
+
+def test_the_labels_of_several_objects_are_those_of_the_problems_sets():
+    task = TwoBalls()
+    scene = task.scene({})
+    states = np.array([scene.pack(runs={"position": (x, 0, 0)}) for x in (0.0, 0.1)])
+    captured, succeeded = task.labels(states, {})
+    captured_any, succeeded_any = task.labels_any(states, {})
+    problems = [task.problem(state) for state in states]
+    for labels, name in (
+        (captured, "captured"),
+        (succeeded, "succeeded"),
+        (captured_any, "captured_any"),
+        (succeeded_any, "succeeded_any"),
+    ):
+        sets = [getattr(problem, name) for problem in problems]
+        held = [one.contains(scene, state) for one, state in zip(sets, states, strict=True)]
+        assert labels.tolist() == held
+
+
+def test_with_one_set_for_all_there_is_no_label_of_at_least_one(task, trajectory):
+    assert trajectory.captured_any is None and trajectory.success_any is None
+    assert task.labels_any(trajectory.states, trajectory.params) == (None, None)
+
+
+def test_a_scripted_task_has_the_parameters_of_its_constructor_and_starts_as_its_scene():
+    task = TwoBalls(effector="drive")
+    assert task.parameters == {"effector": "drive"}
+    assert np.array_equal(task.rollout(0, frames=2).states[0], task.scene({}).pack())
+    with pytest.raises(ValueError, match="effector is 'fly'"):
+        TwoBalls(effector="fly")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"states": np.zeros((2, 26))}, r"states has shape \(2, 26\)"),
+        ({"states": np.zeros(3)}, r"states has shape \(3,\), expected \(K, n\)"),
+        (
+            {"captured": np.ones(3)},
+            r"captured has shape \(3,\) of float64, expected \(3,\) of bool",
+        ),
+        ({"captured_any": np.ones(2, dtype=bool)}, r"captured_any has shape \(2,\)"),
+        ({"contacts": [[]]}, "contacts has 1 lists, expected one a frame"),
+    ],
+)
+def test_a_trajectory_whose_arrays_do_not_fit_is_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        replace(TwoBalls().rollout(0, frames=3), **wrong)

@@ -603,6 +603,9 @@ def test_a_robot_that_is_no_tree_is_refused(tmp_path, joints, message):
         ({"roles": {"hand": "effector"}}, "roles has 'hand', expected one of base, arm"),
         ({"frictions": {"hand": 1.0}}, "frictions has 'hand'"),
         ({"disable_collisions": [("arm", "hand")]}, "disable_collisions has 'hand'"),
+        ({"disable_collisions": ["arm"]}, "disable_collisions has .* expected pairs"),
+        ({"ignore": "gazebo"}, r"ignore is 'gazebo', expected a tuple: \('gazebo',\)"),
+        ({"packages": "/here"}, "packages is '/here', expected a tuple"),
     ],
 )
 def test_a_bad_argument_is_refused_by_name(tmp_path, options, message):

@@ -28,19 +28,20 @@ struct Inertial {
   Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the body's
 };
 
-//! From the inertia about the centre, along the body's axes [kg m^2]. Throws std::invalid_argument unless a rigid body
-//! can have it.
-Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia);
+//! From the inertia about the centre, along `axes` in the body's frame [kg m^2]. Throws std::invalid_argument unless a
+//! rigid body can have it.
+Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia,
+                  const Quaternion& axes = Quaternion::Identity());
 
-//! One rigid body. With a joint to a parent it is a link: then the joints say where it is. Its frame is its shape's; the
-//! centre of mass, at which wrenches act, may lie elsewhere.
+//! One rigid body. With a joint to a parent it is a link: then the joints say where it is. Its frame is its shape's;
+//! the centre of mass, at which wrenches act, may lie elsewhere.
 struct Body {
   std::string name;  //!< unique in its scene
   Shape shape = Box{};
   double mass = 0.0;                   //!< [kg]; 0: fixed
   std::optional<Inertial> inertial{};  //!< unset: that of the shape, of even density
   BodyState state{};                   //!< where it is when nothing else is said
-  double friction = 0.5;  //!< a contact's coefficient is the product of its two bodies'
+  double friction = 0.5;               //!< a contact's coefficient is the product of its two bodies'
   Role role = Role::none;
   Vector3 linear_factor = Vector3::Ones();   //!< 1: free along the axis, 0: locked
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked

@@ -16,8 +16,8 @@ Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>
   const Body& root = scene.bodies()[base];
   for (const Body& body : scene.bodies()) spreads_.push_back(body.spread());
   find_links(base, -1, first);
-  body_ = std::make_unique<btMultiBody>(static_cast<int>(links_.size()), root.mass,
-                                        to_bullet(spreads_[base].moments), root.fixed(), false);
+  body_ = std::make_unique<btMultiBody>(static_cast<int>(links_.size()), root.mass, to_bullet(spreads_[base].moments),
+                                        root.fixed(), false);
   body_->setLinearDamping(0.0);
   body_->setAngularDamping(0.0);
   body_->setMaxCoordinateVelocity(no_velocity_limit);
@@ -77,8 +77,8 @@ void Articulation::set_up(int index) {
   const btQuaternion turn = to_bullet(link.turn);
   const btVector3 axis = to_bullet(link.axis);
   const btVector3 pivot = to_bullet(link.pivot);
-  const btVector3 from_pivot = to_bullet(
-      Vector3(-(spreads_[child].axes.conjugate() * (joint.in_child.position - spreads_[child].center))));
+  const btVector3 from_pivot =
+      to_bullet(Vector3(-(spreads_[child].axes.conjugate() * (joint.in_child.position - spreads_[child].center))));
   if (link.rigid) {
     body_->setupFixed(index, kilograms, inertia, link.parent, turn, pivot, from_pivot);
   } else if (joint.type == JointType::revolute) {
@@ -158,8 +158,8 @@ void Articulation::read(State& state) const {
   if (const int offset = layout_.offset(base_); offset >= 0) {
     const Inertial& spread = spreads_[base_];
     const Quaternion orientation = from_bullet(body_->getWorldToBaseRot()).conjugate() * spread.axes.conjugate();
-    const BodyState center{from_bullet(body_->getBasePos()), orientation.normalized(),
-                           from_bullet(body_->getBaseVel()), from_bullet(body_->getBaseOmega())};
+    const BodyState center{from_bullet(body_->getBasePos()), orientation.normalized(), from_bullet(body_->getBaseVel()),
+                           from_bullet(body_->getBaseOmega())};
     StateLayout::write(moved_to(-spread.center, center), state.data() + offset);
   }
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {

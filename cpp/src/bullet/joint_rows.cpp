@@ -68,7 +68,7 @@ void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianD
 // The joint may not cross its stop in this step; beyond it, it may not go on. Bringing it back would speed it up.
 void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data, double step, double direction,
                          double gap) {
-  btMultiBodySolverConstraint& row = 
+  btMultiBodySolverConstraint& row =
       add_row(*this, direction > 0.0 ? lower_row : upper_row, rows, data, {place(), direction});
   const double least = -std::max(gap, 0.0) / step;
   row.m_rhs = (least - direction * m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;

@@ -87,19 +87,24 @@ struct Measure {
     const Eigen::Matrix3d spread = density * total.second - mass * centre * centre.transpose();
     return diagonalized(total.volume, centre, spread.trace() * Eigen::Matrix3d::Identity() - spread);
   }
+  static MassProperties placed(const Part& part, double mass) {
+    MassProperties properties = std::visit(Measure{mass}, part.shape);
+    properties.center = part.pose.position + part.pose.orientation * properties.center;
+    properties.axes = part.pose.orientation * properties.axes;
+    return properties;
+  }
   MassProperties operator()(const Compound& compound) const {
     if (compound.solid) {
       MassProperties scaled = *compound.solid;
       scaled.moments *= mass;
       return scaled;
     }
+    if (compound.parts.size() == 1) return placed(compound.parts.front(), mass);
     std::vector<MassProperties> parts;  // of unit mass
     double volume = 0.0;
     Vector3 first = Vector3::Zero();
-    for (const auto& [shape, pose] : compound.parts) {
-      MassProperties part = std::visit(Measure{1.0}, shape);
-      part.center = pose.position + pose.orientation * part.center;
-      part.axes = pose.orientation * part.axes;
+    for (const Part& given : compound.parts) {
+      const MassProperties part = placed(given, 1.0);
       volume += part.volume;
       first += part.volume * part.center;
       parts.push_back(part);

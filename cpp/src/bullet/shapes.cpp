@@ -19,6 +19,8 @@ namespace {
 // Bullet's default of 4 cm would swallow a 10 cm box; a twentieth keeps GJK well conditioned at any scale.
 constexpr double margin_share = 0.05;
 
+constexpr double rounding = 1e-9;  // of poses: a share of the size, and rad
+
 // A shape whose box of bounds has room around it. Bullet drops the contacts of a compound's part as soon as the boxes
 // of bounds lie apart, be it by a rounding error, and the body would fall for a step.
 template <typename Base>
@@ -83,8 +85,11 @@ std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& po
   return std::visit(Builder{pose, margin ? std::min(*margin, 0.5 * most) : margin_share * most, room}, solid);
 }
 
-bool is_nowhere_else(const Pose& pose) {
-  return pose.position.isZero(0.0) && pose.orientation.coeffs() == Quaternion::Identity().coeffs();
+// A solid at its body's centre of mass and along its axes, but for rounding, needs no compound around it.
+bool is_nowhere_else(const Part& part) {
+  const double size = std::visit([](const auto& of) { return smallest_half_extent(of); }, part.shape);
+  return part.pose.position.norm() <= rounding * size &&
+         part.pose.orientation.angularDistance(Quaternion::Identity()) <= rounding;
 }
 
 }  // namespace
@@ -114,8 +119,7 @@ CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
         }
       },
       body.shape);
-  const bool single = !std::holds_alternative<Compound>(body.shape);
-  if (single && (is_nowhere_else(parts[0].pose) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
+  if (parts.size() == 1 && (is_nowhere_else(parts[0]) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
     return {solid_shape(parts[0].shape, parts[0].pose, margin)};
   }
   CollisionShape made;

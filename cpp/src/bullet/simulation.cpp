@@ -15,8 +15,13 @@ namespace {
 // An axis this close to a principal one is that one: 1 - cosine.
 constexpr double principal_slack = 1e-12;
 
-// Points that Bullet looks for at once where a face of a hull may lie on another face.
+// Points that Bullet looks for at once where a face of a hull may lie on another face. With one a step, a hull that
+// slides stands on no more than that, and tips into what is below.
 constexpr int points_of_a_face = 4;
+
+// Rounds over the joints' rows in each of the solver's. Where a follower is heavier than what it follows, as its
+// multiplier makes it, one row undoes most of what the other did, and they need many.
+constexpr int mimic_rounds = 10;
 
 // Small pools: a world has few contacts, and a new world is built for every problem.
 btDefaultCollisionConstructionInfo small_pools() {
@@ -100,10 +105,8 @@ Simulation::~Simulation() {
 
 void Simulation::configure() {
   use_plane_contacts(dispatcher_);
-  // Else it finds one in a step, and a hull that slides stands on no more than that, and tips into what is below.
-  if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) {
-    configuration_.setConvexConvexMultipointIterations(points_of_a_face, points_of_a_face);
-  }
+  if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) face_points_ = points_of_a_face;
+  configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
   for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
   if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
@@ -186,6 +189,7 @@ void Simulation::add_mimics() {
     mimics_.push_back(std::make_unique<MimicRow>(link_of(i), link_of(followed), *mimic));
     world_.addMultiBodyConstraint(mimics_.back().get());
   }
+  if (!mimics_.empty()) world_.getSolverInfo().m_numNonContactInnerIterations = mimic_rounds;
 }
 
 const std::vector<btRigidBody*>& Simulation::objects() const {
@@ -240,8 +244,7 @@ void Simulation::read(State& state) const {
     const btTransform& transform = body.rigid->getCenterOfMassTransform();
     const Quaternion orientation = from_bullet(transform.getRotation()) * body.spread.axes.conjugate();
     const BodyState center{from_bullet(transform.getOrigin()), orientation.normalized(),
-                           from_bullet(body.rigid->getLinearVelocity()),
-                           from_bullet(body.rigid->getAngularVelocity())};
+                           from_bullet(body.rigid->getLinearVelocity()), from_bullet(body.rigid->getAngularVelocity())};
     StateLayout::write(moved_to(-body.spread.center, center), state.data() + body.offset);
   }
   for (const auto& articulation : articulations_) articulation->read(state);
@@ -309,7 +312,8 @@ void Simulation::find_pulls() {
     const Spring& spring = scene_.springs()[i];
     const auto [a, b] = spring_ends_[i];
     const auto on_body = [this](std::size_t body, const Vector3& point) {
-      return colliders_[body]->getWorldTransform() * to_bullet(Vector3(spreads_[body].axes.conjugate() * (point - spreads_[body].center)));
+      return colliders_[body]->getWorldTransform() *
+             to_bullet(Vector3(spreads_[body].axes.conjugate() * (point - spreads_[body].center)));
     };
     const btVector3 end_a = on_body(a, spring.point_a);
     const btVector3 end_b = on_body(b, spring.point_b);
@@ -354,7 +358,9 @@ std::vector<Contact> Simulation::contacts() const {
 
 PairPoints Simulation::pair(std::size_t a, std::size_t b, double reach) {
   PairPoints points(*colliders_[a], reach);
+  configuration_.setConvexConvexMultipointIterations(0, 0);  // the further points of a face are not exact
   world_.contactPairTest(colliders_[a], colliders_[b], points);
+  configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
   return points;
 }
 

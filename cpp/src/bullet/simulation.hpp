@@ -101,6 +101,7 @@ class Simulation {
   double step_;
   std::vector<Inertial> spreads_;  // of all bodies
   btDefaultCollisionConfiguration configuration_;
+  int face_points_ = 0;  // that Bullet looks for at once; 0: one
   btCollisionDispatcher dispatcher_;
   SeparatePairs separate_;
   btDbvtBroadphase broadphase_;

@@ -126,10 +126,10 @@ class Inertial:
     """
     How a body's mass is spread, in the body's frame.
     
-    center: the centre of mass [m]; inertia: about it, along the frame's axes, principal moments (3,) or a matrix (3, 3)
-    [kg m^2]. Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.
+    center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
+    default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.
     """
-    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike) -> None:
+    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
         ...
     @property
     def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:

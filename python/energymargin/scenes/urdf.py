@@ -53,7 +53,7 @@ def from_urdf(
     decompose: bool = True,
     threshold: float = THRESHOLD,
     self_collision: bool = True,
-    disable_collisions: Iterable[tuple[str, str]] = (),
+    disable_collisions: Iterable[Sequence[str]] = (),
     packages: Sequence[str | Path] = (),
     ignore: Iterable[str] = (),
 ) -> Scene:
@@ -63,8 +63,9 @@ def from_urdf(
     Arguments that speak of links and joints name them as the file does.
 
     position [m], orientation (unit quaternion x, y, z, w): of the root link's frame. base: "fixed",
-    or "free" to move. role: of all links; `roles` of single ones. friction: of links for which
-    neither `frictions` nor the file (Bullet's <lateral_friction>) says one.
+    whatever the root's mass, or "free" to move. role: of all links; `roles` of single ones.
+    friction: of links for which neither `frictions` nor the file (Bullet's <lateral_friction>) says
+    one.
 
     joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness, which
     go before what the file says: limits, effort as torque_limit, damping. A joint starts at 0, or
@@ -86,18 +87,14 @@ def from_urdf(
     Raises FileNotFoundError, ImportError without the extra [urdf], and ValueError that names what
     is wrong; a given scene is then as it was.
     """
-    for name, value, known in (
-        ("base", base, ("fixed", "free")),
-        ("inertia", inertia, ("file", "shapes")),
-    ):
-        if value not in known:
-            raise ValueError(f"{name} is {value!r}, expected {known[0]!r} or {known[1]!r}")
+    _check_choices(base, inertia, ignore=ignore, packages=packages)
     root = pose(position, orientation)
     with needs_extra():
         from energymargin.scenes.urdf_read import read
     robot = read(Path(path), tuple(ignore), free=base == "free")
-    roles, frictions, disabled = roles or {}, frictions or {}, list(disable_collisions)
-    _check_links(robot, roles=roles, frictions=frictions, disable_collisions=sum(disabled, ()))
+    roles, frictions, disabled = roles or {}, frictions or {}, _pairs(disable_collisions)
+    apart_names = [name for pair in disabled for name in pair]
+    _check_links(robot, roles=roles, frictions=frictions, disable_collisions=apart_names)
     shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages))
     bodies = []
     for name, link in robot.links.items():
@@ -117,6 +114,26 @@ def from_urdf(
     if self_collision:
         require_no_overlap(probe, prefix)
     return plan.add_to(scene)
+
+
+def _check_choices(base: str, inertia: str, **several: Any) -> None:
+    for name, value, known in (
+        ("base", base, ("fixed", "free")),
+        ("inertia", inertia, ("file", "shapes")),
+    ):
+        if value not in known:
+            raise ValueError(f"{name} is {value!r}, expected {known[0]!r} or {known[1]!r}")
+    for name, value in several.items():
+        if isinstance(value, str):
+            raise ValueError(f"{name} is {value!r}, expected a tuple: ({value!r},)")
+
+
+def _pairs(disabled: Iterable[Iterable[str]]) -> list[tuple[str, str]]:
+    pairs = [tuple(pair) for pair in disabled]
+    for pair in pairs:
+        if len(pair) != 2 or pair[0] == pair[1]:
+            raise ValueError(f"disable_collisions has {pair!r}, expected pairs of two links")
+    return [(pair[0], pair[1]) for pair in pairs]
 
 
 def _check_links(robot: Robot, **named: Iterable[str]) -> None:

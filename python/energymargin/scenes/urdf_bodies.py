@@ -11,7 +11,7 @@ import numpy as np
 from energymargin._core import Compound, Inertial
 from energymargin.meshes import Mesh
 from energymargin.scenes.files import found
-from energymargin.scenes.poses import moved
+from energymargin.scenes.poses import moved, place
 from energymargin.scenes.urdf_model import Geometry, Link, MeshFile
 
 __all__ = ["Shaping", "body"]
@@ -44,10 +44,9 @@ def _inertial(link: Link) -> Inertial:
             f"link {link.name!r} has a mass and no <inertia>; inertia='shapes' takes it from the "
             "collision shapes"
         )
-    turn = link.center[:3, :3]
-    inertia = turn @ link.inertia @ turn.T
+    frame = place(link.center)
     try:
-        return Inertial(link.center[:3, 3], inertia=(inertia + inertia.T) / 2)
+        return Inertial(frame["position"], inertia=link.inertia, axes=frame["orientation"])
     except ValueError as error:
         raise ValueError(
             f"link {link.name!r}: {error}; inertia='shapes' takes it from the collision shapes"

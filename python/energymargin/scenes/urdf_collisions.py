@@ -55,7 +55,7 @@ def require_no_overlap(robot: Scene, prefix: str) -> None:
         depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
     deep = {pair: depth for pair, depth in sorted(depths.items()) if depth > OVERLAP}
     if deep:
-        found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.2g} mm" for (a, b), d in deep.items())
+        found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
         raise ValueError(
             f"links overlap at the start: {found}; another start, "
             f"disable_collisions={list(deep)}, or self_collision=False avoids that"

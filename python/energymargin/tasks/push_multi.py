@@ -204,12 +204,12 @@ def scene(friction: float) -> Scene:
         solver_tolerance=TOLERANCE,
     )
     made.add_plane("table", friction=friction)
-    for disc in DISCS:
+    for number, disc in enumerate(DISCS):
         made.add_body(
             disc,
             Cylinder(DISC_RADIUS, DISC_HEIGHT),
             mass=DISC_MASS,
-            position=(0.0, 0.0, DISC_HEIGHT / 2),
+            position=(2 * (DISC_RADIUS + DISC_GAP) * number, DISC_AREA[1][1], DISC_HEIGHT / 2),
             friction=friction,
             role="object",
         )
