@@ -45,7 +45,7 @@ constexpr double ball_weight = 0.2 * g;
 
 Problem ball_in_pen(double half = 0.1, double thickness = 0.02, double height = rim) {
   Scene scene = pen(half, thickness, height);
-  scene.add_body(body("object", Sphere{0.03}, 0.2, {0.01, -0.02, 0.03}, Role::object));
+  scene.add_body(body("object", Sphere{0.03}, 0.2, {0.005, -0.005, 0.03}, Role::object));
   return escape_from(scene, square(half + thickness + 0.08));
 }
 
@@ -272,7 +272,7 @@ TEST_P(Fixture, CaptureSetIsLookedAtAtRest) {
 
 TEST_P(Fixture, MoreSamplesNeverMakeItWorse) {
   double before = infinity;
-  for (const int samples : {60, 100, 200, 300, 500, 800}) {
+  for (const int samples : {60, 100, 200, 300, 500}) {
     const double energy = escape(box_in_pen(0.1), samples, 3).energy;
     EXPECT_LE(energy, before) << samples << " samples";
     before = energy;
@@ -281,13 +281,13 @@ TEST_P(Fixture, MoreSamplesNeverMakeItWorse) {
 }
 
 TEST_P(Fixture, SameSeedGivesTheSameBitsInAnyOrderOnAnyThread) {
-  constexpr int seeds = 10;
+  constexpr int seeds = 6;
   std::vector<EscapeEnergy> forward(seeds), backward(seeds);
   std::thread one([&] {
-    for (int i = 0; i < seeds; ++i) forward[i] = escape(box_in_pen(0.1), 200, static_cast<std::uint64_t>(i));
+    for (int i = 0; i < seeds; ++i) forward[i] = escape(box_in_pen(0.1), 100, static_cast<std::uint64_t>(i));
   });
   std::thread other([&] {
-    for (int i = seeds; i-- > 0;) backward[i] = escape(box_in_pen(0.1), 200, static_cast<std::uint64_t>(i));
+    for (int i = seeds; i-- > 0;) backward[i] = escape(box_in_pen(0.1), 100, static_cast<std::uint64_t>(i));
   });
   one.join();
   other.join();
@@ -315,7 +315,8 @@ TEST_P(Fixture, OneOfSeveralObjectsEscapesWhileTheOthersStay) {
     const EscapeEnergy found = escape_energy(problem, options);
     EXPECT_NEAR(found.energy, mass * g * rim, 0.02 * mass * g * rim) << name;
     const int other = StateLayout(scene).offset(scene.index(name == std::string("heavy") ? "light" : "heavy"));
-    EXPECT_TRUE((found.path.middleCols(other, 13).rowwise() == found.path.row(0).segment(other, 13)).all());
+    const States still = found.path.middleCols(other, StateLayout::numbers_per_body);
+    EXPECT_EQ(still, still.row(0).replicate(still.rows(), 1));
   }
 }
 

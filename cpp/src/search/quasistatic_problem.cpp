@@ -12,6 +12,7 @@
 
 #include "../check.hpp"
 #include "energymargin/random.hpp"
+#include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/relax.hpp"
 
 namespace energymargin::search {
@@ -186,7 +187,8 @@ void QuasistaticProblem::find_reach() {
     best = reach;
     outside_.poses = std::move(outside);
   }
-  if (share == 0.0 && !stopped()) {
+  if (stopped()) throw Stopped();
+  if (share == 0.0) {
     reject("reach", budget_.reach ? text(*budget_.reach) : "not given, and nothing is found up to " + text(reach),
            "one in which poses of the object outside of its capture set are free");
   }

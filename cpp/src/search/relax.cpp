@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace energymargin::search {
 namespace {
@@ -27,6 +26,32 @@ Path straightened(const Path& path, Quasistatics& statics) {
     if (needed) straight.push_back(path[i]);
   }
   return straight;
+}
+
+// Every pose as low as it gets without turning; the last one as low as it gets outside.
+Path fallen(Path path, double reach, Quasistatics& statics) {
+  for (std::size_t i = 1; i < path.size(); ++i) path[i] = statics.settled(path[i], reach, i + 1 == path.size());
+  return path;
+}
+
+Path unturned(Path path) {
+  for (Pose& pose : path) pose.orientation = path.front().orientation;
+  return path;
+}
+
+bool leads_out(const Path& path, Quasistatics& statics) {
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    if (!statics.passes(path[i], path[i + 1])) return false;
+  }
+  return statics.outside(path.back());
+}
+
+// What sliding along a support would be, where that leads out.
+Path simplest(const Path& path, double reach, Quasistatics& statics) {
+  for (const Path& simple : {fallen(unturned(path), reach, statics), fallen(path, reach, statics), unturned(path)}) {
+    if (barrier(simple, statics).energy <= barrier(path, statics).energy && leads_out(simple, statics)) return simple;
+  }
+  return path;
 }
 
 // The same path with poses at most `spacing` [m] apart, so that it can follow what it goes around.
@@ -56,11 +81,6 @@ std::size_t top(Path& path, const Barrier& highest, const Quasistatics& statics)
 Pose moved(const Pose& pose, const Pose& from, const Pose& to, double share) {
   const Quaternion turn = Quaternion::Identity().slerp(share, to.orientation * from.orientation.conjugate());
   return {pose.position + share * (to.position - from.position), (turn * pose.orientation).normalized()};
-}
-
-// A pose of a path as low as it gets without turning; the last one as low as it gets outside.
-Pose fallen(const Path& path, std::size_t index, Quasistatics& statics) {
-  return statics.settled(path[index], std::numeric_limits<double>::infinity(), index + 1 == path.size());
 }
 
 // Bends a path so that one pose gets to `to`, and up to `width` - 1 poses on each side of it go along with a part of
@@ -125,7 +145,7 @@ Path cut(const Path& path, Quasistatics& statics) {
 }
 
 Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int trials, const std::atomic<bool>* stop) {
-  Path relaxed = cut(straightened(cut(path, statics), statics), statics);
+  Path relaxed = cut(straightened(simplest(cut(path, statics), sampler.reach(), statics), statics), statics);
   double scale = 0.0;
   double spacing = first_spacing * statics.radius();
   for (int i = 0; i < trials; ++i) {
@@ -140,7 +160,9 @@ Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int tr
     const std::size_t index = top(relaxed, highest, statics);
     if (index == 0) break;
     const std::size_t width = 1 + sampler.below(relaxed.size());
-    if (i % trials_per_fall == 0 && bend(relaxed, index, 1, fallen(relaxed, index, statics), highest.energy, statics)) {
+    if (i % trials_per_fall == 0 &&
+        bend(relaxed, index, 1, statics.settled(relaxed[index], sampler.reach(), index + 1 == relaxed.size()),
+             highest.energy, statics)) {
       continue;
     }
     const bool moved = bend(relaxed, index, width, sampler.near(relaxed[index], scale), highest.energy, statics);
