@@ -108,6 +108,14 @@ def test_a_broken_task_is_refused_with_its_package_and_breaks_no_other(site, cod
     assert not entries["push"].broken and entries["push"].note == ""
 
 
+def test_the_list_of_tasks_shows_a_broken_one_with_its_error_and_all_others(tmp_path):
+    (tmp_path / "site").mkdir()
+    plugin(tmp_path / "site", "odd-tasks", "odd = strange:Odd", "import nothing_of_that_name")
+    shown = " ".join(run(tmp_path, "tasks").split())
+    assert "push" in shown and "topple" in shown
+    assert "odd-tasks" in shown and "nothing_of_that_name" in shown.replace(" ", "")
+
+
 def test_a_task_that_fails_when_it_is_made_is_listed_with_what_it_says(site):
     code = f"class Odd:\n    def __init__(self): raise OSError('no camera')\n    {WHOLE}"
     plugin(site, "odd-tasks", "odd = strange:Odd", code)
