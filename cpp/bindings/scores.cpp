@@ -208,11 +208,12 @@ void bind_scores(py::module_& module) {
              py::arg("seed") = 0, py::arg("captured") = "all",
              "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
              "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.");
-  module.def("escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
-             py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(),
-             "Least potential energy above that of the start over which the object gets out of the capture set when it is "
-             "moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the "
-             "edge of the box around the start to search in [m], by default found. object: which one, of several.");
+  module.def(
+      "escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
+      py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(),
+      "Least potential energy above that of the start over which the object gets out of the capture set when it is "
+      "moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the "
+      "edge of the box around the start to search in [m], by default found. object: which one, of several.");
   module.def(
       "force_score",
       [](const Problem& problem, const std::optional<ForceWeights>& weights) {

@@ -18,7 +18,7 @@ def pen():
     for name, x, y in [("east", 1, 0), ("west", -1, 0), ("north", 0, 1), ("south", 0, -1)]:
         size = (0.02 if x else 0.24, 0.02 if y else 0.24, RIM)
         scene.add_body(name, em.Box(size), mass=0, position=(0.11 * x, 0.11 * y, RIM / 2))
-    ball = dict(mass=0.2, position=(0, 0, 0.03), velocity=(0.3, 0, 0), role="object")
+    ball = {"mass": 0.2, "position": (0, 0, 0.03), "velocity": (0.3, 0, 0), "role": "object"}
     scene.add_body("ball", em.Sphere(0.03), **ball)
     captured = em.regions.Box("ball", center=(0, 0, 0), size=(0.4, 0.4, np.inf))
     return em.Problem(
@@ -67,12 +67,12 @@ def test_cage_is_inf_without_a_path():
 
 def test_wrong_arguments_are_named(pen):
     for wrong, words in [
-        (dict(planner="prm"), "planner is 'prm', expected 'bit\\*' or 'rrt\\*'"),
-        (dict(samples=0), "samples is 0"),
-        (dict(reach=-1), "reach is -1"),
-        (dict(reach="far"), "reach is 'far'"),
-        (dict(object="floor"), "object is 'floor', expected 'ball'"),
-        (dict(seed=-1), "seed is -1"),
+        ({"planner": "prm"}, "planner is 'prm', expected 'bit\\*' or 'rrt\\*'"),
+        ({"samples": 0}, "samples is 0"),
+        ({"reach": -1}, "reach is -1"),
+        ({"reach": "far"}, "reach is 'far'"),
+        ({"object": "floor"}, "object is 'floor', expected 'ball'"),
+        ({"seed": -1}, "seed is -1"),
     ]:
         with pytest.raises(ValueError, match=words):
             em.escape_energy(pen, **wrong)
