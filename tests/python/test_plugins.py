@@ -87,6 +87,7 @@ WHOLE = "def rollout(self, seed, frames=10): ...\n    def problem(self, state): 
         ("import nothing_of_that_name", "cannot be loaded: ModuleNotFoundError: No module named"),
         ("1 / 0", "cannot be loaded: ZeroDivisionError"),
         ("", "cannot be loaded: AttributeError: .*'Odd'"),
+        ("Odd = 'odd'", "is a str, expected a class"),
         ("class Odd:\n    name = 'odd'", "has no method 'rollout'"),
         ("class Odd:\n    name = 'odd'\n    def rollout(self): ...", "has no method 'problem'"),
         (f"class Odd:\n    name = 'even'\n    {WHOLE}", "has the name 'even', expected 'odd'"),
