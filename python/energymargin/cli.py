@@ -133,6 +133,10 @@ def generate(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the file if it exists.")
     ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
+    ] = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels.
 
@@ -140,11 +144,17 @@ def generate(
     """
     from energymargin import tasks as registry
 
+    if picture is not None and find_spec("matplotlib") is None:  # said now, not at the end
+        raise ImportError("--picture draws with matplotlib: pip install energymargin[plots]")
     output = output or Path(f"{task}.h5")
     made = registry.make(task, **_parsed(parameter or []))
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
     dataset = _generate(made, trajectories, frames, seed, output)
+    if picture is not None:
+        from energymargin.experiments import pictures
+
+        pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
     written = escape(str(output))
     _say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
 
