@@ -10,7 +10,7 @@ namespace {
 
 constexpr double spacing_share = 0.1;      // of the radius: between poses at which energies are looked at
 constexpr double least_step_share = 0.01;  // of the smallest half extent: between poses that are looked at in contact
-constexpr double finest_share = 1e-5;      // of the spacing: where a highest energy is
+constexpr double finest_share = 1e-3;      // of the spacing: where a highest energy is
 constexpr int most_slides = 40;            // steps down a slope
 
 // Everything at rest: the capture set of a quasi-static object knows no velocities.
