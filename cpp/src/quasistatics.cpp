@@ -10,6 +10,7 @@ namespace {
 
 constexpr double spacing_share = 0.1;      // of the radius: between poses at which energies are looked at
 constexpr double least_step_share = 0.01;  // of the smallest half extent: between poses that are looked at in contact
+constexpr double finest_share = 1e-3;      // of the spacing: where a highest energy is
 constexpr int most_slides = 40;            // steps down a slope
 
 // Everything at rest: the capture set of a quasi-static object knows no velocities.
@@ -60,6 +61,11 @@ Quasistatics::Quasistatics(const Problem& problem, std::size_t object)
   const BodyState start = StateLayout::read(state_.data() + offset_);
   start_ = {start.position + start.orientation * center_, start.orientation};
   start_energy_ = potential_(frame(start_));
+  for (int axis = 0; axis < 3; ++axis) {
+    Pose moved = start_;
+    moved.position[axis] += free_space_.tolerance() * body_.linear_factor[axis];
+    negligible_ = std::max(negligible_, std::abs(potential_(frame(moved)) - start_energy_));
+  }
 }
 
 double Quasistatics::energy(const Pose& pose) const { return std::max(0.0, potential_(frame(pose)) - start_energy_); }
@@ -83,18 +89,20 @@ void Quasistatics::append_way(const Pose& from, const Pose& to, Path& way) const
 
 Quasistatics::Peak Quasistatics::peak(const Pose& from, const Pose& to) const {
   Peak highest{energy(from), 0.0};
-  const auto look = [&](const Pose& pose, double at) {
-    const double here = energy(pose);
+  const auto look = [&](double at) {
+    const double here = energy(at == 1.0 ? to : between(from, to, at));
     if (here > highest.energy) highest = {here, at};
   };
-  if (potential_.has_springs()) {  // without, it is linear
-    const int count = static_cast<int>(std::ceil(length(from, to) / spacing_));
-    for (int i = 1; i < count; ++i) {
-      const double at = static_cast<double>(i) / count;
-      look(between(from, to, at), at);
-    }
+  look(1.0);
+  if (!potential_.has_springs()) return highest;  // it is linear
+  const int count = std::max(1, static_cast<int>(std::ceil(length(from, to) / spacing_)));
+  for (int i = 1; i < count; ++i) look(static_cast<double>(i) / count);
+  // Closer and closer around the highest.
+  for (double step = 0.5 / count; step > finest_share / count; step *= 0.5) {
+    const double middle = highest.at;
+    if (middle - step > 0.0) look(middle - step);
+    if (middle + step < 1.0) look(middle + step);
   }
-  look(to, 1.0);
   return highest;
 }
 

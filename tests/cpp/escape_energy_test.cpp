@@ -182,6 +182,23 @@ TEST_P(Fixture, SpringIsPulledOutAtHalfItsStiffnessTimesTheSquareOfTheWay) {
   EXPECT_NEAR(escape(part_on_a_spring(0.06), 300).energy, 0.5 * 200.0 * 0.06 * 0.06, 1e-6);
 }
 
+// A spring that is longer than the way across to its anchor pushes to either side: a switch.
+TEST_P(Fixture, SwitchIsPushedOverWhereItsSpringIsShortest) {
+  const double across = 0.3, rest = 0.5, stiffness = 200.0;
+  const double side = std::sqrt(rest * rest - across * across);
+  Scene scene(Vector3::Zero());
+  scene.add_body(fixed("bench", Box{{0.1, 0.1, 0.1}}, {0.0, across, 0.0}));
+  Body part = body("object", Box{{0.1, 0.1, 0.1}}, 1.0, {-side, 0.0, 0.0}, Role::object);
+  part.linear_factor = Vector3::UnitX();
+  part.angular_factor = Vector3::Zero();
+  scene.add_body(part);
+  scene.add_spring({"bench", "object", Vector3::Zero(), Vector3::Zero(), stiffness, rest, 0.0});
+  const Problem problem = escape_from(scene, ~Region(regions::Ball{"object", {side, 0.0, 0.0}, 0.1}));
+  const EscapeEnergy found = escape(problem, 300);
+  EXPECT_NEAR(found.energy, 0.5 * stiffness * (rest - across) * (rest - across), 1e-6);
+  expect_path_leads_out_over_its_barrier(found, problem);
+}
+
 TEST_P(Fixture, ConstantForceCountsAsGravityDoes) {
   Problem problem = lift(0.2);
   Scene scene;

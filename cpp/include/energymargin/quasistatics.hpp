@@ -46,6 +46,9 @@ class Quasistatics {
   //! Above that at the start, and at least 0 [J].
   double energy(const Pose& pose) const;
 
+  //! What it gains or loses by a move as short as the depth that counts as touching [J].
+  double negligible() const { return negligible_; }
+
   //! In nothing, and within the problem's bounds.
   bool allowed(const Pose& pose);
 
@@ -58,7 +61,8 @@ class Quasistatics {
   //! Poses along the way, the first one left out, `spacing` apart or closer.
   void append_way(const Pose& from, const Pose& to, Path& way) const;
 
-  //! Highest energy on the way [J], and where: the share of the way.
+  //! Highest energy on the way [J], and where: the share of the way. Of a spring, one that lasts for more than a tenth of
+  //! the radius.
   struct Peak {
     double energy = 0.0;
     double at = 0.0;
@@ -95,6 +99,7 @@ class Quasistatics {
   Vector3 axis_ = Vector3::UnitZ();
   double size_, radius_, spacing_, least_step_;
   double start_energy_ = 0.0;
+  double negligible_ = 0.0;
   int offset_;
   State state_;
   std::vector<std::pair<double, double>> open_;  // stretches of a way that are still to be looked at

@@ -57,8 +57,7 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   } else {
     search::rrt_star(quasistatic);
   }
-  if (quasistatic.stopped() && quasistatic.energy() > 0.0 && quasistatic.samples() < options.samples)
-    throw search::Stopped();
+  if (!quasistatic.finished()) throw search::Stopped();
   return result(quasistatic);
 }
 

@@ -173,7 +173,7 @@ void QuasistaticProblem::find_reach() {
   double share = 0.0;
   double best = 0.0;
   double reach = budget_.reach.value_or(2.0 * statics_.radius());
-  for (int i = 0; i < (budget_.reach ? 1 : most_boxes) && share < fair_share && !stopped(); ++i, reach *= 2.0) {
+  for (int i = 0; i < (budget_.reach ? 1 : most_boxes) && share < fair_share && !spent(); ++i, reach *= 2.0) {
     sampler_.set_reach(reach, false);
     std::vector<Pose> outside;
     const int poses = budget_.reach ? poses_in_given_box : poses_in_box;
@@ -187,7 +187,7 @@ void QuasistaticProblem::find_reach() {
     best = reach;
     outside_.poses = std::move(outside);
   }
-  if (stopped()) throw Stopped();
+  if (spent()) throw Stopped();
   if (share == 0.0) {
     reject("reach", budget_.reach ? text(*budget_.reach) : "not given, and nothing is found up to " + text(reach),
            "one in which poses of the object outside of its capture set are free");
@@ -195,9 +195,9 @@ void QuasistaticProblem::find_reach() {
   sampler_.set_reach(best, !budget_.reach);
 }
 
-bool QuasistaticProblem::spent() const { return samples_ >= budget_.samples || energy_ == 0.0 || stopped(); }
+bool QuasistaticProblem::finished() const { return samples_ >= budget_.samples || bound() <= 0.0; }
 
-double QuasistaticProblem::bound() const { return energy_ * (1.0 - least_gain); }
+double QuasistaticProblem::bound() const { return energy_ * (1.0 - least_gain) - statics_.negligible(); }
 
 void QuasistaticProblem::Pool::restart(const Quasistatics& statics, double bound) {
   const auto above = [&](const Pose& pose) { return statics.energy(pose) >= bound; };
@@ -206,6 +206,7 @@ void QuasistaticProblem::Pool::restart(const Quasistatics& statics, double bound
 }
 
 ob::ProblemDefinitionPtr QuasistaticProblem::ask() {
+  ++samples_;  // so that questions end, however little each is better than the one before
   captured_.restart(statics_, bound());
   outside_.restart(statics_, bound());
   Pose goal;

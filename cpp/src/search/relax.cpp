@@ -67,14 +67,18 @@ Path divided(const Path& path, double spacing, const Quasistatics& statics) {
   return fine;
 }
 
-// Index of a path's highest pose; one is put there if it lies in the middle of a way.
+// Puts a pose where a path is highest, and returns its index.
+std::size_t put(Path& path, const Barrier& highest) {
+  const auto next = static_cast<std::ptrdiff_t>(highest.edge) + 1;
+  path.insert(path.begin() + next, between(path[highest.edge], path[highest.edge + 1], highest.at));
+  return highest.edge + 1;
+}
+
+// Index of a path's highest pose; one is put there unless there is one nearby.
 std::size_t top(Path& path, const Barrier& highest, const Quasistatics& statics) {
-  const std::size_t edge = highest.edge;
-  const double whole = statics.length(path[edge], path[edge + 1]);
+  const double whole = statics.length(path[highest.edge], path[highest.edge + 1]);
   const double near = std::min(highest.at, 1.0 - highest.at) * whole;
-  if (near < closest * statics.size()) return edge + (highest.at > 0.5 ? 1 : 0);
-  path.insert(path.begin() + static_cast<std::ptrdiff_t>(edge) + 1, between(path[edge], path[edge + 1], highest.at));
-  return edge + 1;
+  return near < closest * statics.size() ? highest.edge + (highest.at > 0.5 ? 1 : 0) : put(path, highest);
 }
 
 // A share of a move from one pose to another, on from a third one.
@@ -156,7 +160,7 @@ Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int tr
     }
     if (stop != nullptr && stop->load()) break;
     const Barrier highest = barrier(relaxed, statics);
-    if (highest.energy == 0.0) break;
+    if (highest.energy <= statics.negligible()) break;
     const std::size_t index = top(relaxed, highest, statics);
     if (index == 0) break;
     const std::size_t width = 1 + sampler.below(relaxed.size());
@@ -168,7 +172,10 @@ Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int tr
     const bool moved = bend(relaxed, index, width, sampler.near(relaxed[index], scale), highest.energy, statics);
     scale *= moved ? after_success : after_failure;
   }
-  return straightened(cut(relaxed, statics), statics);
+  relaxed = cut(straightened(cut(relaxed, statics), statics), statics);
+  const Barrier highest = barrier(relaxed, statics);
+  if (highest.at > 0.0 && highest.at < 1.0) put(relaxed, highest);
+  return relaxed;
 }
 
 }  // namespace energymargin::search

@@ -37,11 +37,14 @@ class QuasistaticProblem {
   //! there.
   ompl::base::ProblemDefinitionPtr ask();
 
-  //! Poses drawn so far.
+  //! Poses drawn so far, and questions asked.
   int samples() const { return samples_; }
 
-  //! True once the samples are spent, nothing is left to improve, or the search was stopped.
-  bool spent() const;
+  //! True once the samples are spent, or nothing is left to improve.
+  bool finished() const;
+
+  //! True once it is finished, or was stopped.
+  bool spent() const { return finished() || (budget_.stop != nullptr && budget_.stop->load()); }
 
   //! Highest energy on the best way so far; inf if there is none [J].
   double energy() const { return energy_; }
@@ -56,7 +59,6 @@ class QuasistaticProblem {
   const std::vector<std::pair<int, double>>& history() const { return history_; }
   Quasistatics& statics() { return statics_; }
   std::uint64_t seed() const { return budget_.seed; }
-  bool stopped() const { return budget_.stop != nullptr && budget_.stop->load(); }
 
   //! The next pose below the bound, first those drawn before. False if a draw was in vain.
   bool draw(PoseSampler::Side side, Pose& pose);
