@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "expect.hpp"
 #include "mechanisms.hpp"
@@ -365,9 +366,16 @@ TEST(CompoundContact, HingedPairOfPartsStandsOnEveryKindOfTable) {
     const Rest found = rest(scene, settled, "base");
     EXPECT_LT(found.moved, 5e-4) << ground;
     EXPECT_LT(found.speed, 0.02) << ground;
+    // The mean over many steps: a foot that chatters presses now more, now less.
+    std::vector<int> steps(240);
+    std::iota(steps.begin(), steps.end(), 481);
     double weight = 0.0;
-    for (const Contact& contact : World(scene).simulate(settled, {}, 24, {24}).front().contacts) {
-      if (contact.body_a == "table" || contact.body_b == "table") weight += contact.normal_force;
+    for (const Frame& frame : World(scene).simulate(pack(scene), {}, steps.back(), steps)) {
+      for (const Contact& contact : frame.contacts) {
+        if (contact.body_a == "table" || contact.body_b == "table") {
+          weight += contact.normal_force / static_cast<double>(steps.size());
+        }
+      }
     }
     EXPECT_NEAR(weight, 1.5 * g, 0.02 * 1.5 * g) << ground;
   }
