@@ -90,7 +90,8 @@ void bind_tree(py::module_& module) {
       .def_readonly("states", &Tree::states, "Shape (M + 1, n).")
       .def_readonly("costs", &Tree::costs, "Effort from the root, eq. 8, shape (M + 1,) [J].")
       .def_readonly("parents", &Tree::parents, "Row of the parent, -1 for the root, shape (M + 1,).")
-      .def_readonly("controls", &Tree::controls, "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
+      .def_readonly("controls", &Tree::controls,
+                    "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
       .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
       .def("path_to", &Tree::path_to, py::arg("node"), "Rows from the root to a node, both included.")
       .def("__len__", &Tree::size);
@@ -204,10 +205,11 @@ void bind_scores(py::module_& module) {
              py::arg("rate") = py::none(), py::arg("trees") = 1, py::arg("threads") = 1,
              "Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` "
              "nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.");
-  module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
-             py::arg("seed") = 0, py::arg("captured") = "all",
-             "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
-             "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.");
+  module.def(
+      "escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
+      py::arg("seed") = 0, py::arg("captured") = "all",
+      "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
+      "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.");
   module.def(
       "escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
       py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(),

@@ -91,7 +91,8 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
       add_capture(problem, options, seed, stop, row);
     }
     if (const EffortMetric* effort = effort_metric(metric)) {
-      row.scores[metric] = escape_effort(problem, {effort->planner, options.nodes, seed, stop, effort->captured}).effort;
+      row.scores[metric] =
+          escape_effort(problem, {effort->planner, options.nodes, seed, stop, effort->captured}).effort;
     }
     if (metric == force_metric) row.scores[metric] = force_score(problem).force;
   }

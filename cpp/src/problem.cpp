@@ -116,7 +116,8 @@ void validate(const Problem& problem) {
 
 const Region& capture_set(const Problem& problem, Captured captured) {
   if (captured == Captured::all) return problem.captured;
-  if (!problem.captured_any) reject("captured", "'any'", "'all': the problem has no set in which any object is captured");
+  if (!problem.captured_any)
+    reject("captured", "'any'", "'all': the problem has no set in which any object is captured");
   return *problem.captured_any;
 }
 

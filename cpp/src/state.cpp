@@ -113,11 +113,13 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
   const auto locked = [](const Vector3& factor, const Vector3& v, double slack) {
     return ((factor.array() == 0.0) && (v.array().abs() > slack)).any();
   };
-  // The centre of mass is what is locked; where the frame lies elsewhere, its velocity is rounded.
-  const Vector3 center = body.spread().center;
-  const double slack = center.isZero(0.0) ? 0.0 : 1e-9 * (1.0 + state.angular_velocity.norm() * center.norm());
-  if (locked(body.linear_factor, moved_to(center, state).velocity, slack)) {
-    reject(name + "velocity", text(state.velocity), "0 along locked axes");
+  if (body.linear_factor != Vector3::Ones()) {
+    // The centre of mass is what is locked; where the frame lies elsewhere, its velocity is rounded.
+    const Vector3 center = body.spread().center;
+    const double slack = center.isZero(0.0) ? 0.0 : 1e-9 * (1.0 + state.angular_velocity.norm() * center.norm());
+    if (locked(body.linear_factor, moved_to(center, state).velocity, slack)) {
+      reject(name + "velocity", text(state.velocity), "0 along locked axes");
+    }
   }
   if (locked(body.angular_factor, state.angular_velocity, 0.0)) {
     reject(name + "angular_velocity", text(state.angular_velocity), "0 about locked axes");

@@ -79,7 +79,7 @@ app = typer.Typer(
 experiments = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="""The paper's tables and figures, made again.
+    help="""The paper's tables and figures, made again, and what its definitions say on paper.
 
     Example: `energymargin reproduce table1 --quick`
     """,
@@ -133,6 +133,10 @@ def generate(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the file if it exists.")
     ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
+    ] = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels.
 
@@ -140,11 +144,17 @@ def generate(
     """
     from energymargin import tasks as registry
 
+    if picture is not None and find_spec("matplotlib") is None:  # said now, not at the end
+        raise ImportError("--picture draws with matplotlib: pip install energymargin[plots]")
     output = output or Path(f"{task}.h5")
     made = registry.make(task, **_parsed(parameter or []))
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
     dataset = _generate(made, trajectories, frames, seed, output)
+    if picture is not None:
+        from energymargin.experiments import pictures
+
+        pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
     written = escape(str(output))
     _say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
 
@@ -310,6 +320,41 @@ def table1(
     drawn = _draw_tasks(settings.tasks, output, seed)
     files = f"table1.md, table1.csv, trajectories (.h5), scores (.db), {drawn}"
     _say(f"In {escape(str(output))}/: {files}")
+
+
+@experiments.command()
+def bowl(
+    *,
+    samples: Annotated[int, typer.Option(help="Poses of the ball that each search draws.")] = 2000,
+    seeds: Annotated[int, typer.Option(help="How many searches with each planner.")] = 10,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path("out/bowl"),
+) -> None:
+    """The escape energy of a ball in a bowl (Definition 2), beside its closed form.
+
+    The bowl is a mesh that is taken apart into convex parts. The folder gets bowl.md, bowl.csv,
+    bowl.png, the mesh and the problem file. It takes half a minute.
+
+    Example: `energymargin reproduce bowl --seeds 3`
+    """
+    from energymargin.experiments import bowl as experiment
+    from energymargin.progress import progress_bar
+    from energymargin.tasks.base import whole_number
+
+    whole_number("samples", samples, 1)
+    whole_number("seeds", seeds, 1)
+    output.mkdir(parents=True, exist_ok=True)
+    with progress_bar(err, "Searching ways out of the bowl", "searches") as progress:
+        result = experiment.reproduce(output, samples, seeds, progress=progress)
+    out.print(result.to_markdown(), highlight=False)
+    (output / "bowl.md").write_text(result.to_markdown())
+    (output / "bowl.csv").write_text(result.to_csv())
+    drawn = "and no picture: it needs pip install energymargin[plots]"
+    if find_spec("matplotlib") is not None:
+        from energymargin.experiments.bowl_picture import figure_bowl
+
+        figure_bowl(result).savefig(output / "bowl.png")
+        drawn = "bowl.png"
+    _say(f"In {escape(str(output))}/: bowl.md, bowl.csv, bowl.obj, problem.json, {drawn}")
 
 
 def main() -> None:

@@ -162,7 +162,7 @@ class Evaluation:
             for score, cells in rows:
                 paper = [Text(value, "cyan") for value in self._paper(score)]
                 table.add_row(score, *map(_bold_first, cells), *paper)
-            parts += [Text(title, "bold cyan"), Text(), table] if title else [table]
+            parts += [Text(title, "bold cyan"), Text(), table, Text()] if title else [table]
         return Group(*parts)
 
     def to_markdown(self) -> str:

@@ -61,7 +61,8 @@ TEST(Ao, WorksOverOmplsOwnRrtWhichCannotPrune) {
 class InThePlane : public ompl::base::ProjectionEvaluator {
  public:
   explicit InThePlane(const BoundedProblem& bounded)
-      : ProjectionEvaluator(bounded.space_information()->getStateSpace()), cell_(bounded.space().scales().front().position) {
+      : ProjectionEvaluator(bounded.space_information()->getStateSpace()),
+        cell_(bounded.space().scales().front().position) {
     setCellSizes(std::vector<double>(2, 1.0));
   }
   unsigned int getDimension() const override { return 2; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "energymargin/world.hpp"
 #include "expect.hpp"
@@ -110,6 +111,133 @@ TEST(Articulation, FreeBaseKeepsMomentumAndAngularMomentumToAPercentOverTwoSecon
     EXPECT_LT((momentum(scene, state) - linear).norm(), 0.003 * linear.norm());
     EXPECT_LT((angular_momentum(scene, state) - angular).norm(), 0.01 * angular.norm());
   }
+}
+
+// ---- frames that are not the centres of mass
+
+TEST(Articulation, PendulumSwingsWithThePeriodOfItsGivenInertia) {
+  Scene scene(down, exact());
+  scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
+  Body bob = body("bob", Sphere{0.05}, 0.7, Vector3::Zero());
+  Eigen::Matrix3d inertia;
+  inertia << 0.004, 0.001, 0.0005, 0.001, 0.006, -0.0007, 0.0005, -0.0007, 0.005;
+  bob.inertial = inertial({0.0, 0.0, -0.25}, inertia);  // the frame is at the hinge
+  scene.add_body(bob);
+  scene.add_joint(joint("hinge", JointType::revolute, "post", "bob", Vector3::UnitY()));
+  const State start = pack(scene, {}, {{"hinge", {0.01, 0.0}}});
+  const double expected = 2.0 * pi * std::sqrt((0.006 + 0.7 * 0.25 * 0.25) / (0.7 * g * 0.25));
+  EXPECT_NEAR(period(scene, start, "hinge", 2400) / expected, 1.0, 1e-4);
+}
+
+// Frames of the bodies of `two_boxes_on_a_hinge` and of a cart that rides on its arm, wherever they please.
+const std::map<std::string, Pose> elsewhere{
+    {"base", {{0.2, -0.1, 0.3}, turn(0.9, Vector3(1.0, 1.0, 0.5).normalized())}},
+    {"arm", {{-0.1, 0.2, 0.15}, turn(-1.7, Vector3(0.3, 1.0, -0.5).normalized())}},
+    {"cart", {{0.3, 0.1, -0.2}, turn(2.1, Vector3(1.0, -1.0, 1.0).normalized())}}};
+
+Scene boxes_and_cart(const Vector3& gravity) {
+  Scene scene = two_boxes_on_a_hinge(gravity);
+  scene.add_body(
+      body("cart", brick({0.1, 0.06, 0.04}, turn(0.4, Vector3::UnitZ()), {0.02, 0.0, 0.0}), 0.4, Vector3::Zero()));
+  scene.add_joint(joint("rail", JointType::prismatic, "arm", "cart", Vector3(2.0, -1.0, 2.0) / 3.0, {0.0, 0.0, 0.25},
+                        {-0.03, 0.0, -0.02}));
+  return scene;
+}
+
+// The same scene in other words.
+Scene described_elsewhere(const Scene& scene) {
+  Scene same(scene.gravity(), scene.stepping());
+  const auto frame = [](const std::string& name) { return elsewhere.count(name) > 0 ? elsewhere.at(name) : Pose{}; };
+  for (const Body& made : scene.bodies()) same.add_body(described_from(frame(made.name), made));
+  for (Joint made : scene.joints()) {
+    made.in_parent = seen_from(frame(made.parent), made.in_parent);
+    made.in_child = seen_from(frame(made.child), made.in_child);
+    same.add_joint(made);
+  }
+  return same;
+}
+
+TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
+  const Scene one = boxes_and_cart(down);
+  const Scene other = described_elsewhere(one);
+  BodyState base = one.body("base").state;
+  base.velocity = {0.3, -0.2, 0.1};
+  base.angular_velocity = {0.5, -1.0, 0.8};
+  BodyState same_base = moved_to(elsewhere.at("base").position, base);
+  same_base.orientation = base.orientation * elsewhere.at("base").orientation;
+  const std::map<std::string, JointState> joints{{"hinge", {0.2, 2.0}}, {"rail", {0.1, -0.5}}};
+  const Drive push = steady("cart", {0.3, 0.2, -0.1}, {0.01, 0.0, 0.02}, 240);
+  const State end = after(one, pack(one, {{"base", base}}, joints), 240, {{push}});
+  const State found = after(other, pack(other, {{"base", same_base}}, joints), 240, {{push}});
+  EXPECT_LT((found.tail<4>() - end.tail<4>()).cwiseAbs().maxCoeff(), 1e-7);
+  for (const auto& [name, frame] : elsewhere) {
+    const BodyState expected = moved_to(frame.position, body_in(one, end, name));
+    const BodyState at = body_in(other, found, name);
+    EXPECT_LT((at.position - expected.position).norm(), 1e-7) << name;
+    EXPECT_LT((at.velocity - expected.velocity).norm(), 1e-7) << name;
+    EXPECT_LT(at.orientation.angularDistance(expected.orientation * frame.orientation), 1e-6) << name;
+  }
+  EXPECT_NEAR(World(other).energy(found), World(one).energy(end), 1e-7);
+}
+
+TEST(Articulation, SameMechanismInOtherFramesIsHeldAndCollidesTheSame) {
+  Scene plain = boxes_and_cart(down);
+  Scene held(down, exact());
+  for (const Body& made : plain.bodies()) held.add_body(made);
+  for (Joint made : plain.joints()) {
+    made.held = made.name == "hinge";
+    made.state.position = made.name == "hinge" ? 0.6 : 0.05;
+    held.add_joint(made);
+  }
+  const Scene other = described_elsewhere(held);
+  World one(held);
+  World two(other);
+  for (const char* name : {"base", "arm", "cart"}) {
+    const double expected = one.distance(pack(held), name, "object");
+    EXPECT_NEAR(two.distance(pack(other), name, "object"), expected, 1e-4) << name;  // Bullet rounds hulls to 1e-4
+  }
+  const State end = after(held, pack(held), 120);
+  const State found = after(other, pack(other), 120);
+  EXPECT_NEAR(found.tail<2>()[0], end.tail<2>()[0], 1e-7);
+  EXPECT_EQ(found.tail<4>()[0], 0.6);
+}
+
+TEST(Articulation, FreeBaseWithItsCentreElsewhereKeepsMomentumAndAngularMomentum) {
+  const Scene scene = described_elsewhere(two_boxes_on_a_hinge());
+  BodyState base = scene.body("base").state;
+  base.velocity = {0.3, -0.2, 0.1};
+  base.angular_velocity = {0.5, -1.0, 0.8};
+  const State start = pack(scene, {{"base", base}}, {{"hinge", {0.2, 2.0}}});
+  const Vector3 linear = momentum(scene, start);
+  const Vector3 angular = angular_momentum(scene, start);
+  for (const State& state : trajectory(scene, start, 480)) {
+    EXPECT_LT((momentum(scene, state) - linear).norm(), 0.005 * linear.norm());
+    EXPECT_LT((angular_momentum(scene, state) - angular).norm(), 0.01 * angular.norm());
+  }
+}
+
+TEST(Articulation, NoStepsLeaveABaseWithItsCentreElsewhereAgainAndAgain) {
+  const Scene scene = described_elsewhere(boxes_and_cart(down));
+  World world(scene);
+  BodyState base = scene.body("base").state;
+  base.angular_velocity = {0.5, -1.0, 0.8};
+  const State start = pack(scene, {{"base", base}}, {{"hinge", {1.0 / 3.0, -2.0 / 3.0}}});
+  State state = start;
+  for (int i = 0; i < 200; ++i) state = world.rollout(state, Wrench{}, 0.0).state;
+  EXPECT_LT((state - start).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_TRUE(same_bits(State(state.tail<4>()), State(start.tail<4>())));
+}
+
+TEST(Articulation, RailCarriesACartOfWhichTheCentreIsElsewhere) {
+  Scene scene(down, exact());
+  scene.add_body(fixed("post", Box{}));
+  Body cart = body("cart", Box{{0.2, 0.1, 0.1}}, 0.4, Vector3::Zero());
+  cart.inertial = Inertial{{0.3, 0.2, -0.5}, {0.01, 0.02, 0.025}, turn(0.5, Vector3::UnitX())};
+  scene.add_body(cart);
+  scene.add_joint(joint("rail", JointType::prismatic, "post", "cart", {0.6, 0.0, -0.8}, {0.1, 0.0, 0.0}));
+  const JointState end = joint_in(scene, after(scene, pack(scene), 240), "rail");
+  EXPECT_NEAR(end.velocity, 0.8 * g, 1e-9);
+  EXPECT_NEAR(end.position, 0.5 * 0.8 * g * (1.0 + step), 1e-9);
 }
 
 TEST(Articulation, FreeBaseFallsWithGravityAndTurnsNot) {

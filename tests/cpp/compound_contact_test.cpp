@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "expect.hpp"
 #include "mechanisms.hpp"
@@ -335,6 +336,76 @@ TEST(CompoundContact, BallPushesALooseBoxFromWithinAndKeepsTheMomentum) {
   EXPECT_GT(body_in(scene, end, "bowl").velocity.x(), 0.1);
   EXPECT_LT((momentum(scene, end) - Vector3(0.05, 0.0, 0.0)).norm(), 1e-12);
   EXPECT_LT((angular_momentum(scene, end) - angular_momentum(scene, pack(scene))).norm(), 1e-5);
+}
+
+// ---- links
+
+TEST(CompoundContact, LinkOfPartsPressesOnATableWithItsWeight) {
+  Scene scene(down, exact());
+  scene.add_body(table(Ground::plane));
+  scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 1.0}));
+  scene.add_body(body("foot", small_table(), 1.5, Vector3::Zero()));
+  scene.add_joint(joint("lift", JointType::prismatic, "post", "foot", Vector3::UnitZ(), {0.0, 0.0, -1.0}));
+  double weight = 0.0;
+  for (const Contact& contact : World(scene).contacts(pack(scene))) weight += contact.normal_force;
+  EXPECT_NEAR(weight, 1.5 * g, 1e-6);
+}
+
+TEST(CompoundContact, HingedPairOfPartsStandsOnEveryKindOfTable) {
+  for (const Ground ground : grounds) {
+    Scene scene;
+    scene.add_body(table(ground));
+    scene.add_body(body("base", small_table(), 1.0, Vector3::Zero()));
+    scene.add_body(body("lid", angle(), 0.5, Vector3::Zero()));
+    Joint hinge = joint("hinge", JointType::revolute, "base", "lid", Vector3::UnitY(), {0.0, 0.0, 0.13});
+    hinge.stiffness = 5.0;
+    hinge.damping = 0.5;
+    scene.add_joint(hinge);
+    const State settled = after(scene, pack(scene), 480);
+    EXPECT_NEAR(body_in(scene, settled, "base").position.z(), 0.0, 2e-4) << ground;
+    const Rest found = rest(scene, settled, "base");
+    EXPECT_LT(found.moved, 5e-4) << ground;
+    EXPECT_LT(found.speed, 0.02) << ground;
+    // The mean over many steps: a foot that chatters presses now more, now less.
+    std::vector<int> steps(240);
+    std::iota(steps.begin(), steps.end(), 481);
+    double weight = 0.0;
+    for (const Frame& frame : World(scene).simulate(pack(scene), {}, steps.back(), steps)) {
+      for (const Contact& contact : frame.contacts) {
+        if (contact.body_a == "table" || contact.body_b == "table") {
+          weight += contact.normal_force / static_cast<double>(steps.size());
+        }
+      }
+    }
+    EXPECT_NEAR(weight, 1.5 * g, 0.02 * 1.5 * g) << ground;
+  }
+}
+
+TEST(CompoundContact, FingersOfPartsSqueezeABoxWithTheForceOfTheirTargets) {
+  Scene scene(Vector3::Zero(), exact());
+  scene.add_body(fixed("palm", Box{{0.3, 0.1, 0.02}}, {0.0, 0.0, 0.3}));
+  for (const double side : {-1.0, 1.0}) {
+    const std::string name = side < 0.0 ? "left" : "right";
+    // A pad at the end of a bar, in a frame at the far end of the bar.
+    const Compound finger{
+        {{Box{{0.01, 0.02, 0.2}}, {{0.02 * side, 0.0, -0.1}}}, {Box{{0.02, 0.06, 0.06}}, {{0.0, 0.0, -0.2}}}}};
+    scene.add_body(body(name, finger, 0.2, Vector3::Zero(), Role::effector, 1.0));
+    Joint slide = joint(name, JointType::prismatic, "palm", name, {-side, 0.0, 0.0}, {0.1 * side, 0.0, -0.1});
+    slide.stiffness = 1000.0;
+    slide.damping = 60.0;
+    slide.target = 0.045;  // 5 mm into the box: 5 N
+    scene.add_joint(slide);
+  }
+  scene.add_body(body("object", Box{{0.1, 0.08, 0.08}}, 0.2, Vector3::Zero(), Role::object, 1.0));
+  const Frame end = World(scene).simulate(pack(scene), {}, 480, {480}).front();
+  double left = 0.0;
+  double right = 0.0;
+  for (const Contact& contact : end.contacts) {
+    (contact.body_a == "left" || contact.body_b == "left" ? left : right) += contact.normal_force;
+  }
+  EXPECT_NEAR(left, 5.0, 0.05);
+  EXPECT_NEAR(right, 5.0, 0.05);
+  EXPECT_LT(body_in(scene, end.state, "object").position.norm(), 1e-4);
 }
 
 // ---- which part

@@ -158,6 +158,7 @@ TEST(ProblemIo, FailedSaveLeavesTheOldFilesAndNothingElse) {
   EXPECT_THROW(save(changed, folder / "old.json", Meshes::files), FileError);
   EXPECT_EQ(load(folder / "old.json").rate, everything().rate);
   EXPECT_FALSE(std::filesystem::exists(folder / "old.json.part"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "old-body_5.obj.part"));
 }
 
 // What version 1 wrote of a problem without joints.

@@ -169,6 +169,75 @@ TEST(Scene, BodyThatIsCalledJointsIsRejectedWithTheReason) {
   EXPECT_TRUE(rejects(adding([](Body& b) { b.name = "joints"; }), {"name is 'joints'", "another name"}));
 }
 
+// ---- pairs that never collide
+
+// A ball that falls on a box on a table.
+Scene falling() {
+  Scene scene;
+  scene.add_body(fixed("table", Plane{}));
+  scene.add_body(body("box", Box{{0.2, 0.2, 0.2}}, 1.0, {0.0, 0.0, 0.1}));
+  scene.add_body(body("object", Sphere{0.05}, 0.5, {0.0, 0.0, 0.35}, Role::object));
+  return scene;
+}
+
+double height_after_a_second(const Scene& scene, const std::string& name) {
+  return unpack(scene, World(scene).rollout(pack(scene), Wrench{}, 1.0).state).bodies.at(name).position.z();
+}
+
+TEST(Scene, PairThatNeverCollidesPassesThroughEachOtherAndNothingElse) {
+  Scene scene = falling();
+  EXPECT_NEAR(height_after_a_second(scene, "object"), 0.25, 1e-3);
+  scene.disable_collisions("object", "box");
+  EXPECT_NEAR(height_after_a_second(scene, "object"), 0.05, 1e-3);
+  EXPECT_NEAR(height_after_a_second(scene, "box"), 0.1, 1e-6);
+}
+
+TEST(Scene, PairThatNeverCollidesHasNoContactsNoDepthAndStillADistance) {
+  Scene scene = falling();
+  BodyState inside;
+  inside.position = {0.0, 0.0, 0.2};
+  const State start = pack(scene, {{"object", inside}});
+  EXPECT_EQ(World(scene).deepest_contact(start).body_b, "object");
+  scene.disable_collisions("box", "object");
+  World world(scene);
+  EXPECT_EQ(world.deepest_contact(start).distance, 0.0);
+  for (const Contact& contact : world.contacts(start)) EXPECT_NE(contact.body_a + contact.body_b, "boxobject");
+  EXPECT_NEAR(world.distance(start, "object", "box"), -0.05, 1e-5);
+}
+
+TEST(Scene, LinksOfOneTreeCanBeKeptFromColliding) {
+  const auto closed = [](bool apart) {
+    Scene scene(Vector3::Zero(), exact());
+    scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 1.0}));
+    for (const char* name : {"left", "right"}) {
+      const double side = name[0] == 'l' ? -1.0 : 1.0;
+      scene.add_body(body(name, Sphere{0.05}, 0.2, Vector3::Zero()));
+      Joint slide = joint(name, JointType::prismatic, "post", name, {-side, 0.0, 0.0}, {0.1 * side, 0.0, -1.0});
+      slide.stiffness = 100.0;
+      slide.damping = 10.0;
+      slide.target = 0.1;
+      scene.add_joint(slide);
+    }
+    if (apart) scene.disable_collisions("left", "right");
+    return after(scene, pack(scene), 480)[0];
+  };
+  EXPECT_NEAR(closed(false), 0.05, 1e-3);
+  EXPECT_NEAR(closed(true), 0.1, 1e-6);
+}
+
+TEST(Scene, PairsThatNeverCollideAreKeptOnceByName) {
+  Scene scene = falling();
+  EXPECT_TRUE(scene.disabled_collisions().empty());
+  scene.disable_collisions("object", "box");
+  scene.disable_collisions("box", "object");
+  ASSERT_EQ(scene.disabled_collisions().size(), 1u);
+  EXPECT_EQ(scene.disabled_collisions().begin()->first, "box");
+  EXPECT_EQ(scene.disabled_collisions().begin()->second, "object");
+  EXPECT_TRUE(rejects([&] { scene.disable_collisions("box", "box"); }, {"body_b", "'box'", "another body"}));
+  EXPECT_TRUE(rejects([&] { scene.disable_collisions("box", "cup"); }, {"'cup'", "'table', 'box', 'object'"}));
+  EXPECT_TRUE(rejects([&] { scene.disable_collisions("cup", "box"); }, {"'cup'"}));
+}
+
 TEST(Scene, FrictionHasOneDirectionOrTwoAndWithJointsTwo) {
   const auto with = [](int directions) {
     Stepping stepping;

@@ -109,6 +109,84 @@ TEST(Spring, PullAtAPointOffTheCentreTurnsTheBody) {
   EXPECT_TRUE(end.angular_velocity.isApprox(spin, 1e-4));
 }
 
+// A block whose centre of mass is off its frame, and a post above it.
+Scene lopsided(const Spring& between, double duration = step) {
+  Stepping stepping = exact();
+  stepping.step = duration;
+  Scene scene(Vector3::Zero(), stepping);
+  scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 2.0}));
+  const Body block = body("object", Box{{0.4, 0.2, 0.1}}, 2.0, {0.3, 0.1, 0.0}, Role::object);
+  Body made = described_from({{0.3, -0.2, 0.15}, turn(0.8, Vector3::UnitX())}, block);
+  scene.add_body(made);
+  scene.add_spring(between);
+  return scene;
+}
+
+TEST(Spring, PullAndDampingOnABodyWithItsCentreElsewhereAreThoseAtTheirPoint) {
+  Spring pull = spring("object", "post", 3.0, 1.0, 2.0);
+  pull.point_a = {-0.1, 0.3, 0.2};
+  const Scene scene = lopsided(pull);
+  const Body& block = scene.body("object");
+  BodyState moving = block.state;
+  moving.velocity = {0.2, -0.1, 0.3};
+  const BodyState at = moved_to(pull.point_a, moving);
+  const BodyState center = center_of(block, moving);
+  const Vector3 span = Vector3(0.0, 0.0, 2.0) - at.position;
+  const Vector3 along = span.normalized();
+  const Vector3 force = (3.0 * (span.norm() - 1.0) - 2.0 * along.dot(at.velocity)) * along;
+  const BodyState end = body_in(scene, after(scene, pack(scene, {{"object", moving}}), 1), "object");
+  EXPECT_TRUE((center_of(block, end).velocity - center.velocity).isApprox(force / 2.0 * step, 1e-9));
+  const Vector3 spin = inertia_of(block, moving.orientation).inverse() * (at.position - center.position).cross(force);
+  EXPECT_TRUE(end.angular_velocity.isApprox(spin * step, 1e-2));  // the spin of this step turns the inertia a little
+}
+
+TEST(Spring, SwingOfABodyWithItsCentreElsewhereKeepsItsEnergyTheBetterTheShorterTheStep) {
+  Spring pull = spring("object", "post", 20.0, 1.2);
+  pull.point_a = {-0.1, 0.3, 0.2};
+  const auto drift = [&](double duration) {
+    const Scene scene = lopsided(pull, duration);
+    const World world(scene);
+    const double energy = world.energy(pack(scene));
+    double most = 0.0;
+    for (const State& state : trajectory(scene, pack(scene), static_cast<int>(std::lround(2.0 / duration)))) {
+      most = std::max(most, std::abs(world.energy(state) - energy));
+    }
+    return most / energy;
+  };
+  EXPECT_LT(drift(step), 0.1);
+  EXPECT_LT(drift(step / 8.0), 0.2 * drift(step));
+}
+
+TEST(Spring, LimitOfStiffnessIsThatOfTheBodyWhateverItsFrame) {
+  const Body rod = body("object", Box{{1.0, 0.05, 0.05}}, 2.0, Vector3::Zero(), Role::object);
+  const Pose frame{{0.4, 0.1, -0.2}, turn(0.7, Vector3::UnitY())};
+  const auto most = [](const Body& made, const Vector3& point) {
+    Scene scene(Vector3::Zero(), exact());
+    scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}, {0.0, 0.0, 3.0}));
+    scene.add_body(made);
+    double low = 1.0;
+    double high = 1e6;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      Scene tried = scene;
+      Spring stiff = spring("object", "post", middle);
+      stiff.point_a = point;
+      bool fits = true;
+      try {
+        tried.add_spring(stiff);
+      } catch (const std::invalid_argument&) {
+        fits = false;
+      }
+      (fits ? low : high) = middle;
+    }
+    return low;
+  };
+  for (const Vector3& point : {Vector3(0.5, 0.0, 0.0), Vector3(0.1, 0.3, 0.0)}) {
+    const double expected = most(rod, point);
+    EXPECT_NEAR(most(described_from(frame, rod), seen_from(frame, {point}).position), expected, 1e-6 * expected);
+  }
+}
+
 TEST(Spring, SpringOnALinkTurnsItsJointUntilItPointsToTheOtherEnd) {
   Joint damped;
   damped.damping = 0.3;

@@ -114,7 +114,147 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
   }
 }
 
+// ---- compounds, hulls and several objects
+
+// A bar of two hulls off its frame, an angle of boxes and a bowl, pushed about together on a table made of two plates.
+Scene compounds() {
+  Scene scene;
+  scene.add_body(fixed("ground", Plane{Vector3::UnitZ(), -0.1}));
+  scene.add_body(fixed("table", Compound{{{Box{{1.0, 2.0, 0.1}}, {{0.5, 0.0, -0.05}}},
+                                          {brick({1.0, 2.0, 0.1}), {{-0.5, 0.0, -0.05}}}}}));
+  const Quaternion none = Quaternion::Identity();
+  scene.add_body(body("bar",
+                      Compound{{{brick({0.1, 0.1, 0.06}, none, {0.05, 0.0, 0.03})},
+                                {brick({0.1, 0.1, 0.06}, none, {0.15, 0.0, 0.03})}}},
+                      0.3, {0.02, 0.0, 0.0}, Role::object, 0.3));
+  scene.add_body(body(
+      "angle", Compound{{{Box{{0.15, 0.05, 0.05}}, {{0.05, 0.0, 0.025}}}, {Box{{0.05, 0.05, 0.1}}, {{0.0, 0.0, 0.1}}}}},
+      0.3, {0.05, 0.1, 0.0}, Role::object, 0.3));
+  scene.add_body(body("bowl",
+                      Compound{{{Box{{0.2, 0.2, 0.01}}, {{0.0, 0.0, 0.005}}},
+                                {Box{{0.01, 0.2, 0.1}}, {{0.095, 0.0, 0.06}}},
+                                {Box{{0.01, 0.2, 0.1}}, {{-0.095, 0.0, 0.06}}},
+                                {Box{{0.18, 0.01, 0.1}}, {{0.0, 0.095, 0.06}}},
+                                {Box{{0.18, 0.01, 0.1}}, {{0.0, -0.095, 0.06}}}}},
+                      0.3, {-0.12, 0.02, 0.0}, Role::none, 0.3));
+  scene.add_body(body("ball", Sphere{0.03}, 0.1, {-0.12, 0.02, 0.041}, Role::object, 0.3));
+  return scene;
+}
+
+class CompoundPurity : public testing::Test {
+ protected:
+  CompoundPurity() : scene(compounds()), asked(questions(scene, 300, 40)), order(asked.size()), world(scene) {
+    std::iota(order.begin(), order.end(), 0u);
+    expected = answers(world, asked, order);
+  }
+
+  Scene scene;
+  std::vector<Question> asked;
+  std::vector<std::size_t> order;
+  World world;
+  std::vector<Rollout> expected;
+};
+
+TEST_F(CompoundPurity, QuestionsTouchPlatesHullsAndEachOther) {
+  int table = 0;
+  int others = 0;
+  for (const Question& question : asked) {
+    for (const Contact& contact : world.contacts(question.state)) {
+      if (contact.normal_force < 0.01) continue;
+      const bool on_table = contact.body_a == "table" || contact.body_b == "table";
+      (on_table ? table : others) += 1;
+    }
+  }
+  EXPECT_GT(table, 1000);
+  EXPECT_GT(others, 300);
+}
+
+TEST_F(CompoundPurity, RolloutsShuffledInOtherWorldsAndThreadsGiveTheSameBits) {
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  EXPECT_EQ(differing(answers(world, asked, order), expected), 0) << "shuffled";
+  World other(scene);
+  EXPECT_EQ(differing(answers(other, asked, {order.rbegin(), order.rend()}), expected), 0) << "in another world";
+  std::vector<Rollout> threaded(asked.size());
+  const std::size_t half = asked.size() / 2;
+  const auto work = [&](std::size_t first, std::size_t last) {
+    World own(scene);
+    for (std::size_t i = first; i < last; ++i) {
+      const Question& question = asked[order[i]];
+      threaded[order[i]] = own.rollout_unchecked(question.state, question.wrenches, question.steps);
+    }
+  };
+  std::thread one(work, 0, half);
+  std::thread two(work, half, asked.size());
+  one.join();
+  two.join();
+  EXPECT_EQ(differing(threaded, expected), 0) << "in two threads";
+}
+
+TEST_F(CompoundPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
+  for (std::size_t i = 0; i < asked.size(); i += 5) {
+    const Question& other = asked[(i + 7) % asked.size()];
+    world.simulate(other.state, {{steady("bowl", {0.5, 0.3, 1.0}, {0.01, 0.0, 0.0}, 20)}}, 20, {7, 20});
+    world.contacts(other.state);
+    world.distance(other.state, "bar", "angle");
+    world.distance(other.state, "bowl", "ball");
+    world.deepest_contact(other.state);
+    const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
+    EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
+    EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
+  }
+}
+
+TEST(PlanarPurity, TurningAboutAnAxisThatIsNoPrincipalOneIsForgotten) {
+  Scene scene(Vector3::Zero());
+  Body block = body("object", Box{{0.5, 0.3, 0.1}}, 2.0, Vector3::Zero(), Role::object);
+  block.linear_factor = {1.0, 1.0, 0.0};
+  block.angular_factor = Vector3::UnitZ();
+  scene.add_body(block);
+  BodyState tilted;
+  tilted.orientation = turn(0.7, Vector3::UnitX());
+  const State oblique = pack(scene, {{"object", tilted}});
+  const Disturbance wrenches{{{0.1, 0.0, 0.0}, {0.0, 0.0, 0.02}}};
+  World world(scene);
+  const State flat = world.rollout_unchecked(pack(scene), wrenches, 60).state;
+  const State leaning = world.rollout_unchecked(oblique, wrenches, 60).state;
+  EXPECT_FALSE(same_bits(flat, leaning));
+  EXPECT_TRUE(same_bits(world.rollout_unchecked(pack(scene), wrenches, 60).state, flat));
+  EXPECT_TRUE(same_bits(World(scene).rollout_unchecked(oblique, wrenches, 60).state, leaning));
+}
+
 // ---- articulated bodies
+
+// The hand with fingers of which the middle joints are followed by the last ones.
+Scene coupled_hand() {
+  const Scene plain = hand();
+  Scene scene(plain.gravity(), plain.stepping());
+  for (const Body& made : plain.bodies()) scene.add_body(made);
+  for (Joint made : plain.joints()) {
+    if (made.name == "left 3" || made.name == "right 3") {
+      const std::string knuckle = made.name.substr(0, made.name.size() - 1) + "2";
+      made.mimic = Mimic{knuckle, 0.5, -0.2 + 0.5 * 0.7};
+      made.stiffness = made.damping = 0.0;
+      made.lower = -infinity;
+      made.upper = infinity;
+      made.state = {};
+    }
+    scene.add_joint(made);
+  }
+  return scene;
+}
+
+TEST(HandPurity, RolloutsOfAHandWithFollowersShuffledGiveTheSameBits) {
+  const Scene scene = coupled_hand();
+  const std::vector<Question> asked = questions(scene, 300, 20);
+  World world(scene);
+  std::vector<std::size_t> order(asked.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const std::vector<Rollout> expected = answers(world, asked, order);
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  EXPECT_EQ(differing(answers(world, asked, order), expected), 0) << "shuffled";
+  World other(scene);
+  EXPECT_EQ(differing(answers(other, asked, {order.rbegin(), order.rend()}), expected), 0) << "in another world";
+}
 
 TEST(HandPurity, TwoThousandRolloutsShuffledInOtherWorldsAndThreadsGiveTheSameBits) {
   const Scene scene = hand();

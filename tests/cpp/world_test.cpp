@@ -341,7 +341,8 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
   const State start = pack(scene);
   State broken = start;
   broken[0] = nan;
-  EXPECT_TRUE(rejects([&] { world.rollout(broken, Wrench{}, 0.1); }, {"state", "'object'", "position", "nan", "finite"}));
+  EXPECT_TRUE(
+      rejects([&] { world.rollout(broken, Wrench{}, 0.1); }, {"state", "'object'", "position", "nan", "finite"}));
   EXPECT_TRUE(rejects([&] { world.rollout(State::Zero(3), Wrench{}, 0.1); }, {"state", "3", "26"}));
   EXPECT_TRUE(rejects([&] { world.rollout(start, force(nan), 0.1); }, {"force", "nan", "finite"}));
   EXPECT_TRUE(rejects([&] { world.rollout(start, Wrench{}, -0.1); }, {"duration", "-0.1", "at least 0"}));
@@ -362,7 +363,8 @@ TEST(World, BadArgumentsAreRejectedByNameAndValue) {
 TEST(World, DurationOfMoreStepsThanCanBeCountedIsRejected) {
   const Scene scene = free_body();
   const double counter_full_twice = 4294967296.0 * step;
-  EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), Wrench{}, counter_full_twice); }, {"duration", "1.78957e+07"}));
+  EXPECT_TRUE(
+      rejects([&] { World(scene).rollout(pack(scene), Wrench{}, counter_full_twice); }, {"duration", "1.78957e+07"}));
 }
 
 TEST(World, ThinPlatesAndCardsRestOnThePlaneWithTheirWholeThickness) {

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import energymargin as em
+from energymargin.cli import app
 from energymargin.experiments import bowl
 from energymargin.experiments.bowl_picture import figure_bowl
 
@@ -66,3 +68,19 @@ def test_the_picture_and_the_tables_show_every_search(made: tuple[bowl.Bowl, Pat
     lines = result.to_csv().splitlines()
     assert len(lines) == 1 + sum(len(run.found.history) for run in result.runs)
     assert "| bit* | 2 |" in result.to_markdown()
+
+
+def test_the_command_writes_its_files_and_says_where(tmp_path: Path) -> None:
+    command = ["reproduce", "bowl", "--samples", "100", "--seeds", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"bowl.md", "bowl.csv", "bowl.png", "bowl.obj", "problem.json"} <= names
+
+
+def test_the_command_refuses_no_samples(tmp_path: Path) -> None:
+    result = CliRunner().invoke(
+        app, ["reproduce", "bowl", "--samples", "0", "--out", str(tmp_path)]
+    )
+    assert result.exit_code == 2
+    assert "samples is 0" in result.output

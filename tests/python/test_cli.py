@@ -60,8 +60,9 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
 
 def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(folder):
     small = ["--trajectories", 6, "--frames", 4]
-    done = run("generate", "scoop", *small, cwd=folder)
+    done = run("generate", "scoop", *small, "--picture", "scoop.png", cwd=folder)
     assert done.returncode == 0, done.stderr
+    assert (folder / "scoop.png").stat().st_size > 10_000
     done = run("score", "scoop.h5", "--nodes", 5, cwd=folder)
     assert done.returncode == 0, done.stderr
     shown = run("evaluate", "scoop-scores.db", "--csv", "s.csv", cwd=folder).stdout

@@ -87,6 +87,7 @@ WHOLE = "def rollout(self, seed, frames=10): ...\n    def problem(self, state): 
         ("import nothing_of_that_name", "cannot be loaded: ModuleNotFoundError: No module named"),
         ("1 / 0", "cannot be loaded: ZeroDivisionError"),
         ("", "cannot be loaded: AttributeError: .*'Odd'"),
+        ("Odd = 'odd'", "is a str, expected a class"),
         ("class Odd:\n    name = 'odd'", "has no method 'rollout'"),
         ("class Odd:\n    name = 'odd'\n    def rollout(self): ...", "has no method 'problem'"),
         (f"class Odd:\n    name = 'even'\n    {WHOLE}", "has the name 'even', expected 'odd'"),
@@ -106,6 +107,14 @@ def test_a_broken_task_is_refused_with_its_package_and_breaks_no_other(site, cod
     entries = {entry.name: entry for entry in tasks.overview()}
     assert entries["odd"].broken and "odd-tasks" in entries["odd"].note
     assert not entries["push"].broken and entries["push"].note == ""
+
+
+def test_the_list_of_tasks_shows_a_broken_one_with_its_error_and_all_others(tmp_path):
+    (tmp_path / "site").mkdir()
+    plugin(tmp_path / "site", "odd-tasks", "odd = strange:Odd", "import nothing_of_that_name")
+    shown = " ".join(run(tmp_path, "tasks").split())
+    assert "push" in shown and "topple" in shown
+    assert "odd-tasks" in shown and "nothing_of_that_name" in shown.replace(" ", "")
 
 
 def test_a_task_that_fails_when_it_is_made_is_listed_with_what_it_says(site):

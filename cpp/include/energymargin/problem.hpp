@@ -29,7 +29,7 @@ struct ForceWeights {
 //! The optimal motion planning problem P of Section V-A, with what the scores need besides.
 struct Problem {
   Scene scene;
-  State state;                        //!< z_init
+  State state;                            //!< z_init
   Vector3 force = Vector3::Zero();        //!< largest |force| on each object along each axis [N]
   Vector3 torque = Vector3::Zero();       //!< largest |torque| about each axis [N m]
   double duration = 0.5;                  //!< longest edge [s]

@@ -66,8 +66,8 @@ struct Compound {
 
 using Shape = std::variant<Plane, Box, Sphere, Cylinder, Capsule, ConvexHull, Compound>;
 
-//! Throws std::invalid_argument unless the sizes are finite and positive, the normal is a unit vector, and the poses and
-//! mass properties of a compound can be.
+//! Throws std::invalid_argument unless the sizes are finite and positive, the normal is a unit vector, and the poses
+//! and mass properties of a compound can be.
 void validate(const Shape& shape);
 
 //! Throws std::invalid_argument unless a rigid body can have these principal moments [kg m^2].
@@ -79,8 +79,8 @@ MassProperties mass_properties(const Shape& shape, double mass);
 //! The hull with its centre of mass moved to the origin.
 ConvexHull centered(const ConvexHull& hull);
 
-//! Half of the least extent, for a hull along its principal axes, for a compound that of its most solid part [m]; inf for
-//! a plane, and without parts.
+//! Half of the least extent, for a hull along its principal axes, for a compound that of its most solid part [m]; inf
+//! for a plane, and without parts.
 double smallest_half_extent(const Shape& shape);
 
 //! Distance of the farthest point from a point in the shape's frame, or a little more [m]; inf for a plane.

@@ -30,8 +30,8 @@ struct CollisionShape {
 };
 
 //! The collision shape in a frame at the body's centre of mass, along its principal axes, as Bullet wants it. Its outer
-//! surface is the true one: the margin lies inside and only rounds the edges. `margin` unset: a twentieth of the smallest
-//! half extent of each part.
+//! surface is the true one: the margin lies inside and only rounds the edges. `margin` unset: a twentieth of the
+//! smallest half extent of each part.
 CollisionShape collision_shape(const Body& body, std::optional<double> margin);
 
 }  // namespace energymargin

@@ -31,7 +31,8 @@ struct PairPoints : btCollisionWorld::ContactResultCallback {
                            const btCollisionObjectWrapper*, int, int) override;
 };
 
-//! Bodies that a joint connects overlap where the joint is, and never collide; nor do those for which the scene says so.
+//! Bodies that a joint connects overlap where the joint is, and never collide; nor do those for which the scene says
+//! so.
 struct SeparatePairs : btOverlapFilterCallback {
   std::set<std::pair<std::size_t, std::size_t>> pairs{};  // the lower index first
 
@@ -107,8 +108,8 @@ class Simulation {
   btDbvtBroadphase broadphase_;
   btMultiBodyConstraintSolver solver_;
   btMultiBodyDynamicsWorld world_;
-  std::vector<CollisionShape> shapes_;                     // of all bodies
-  std::vector<std::unique_ptr<btRigidBody>> rigids_;       // fixed and free bodies without joints, and fixed bases
+  std::vector<CollisionShape> shapes_;                // of all bodies
+  std::vector<std::unique_ptr<btRigidBody>> rigids_;  // fixed and free bodies without joints, and fixed bases
   std::vector<std::unique_ptr<Articulation>> articulations_;
   std::vector<std::unique_ptr<MimicRow>> mimics_;
   std::vector<btCollisionObject*> colliders_;        // of all bodies

@@ -19,8 +19,8 @@ struct JointShare {
   double share;
 };
 
-//! Adds row `number` of `owner`, over one joint or over two, on one tree or on two. It has neither target nor limits yet;
-//! its m_jacDiagABInv is the inverse of the velocity that a unit impulse gives.
+//! Adds row `number` of `owner`, over one joint or over two, on one tree or on two. It has neither target nor limits
+//! yet; its m_jacDiagABInv is the inverse of the velocity that a unit impulse gives.
 btMultiBodySolverConstraint& add_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows,
                                      btMultiBodyJacobianData& data, const JointShare& a,
                                      const std::optional<JointShare>& b = std::nullopt);

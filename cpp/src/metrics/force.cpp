@@ -32,8 +32,8 @@ ForceScore force_score(const Problem& problem) {
   for (const std::size_t object : objects) {
     double least = std::numeric_limits<double>::infinity();
     for (const std::size_t effector : effectors) {
-      least = std::min(least,
-                       world.distance(problem.state, scene.bodies()[object].name, scene.bodies()[effector].name));
+      least =
+          std::min(least, world.distance(problem.state, scene.bodies()[object].name, scene.bodies()[effector].name));
     }
     score.distance += least / static_cast<double>(objects.size());
   }

@@ -21,8 +21,13 @@ std::string part(const File& file) { return file.path + ".part"; }
 void write_part(const File& file) {
   errno = 0;
   std::ofstream stream(part(file), std::ios::binary);
-  stream << file.text << std::flush;
   if (!stream) fail_to_write(file);
+  stream << file.text << std::flush;
+  if (stream) return;
+  const int error = errno;
+  std::remove(part(file).c_str());
+  errno = error;
+  fail_to_write(file);
 }
 
 void take_place(const File& file) {
@@ -45,11 +50,12 @@ std::string read_file(const std::string& what, const std::string& path) {
 }
 
 void write_files(const std::vector<File>& files) {
+  std::size_t written = 0;
   try {
-    for (const File& file : files) write_part(file);
+    for (; written < files.size(); ++written) write_part(files[written]);
     for (const File& file : files) take_place(file);
   } catch (const FileError&) {
-    for (const File& file : files) std::remove(part(file).c_str());
+    for (std::size_t i = 0; i < written; ++i) std::remove(part(files[i]).c_str());
     throw;
   }
 }

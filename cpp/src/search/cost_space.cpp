@@ -94,12 +94,14 @@ Scales::Scales(const Problem& problem, std::size_t index) {
     speed = std::max(speed, kinematics(problem.state.data(), effector).velocity.norm());
   }
   speed += start.velocity.norm();
-  const double radius = smallest_half_extent(object.shape);
   const double time = problem.duration;
   const double acceleration = problem.force.norm() / object.mass;
   const double inertia = object.spread().moments.maxCoeff();
   const double angular_acceleration = problem.torque.norm() / inertia;
-  const double gyration = std::max(std::sqrt(inertia / object.mass), radius);
+  const double spread = std::sqrt(inertia / object.mass);
+  const double extent = smallest_half_extent(object.shape);
+  const double radius = std::isfinite(extent) ? extent : spread;  // without parts it has none
+  const double gyration = std::max(spread, radius);
   position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
   velocity = std::max(speed + acceleration * time, position / time);
   angular_velocity = start.angular_velocity.norm() + velocity / gyration + angular_acceleration * time;

@@ -14,8 +14,9 @@ namespace {
 constexpr unsigned int wrench_axes = 6;  // of one object
 constexpr double single_share = 0.5;     // of the draws disturb one object alone, where there are several
 
-// Draws wrenches evenly between their bounds, and durations as T U^(1/d) with d the number of axes that act on an object:
-// even in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the least work.
+// Draws wrenches evenly between their bounds, and durations as T U^(1/d) with d the number of axes that act on an
+// object: even in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the
+// least work.
 class WrenchSampler : public ompl::control::ControlSampler {
  public:
   WrenchSampler(const WrenchSpace* space, std::uint64_t seed) : ControlSampler(space), bounds_(space->getBounds()) {
@@ -32,7 +33,8 @@ class WrenchSampler : public ompl::control::ControlSampler {
       values[i] = bound > 0.0 ? rng_.uniformReal(-bound, bound) : 0.0;
     }
     const double longest = bounds_.high.back();
-    values[objects_ * wrench_axes] = std::clamp(std::ceil(longest * std::pow(rng_.uniform01(), 1.0 / active_)), 1.0, longest);
+    values[objects_ * wrench_axes] =
+        std::clamp(std::ceil(longest * std::pow(rng_.uniform01(), 1.0 / active_)), 1.0, longest);
   }
 
  private:
@@ -88,10 +90,7 @@ ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const
 }
 
 Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes)
-    : StatePropagator(si),
-      world_(problem.scene),
-      edge_start_(problem),
-      step_(problem.scene.stepping().step) {
+    : StatePropagator(si), world_(problem.scene), edge_start_(problem), step_(problem.scene.stepping().step) {
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
     objects_.push_back(world_.layout().offset(object));
   }
@@ -119,8 +118,8 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   tree_.costs[node] = cost;
   tree_.parents[node] = parent_node;
   for (std::size_t i = 0; i < wrenches.size(); ++i) {
-    tree_.controls.row(node).segment<6>(static_cast<Eigen::Index>(6 * i))
-        << wrenches[i].force.transpose(), wrenches[i].torque.transpose();
+    tree_.controls.row(node).segment<6>(static_cast<Eigen::Index>(6 * i)) << wrenches[i].force.transpose(),
+        wrenches[i].torque.transpose();
   }
   tree_.durations[node] = steps * step_;
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin._core import ConvexHull
 from energymargin.experiments.bowl import BALL_RADIUS, PLANNERS, Bowl
@@ -12,6 +13,7 @@ try:
     from matplotlib import colormaps
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d import Axes3D
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
     from scipy.spatial import ConvexHull as Hull
 except ImportError as error:
@@ -39,7 +41,7 @@ def figure_bowl(bowl: Bowl) -> Figure:
     return figure
 
 
-def _draw_parts(ax: Axes, bowl: Bowl, *, apart: float, alpha: float) -> None:
+def _draw_parts(ax: Axes3D, bowl: Bowl, *, apart: float, alpha: float) -> None:
     count = len(bowl.shape.parts)
     colors = colormaps["cividis"](np.linspace(0.1, 1.0, count)[np.arange(count) * STRIDE % count])
     corners = [_points(part.shape) for part in bowl.shape.parts]
@@ -56,14 +58,14 @@ def _draw_parts(ax: Axes, bowl: Bowl, *, apart: float, alpha: float) -> None:
     ax.set_box_aspect((1, 1, 1))
 
 
-def _points(shape: object) -> np.ndarray:
+def _points(shape: object) -> NDArray[np.float64]:
     return np.asarray(shape.points) if isinstance(shape, ConvexHull) else shape_corners(shape)
 
 
-def _draw_way(ax: Axes, bowl: Bowl) -> None:
+def _draw_way(ax: Axes3D, bowl: Bowl) -> None:
     """The cheapest path of all searches, and the ball at its start and at the top."""
     best = min(bowl.runs, key=lambda run: run.found.energy).found
-    if best.barrier < 0:
+    if best.barrier is None:
         return
     path = best.path[:, bowl.problem.scene.slice("ball")][:, :3]
     ax.plot(*path.T, color="#D55E00", linewidth=1.5)

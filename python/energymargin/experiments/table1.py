@@ -102,7 +102,7 @@ def reproduce(
 
         def count(done: int, of: int, stage: _Stage = stage, before: float = before) -> None:
             what = f"{stage.what}, {done} of {of} states"
-            advance(what, (before + stage.work * done / of) / total)
+            advance(what, (before + stage.work * (done / of)) / total)
 
         stage.run(count)
         before += stage.work

@@ -94,10 +94,13 @@ def _entry(name: str) -> EntryPoint:
 
 def _loaded(entry: EntryPoint) -> Any:
     try:
-        return entry.load()
+        constructor = entry.load()
     except Exception as error:  # whatever a stranger's module raises when it is imported
         what = f"{type(error).__name__}: {error}"
         raise TaskError(f"{_whose(entry)} cannot be loaded: {what}") from error
+    if not callable(constructor):
+        raise TaskError(f"{_whose(entry)} is a {type(constructor).__name__}, expected a class")
+    return constructor
 
 
 def _check(entry: EntryPoint, task: Any) -> None:

@@ -39,7 +39,8 @@ FLOOR = 0.012  # m, thickness
 RAMP_PLATE = 0.004  # m, thickness of the ramp
 EDGE = -0.0005  # m, height of the ramp's front edge: just below the table's surface
 WALL_HEIGHT = 0.06  # m
-WALL = 0.008  # m, thickness
+WALL = 0.008  # m, thickness of the side walls
+BACK = 0.02  # m, thickness of the back wall
 SCOOP_MASS = 1000.0  # kg, with the arm behind it: the boxes hardly slow it down
 FREE_AXES = (1.0, 1.0, 1.0)
 NO_TURNS = (0.0, 0.0, 0.0)
@@ -176,14 +177,14 @@ def _in_scoop(box: str, ahead: float = 0.0) -> regions.Region:
 
 def scoop() -> Compound:
     """Floor, ramp, back wall and side walls."""
-    back = Box((WALL, WIDTH + 2 * WALL, WALL_HEIGHT))
+    back = Box((BACK, WIDTH + 2 * WALL, WALL_HEIGHT))
     side = Box((LENGTH, WALL, WALL_HEIGHT))
     beside = (WIDTH + WALL) / 2
     return Compound(
         [
             Part(Box((LENGTH, WIDTH, FLOOR)), position=(LENGTH / 2, 0.0, FLOOR / 2)),
             _ramp(),
-            Part(back, position=(-WALL / 2, 0.0, WALL_HEIGHT / 2)),
+            Part(back, position=(-BACK / 2, 0.0, WALL_HEIGHT / 2)),
             Part(side, position=(LENGTH / 2, beside, WALL_HEIGHT / 2)),
             Part(side, position=(LENGTH / 2, -beside, WALL_HEIGHT / 2)),
         ]

@@ -6,6 +6,7 @@ moves along x, with an unsteady hand; where there is too little friction between
 the block behind, which then slides down.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,7 +91,7 @@ class ShelfTask(ScriptedTask):
         self,
         state: NDArray[np.float64],
         params: Params | None = None,
-        contacts: list[em.Contact] | None = None,
+        contacts: Sequence[em.Contact] | None = None,
     ) -> em.Problem:
         """What is asked at each state: which disturbance shakes the block off?"""
         params = params or {"friction": 0.3}

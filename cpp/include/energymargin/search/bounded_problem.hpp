@@ -24,9 +24,9 @@ class Stopped : public std::runtime_error {
 
 class BoundedProblem {
  public:
-  //! At most `nodes` rollouts; `stop`, if given, ends the search early. The goal is the complement of `captured`, within
-  //! the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only grows
-  //! (Algorithm 2).
+  //! At most `nodes` rollouts; `stop`, if given, ends the search early. The goal is the complement of `captured`,
+  //! within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only
+  //! grows (Algorithm 2).
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
                  const std::atomic<bool>* stop);
 

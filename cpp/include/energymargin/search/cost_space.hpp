@@ -43,8 +43,8 @@ class CostSpace : public ompl::base::StateSpace {
   double bound() const { return bound_; }
   void lower_bound(double cost) { bound_ = cost; }
 
-  //! Root of the sum of squared, scaled differences of an object's coordinates, squares meaned over the objects; once the
-  //! bound is finite, of the cost too.
+  //! Root of the sum of squared, scaled differences of an object's coordinates, squares meaned over the objects; once
+  //! the bound is finite, of the cost too.
   double distance(const ompl::base::State* a, const ompl::base::State* b) const override;
 
   unsigned int getDimension() const override { return 13 * static_cast<unsigned int>(starts_.size()) + 1; }

@@ -1,0 +1,87 @@
+"""The JSON Schema of problem files, against another validator than the library's own."""
+
+import copy
+import json
+from importlib import resources
+
+import jsonschema
+import pytest
+from problem_files import at_path, full_problem, run
+
+import energymargin as em
+
+SCHEMA = jsonschema.Draft7Validator(em.Problem.schema())
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return full_problem()
+
+
+def test_the_schema_is_the_one_that_is_shipped_and_a_valid_one():
+    jsonschema.Draft7Validator.check_schema(em.Problem.schema())
+    shipped = resources.files("energymargin").joinpath("problem.schema.json").read_text()
+    assert json.loads(shipped) == em.Problem.schema()
+    assert run("--schema").stdout == shipped
+
+
+def test_the_schema_says_what_each_value_is():
+    def nodes(schema):
+        yield schema
+        for key in ("properties", "definitions"):
+            for part in schema.get(key, {}).values():
+                yield from nodes(part)
+
+    definitions = em.Problem.schema()["definitions"]
+    for node in nodes(em.Problem.schema()):
+        for name, part in node.get("properties", {}).items():
+            meant = definitions.get(part.get("$ref", "").rpartition("/")[2], {})
+            assert "const" in part or "description" in part | meant, (node["title"], name)
+
+
+@pytest.mark.parametrize("name", em.tasks.names())
+def test_the_problem_of_every_task_fits_the_schema(name):
+    task = em.tasks.make(name)
+    trajectory = task.rollout(0)
+    made = task.problem(trajectory.states[0], params=trajectory.params)
+    SCHEMA.validate(json.loads(made.to_json()))
+
+
+def test_everything_that_a_file_can_hold_fits_the_schema(problem, tmp_path):
+    SCHEMA.validate(json.loads(problem.to_json()))
+    problem.save(tmp_path / "p.json", meshes="files")
+    SCHEMA.validate(json.loads((tmp_path / "p.json").read_text()))
+
+
+def places(json_value, at=(), kind=""):
+    """(path, kind) of each value; two of a kind have the same keys on the way to them."""
+    yield at, kind
+    if isinstance(json_value, dict):
+        for key, value in json_value.items():
+            yield from places(value, (*at, key), f"{kind}:{json_value.get('type')}/{key}")
+    if isinstance(json_value, list):
+        for index, value in enumerate(json_value):
+            yield from places(value, (*at, index), f"{kind}[]")
+
+
+def spoiled(given):
+    """The file, with one value of each kind replaced by one of another type, or a key added."""
+    one_of_a_kind = {kind: path for path, kind in places(given)}
+    for path in one_of_a_kind.values():
+        own = at_path(given, path)
+        if isinstance(own, dict):
+            changed = copy.deepcopy(given)
+            at_path(changed, path)["colour"] = "red"
+            yield path, changed
+        if path:
+            changed = copy.deepcopy(given)
+            at_path(changed, path[:-1])[path[-1]] = 7 if isinstance(own, dict | list) else {}
+            yield path, changed
+
+
+def test_the_reader_refuses_what_the_schema_refuses_and_has_the_better_words(problem):
+    for path, changed in spoiled(json.loads(problem.to_json())):
+        assert not SCHEMA.is_valid(changed), path
+        with pytest.raises(ValueError, match=r"expected") as refused:
+            em.Problem.from_json(json.dumps(changed))
+        assert "does not fit the schema" not in str(refused.value), path
