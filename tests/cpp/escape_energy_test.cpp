@@ -376,6 +376,15 @@ TEST(EscapeEnergyOptions, CaptureSetWithoutAnOutsideIsRejectedByTheNameOfReach) 
   EXPECT_TRUE(rejects([&] { escape_energy(problem); }, {"reach", "not given"}));
 }
 
+TEST(EscapeEnergyOptions, ObjectThatCollidesWithNothingIsRejected) {
+  Scene scene;
+  Body ghost = body("object", Compound{}, 1.0, Vector3::Zero(), Role::object);
+  ghost.inertial = Inertial{Vector3::Zero(), {0.1, 0.1, 0.1}, Quaternion::Identity()};
+  scene.add_body(ghost);
+  const Problem problem = escape_from(scene, regions::Ball{"object", Vector3::Zero(), 1.0});
+  EXPECT_TRUE(rejects([&] { escape_energy(problem); }, {"object", "'object'", "no parts"}));
+}
+
 TEST(EscapeEnergyOptions, OneOfSeveralObjectsHasToBeNamed) {
   Problem problem = ball_in_pen();
   problem.scene.add_body(body("second", Sphere{0.01}, 0.2, {-0.05, 0.0, 0.01}, Role::object));

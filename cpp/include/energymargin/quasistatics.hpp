@@ -61,8 +61,8 @@ class Quasistatics {
   //! Poses along the way, the first one left out, `spacing` apart or closer.
   void append_way(const Pose& from, const Pose& to, Path& way) const;
 
-  //! Highest energy on the way [J], and where: the share of the way. Of a spring, one that lasts for more than a tenth
-  //! of the radius.
+  //! Highest energy on the way [J], and where: the share of the way. With springs, what is high for less than a tenth
+  //! of the radius may be missed.
   struct Peak {
     double energy = 0.0;
     double at = 0.0;

@@ -51,6 +51,10 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   if (options.reach) require_positive("reach", *options.reach);
   validate(problem);
   const std::size_t object = escaping(problem.scene, options.object);
+  const Body& body = problem.scene.bodies()[object];
+  if (!std::isfinite(smallest_half_extent(body.shape))) {
+    reject("object", "'" + body.name + "', which has no parts", "one that can collide with something");
+  }
   search::QuasistaticProblem quasistatic(problem, object, {options.samples, options.seed, options.reach, options.stop});
   if (options.planner == "bit*") {
     search::bit_star(quasistatic);

@@ -9,10 +9,10 @@ namespace {
 
 constexpr int most_tries = 200;
 // Shares of the draws.
-constexpr double upright_share = 0.5;  // whose orientation is near that of the start
 constexpr double local_share = 0.2;    // that set out from a known pose
-constexpr double larger_share = 0.1;   // from a box twice as large
 constexpr double start_share = 0.5;    // of these, from the start
+constexpr double larger_share = 0.1;   // of the others, from a box twice as large; of these, from one four times, ...
+constexpr double upright_share = 0.5;  // whose orientation is nearer that of the start
 constexpr double pi = 3.14159265358979323846;
 
 }  // namespace

@@ -31,7 +31,7 @@ constexpr int most_boxes = 20;
 constexpr double more_by_chance = 1.5;
 constexpr double least_share = 1.0 / poses_in_box;
 constexpr int first_trials = 800;  // to relax a new way
-constexpr int first_polish = 64;   // samples at which the best way is relaxed again
+constexpr int first_polish = 64;   // samples from which on the best way is relaxed again
 constexpr int most_polish = 4096;  // trials of that
 constexpr std::size_t captured_per_goal = 10;
 constexpr std::size_t most_goals_asked = 32;  // BIT* goes through all of them for every edge
@@ -206,7 +206,7 @@ void QuasistaticProblem::Pool::restart(const Quasistatics& statics, double bound
 }
 
 ob::ProblemDefinitionPtr QuasistaticProblem::ask() {
-  ++samples_;  // so that questions end, however little each is better than the one before
+  count_sample();  // so that questions end, however little each is better than the one before
   captured_.restart(statics_, bound());
   outside_.restart(statics_, bound());
   Pose goal;
@@ -225,8 +225,7 @@ bool QuasistaticProblem::draw(PoseSampler::Side side, Pose& pose) {
   Pool& known = pool(side);
   if (known.next == known.poses.size()) {
     if (spent()) return false;
-    ++samples_;
-    polish();
+    count_sample();
     const std::optional<Pose> drawn = sampler_.draw(bound(), side, known.poses);
     if (!drawn) return false;
     known.poses.push_back(*drawn);
@@ -235,8 +234,9 @@ bool QuasistaticProblem::draw(PoseSampler::Side side, Pose& pose) {
   return true;
 }
 
-// At powers of two, whatever the budget: so more samples never make it worse.
-void QuasistaticProblem::polish() {
+// At powers of two the best way is relaxed again, whatever the budget: so more samples never make it worse.
+void QuasistaticProblem::count_sample() {
+  ++samples_;
   if (path_.empty() || samples_ < first_polish || (samples_ & (samples_ - 1)) != 0) return;
   keep(relax(path_, statics_, sampler_, std::min(2 * samples_, most_polish), budget_.stop));
 }

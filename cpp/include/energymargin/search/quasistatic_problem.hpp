@@ -79,7 +79,7 @@ class QuasistaticProblem {
   };
 
   void find_reach();
-  void polish();
+  void count_sample();
   void keep(Path path);
   Pool& pool(PoseSampler::Side side) { return side == PoseSampler::Side::captured ? captured_ : outside_; }
 
