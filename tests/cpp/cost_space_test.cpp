@@ -32,6 +32,23 @@ TEST(CostSpace, ScalesAreTheReachOfABodyAtRestUnderItsLargestForce) {
   EXPECT_NEAR(scales.velocity, 2.5 * 0.4, 1e-12);
 }
 
+TEST(CostSpace, ScalesOfABodyWithoutPartsAreFinite) {
+  Problem problem = drift();
+  Scene scene(Vector3::Zero());
+  Body ghost = body("object", Compound{}, 2.0, Vector3::Zero(), Role::object);
+  ghost.inertial = Inertial{Vector3::Zero(), {0.02, 0.02, 0.02}};
+  scene.add_body(ghost);
+  problem.scene = scene;
+  problem.state = pack(scene);
+  problem.force = {3.0, 4.0, 0.0};
+  problem.torque.setZero();
+  problem.duration = 0.4;
+  const Scales scales(problem, 0);
+  EXPECT_NEAR(scales.position, 0.5 * 2.5 * 0.16, 1e-12);
+  EXPECT_NEAR(scales.velocity, 2.5 * 0.4, 1e-12);
+  EXPECT_NEAR(scales.orientation, scales.position / 0.1, 1e-12);  // over its radius of gyration
+}
+
 TEST(CostSpace, DistanceIsInUnitsOfTheScales) {
   const CostSpace space(drift(), 0);
   const StateType origin;

@@ -135,6 +135,29 @@ TEST(Mimic, FollowerInTheSimulationIsWhereTheStateSaysThroughoutADrive) {
   }
 }
 
+TEST(Mimic, FollowerThatAPoorSolverLeavesBehindCatchesUp) {
+  const Scene plain = pushing(false);
+  Stepping poor;
+  poor.iterations = 1;
+  Scene scene(Vector3::Zero(), poor);
+  for (const Body& made : plain.bodies()) scene.add_body(made);
+  for (const Joint& made : plain.joints()) scene.add_joint(made);
+  scene.add_spring({"object", "post", Vector3::Zero(), {0.17, 0.0, 1.0}, 20.0, 0.0, 2.0});  // keeps the ball in touch
+  const std::vector<Frame> frames = World(scene).simulate(pack(scene), {}, 960, each_step(960));
+  double away = 0.0;
+  int touching = 0;
+  for (std::size_t i = 481; i < frames.size(); ++i) {
+    for (const Contact& contact : frames[i].contacts) {
+      const State& before = frames[i - 1].state;
+      const double front = body_in(scene, before, "object").position.x() - 0.02 - contact.distance;
+      away = std::max(away, std::abs(front - body_in(scene, before, "second").position.x() - 0.05));
+      ++touching;
+    }
+  }
+  EXPECT_GT(touching, 400);
+  EXPECT_LT(away, 1e-4);
+}
+
 TEST(Mimic, FollowerOfAHeldJointIsRigidWhereItIs) {
   Joint held;
   held.held = true;
