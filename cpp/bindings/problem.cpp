@@ -10,13 +10,13 @@ namespace {
 
 constexpr const char* problem_doc = R"(One question: how robust is this state against these disturbances?
 
-scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of the
-object along and about each axis, or of each object. duration [s]: the longest edge of the search. captured: the capture set
-Z_cap; succeeded: the success set Z_suc. Where there are several objects, a dict of regions, one by object, asks twice: are
-all of them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an escape may go, Z_b. effector: 'coast', it is not
-actuated, or 'drive', each edge of the search starts with the velocity that it has in the start state.
-rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the state, for the force score. Raises ValueError on bad values and on
-a state in deep penetration.)";
+scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of each
+object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
+succeeded: the success set Z_suc. Where there are several objects, a dict of regions, one by object, asks twice: are all of
+them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
+escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
+it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
+state, for the force score. Raises ValueError on bad values and on a state in deep penetration.)";
 
 constexpr const char* force_weights_doc = R"(Weights of the force score, Section V-B.
 
