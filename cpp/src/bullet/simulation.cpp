@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "../check.hpp"
+#include "box_contacts.hpp"
 #include "energymargin/kinematics.hpp"
 #include "plane_contacts.hpp"
 #include "shapes.hpp"
@@ -105,6 +106,7 @@ Simulation::~Simulation() {
 
 void Simulation::configure() {
   use_plane_contacts(dispatcher_);
+  use_box_contacts(dispatcher_);
   if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) face_points_ = points_of_a_face;
   configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
