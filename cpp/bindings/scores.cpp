@@ -57,9 +57,17 @@ Captured captured_objects(const std::string& name) {
   throw std::invalid_argument("captured is '" + name + "', expected 'all' or 'any'");
 }
 
+Sampling sampling_of(const std::string& name) {
+  if (name == "uniform") return Sampling::uniform;
+  if (name == "mixed") return Sampling::mixed;
+  throw std::invalid_argument("sampling is '" + name + "', expected 'mixed' or 'uniform'");
+}
+
 Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
-              const WholeNumber& seed_given, const std::string& captured) {
+              const WholeNumber& seed_given, const std::string& captured, const std::string& sampling, bool shorten) {
   EffortOptions options;
+  options.sampling = sampling_of(sampling);
+  options.shorten = shorten;
   options.planner = planner;
   options.captured = captured_objects(captured);
   options.nodes = count("nodes", nodes);
@@ -207,9 +215,14 @@ void bind_scores(py::module_& module) {
              "nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.");
   module.def(
       "escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
-      py::arg("seed") = 0, py::arg("captured") = "all",
+      py::arg("seed") = 0, py::arg("captured") = "all", py::arg("sampling") = "mixed", py::arg("shorten") = true,
       "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
-      "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.");
+      "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has. sampling: "
+      "how "
+      "wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds, along "
+      "one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making "
+      "it cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. "
+      "Metrics of em.score search as published: sampling='uniform', shorten=False.");
   module.def(
       "escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
       py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(),

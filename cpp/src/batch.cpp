@@ -91,8 +91,9 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
       add_capture(problem, options, seed, stop, row);
     }
     if (const EffortMetric* effort = effort_metric(metric)) {
-      row.scores[metric] =
-          escape_effort(problem, {effort->planner, options.nodes, seed, stop, effort->captured}).effort;
+      // The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
+      const EffortOptions published = as_published({effort->planner, options.nodes, seed, stop, effort->captured});
+      row.scores[metric] = escape_effort(problem, published).effort;
     }
     if (metric == force_metric) row.scores[metric] = force_score(problem).force;
   }

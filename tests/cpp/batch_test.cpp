@@ -65,8 +65,8 @@ TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   EXPECT_EQ(row.error, "");
   EXPECT_TRUE(same_bits(row.scores.at("capture"), captured.capture));
   EXPECT_TRUE(same_bits(row.scores.at("success"), *captured.success));
-  EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, {"est", 30, seed}).effort));
-  EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, {"rrt", 30, seed}).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, as_published({"est", 30, seed})).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, as_published({"rrt", 30, seed})).effort));
   EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
 }
 

@@ -19,11 +19,10 @@ TEST(BoundedProblem, StateIsValidBelowTheBoundAndWithinTheBounds) {
   BoundedProblem bounded(problem, &problem.captured, 1, 0, nullptr);
   CostSpace::StateType root;
   root.node = 0;
-  root.cost = 2.0;
   EXPECT_TRUE(bounded.space_information()->isValid(&root));
-  bounded.lower_bound(2.0);
+  bounded.lower_bound(0.0);
   EXPECT_FALSE(bounded.space_information()->isValid(&root));
-  root.cost = 1.9;
+  bounded.lower_bound(1e-9);
   EXPECT_TRUE(bounded.space_information()->isValid(&root));
   problem.within = regions::Disc{"object", {100.0, 0.0}, 10.0};
   EXPECT_FALSE(BoundedProblem(problem, &problem.captured, 1, 0, nullptr).space_information()->isValid(&root));

@@ -73,55 +73,5 @@ TEST(Propagator, FromAndToMayBeTheSameState) {
   EXPECT_EQ(one.root.objects.front().position, next.objects.front().position);
 }
 
-TEST(Propagator, WrenchesAreDrawnWithinTheBoundsAndZeroOnAxesWithoutOne) {
-  Problem problem = drift();
-  problem.force = {2.0, 0.0, 0.5};
-  Kit kit(problem);
-  Vector3 largest = Vector3::Zero();
-  for (int i = 0; i < 1000; ++i) {
-    kit.sampler->sample(kit.control);
-    const Wrench wrench = kit.controls->wrenches(kit.control).front();
-    EXPECT_EQ(wrench.force.y(), 0.0);
-    EXPECT_EQ(wrench.torque.head<2>(), Vector2::Zero());
-    largest = largest.cwiseMax(wrench.force.cwiseAbs());
-    EXPECT_LE(std::abs(wrench.torque.z()), 0.1);
-    EXPECT_GE(kit.controls->steps(kit.control), 1);
-    EXPECT_LE(kit.controls->steps(kit.control), 120);
-  }
-  EXPECT_LE(largest.x(), 2.0);
-  EXPECT_GT(largest.x(), 1.9);
-  EXPECT_LE(largest.z(), 0.5);
-  EXPECT_GT(largest.z(), 0.45);
-}
-
-TEST(Propagator, DurationsAreShorterThanHalfWithProbabilityTwoToTheMinusAxes) {
-  const auto share_below_half = [](const Vector3& force) {
-    Problem problem = drift();  // longest edge: 120 steps
-    problem.force = force;
-    problem.torque.setZero();
-    Kit kit(problem, 11);
-    int below = 0;
-    for (int i = 0; i < 20000; ++i) {
-      kit.sampler->sample(kit.control);
-      below += kit.controls->steps(kit.control) <= 60 ? 1 : 0;
-    }
-    return below / 20000.0;
-  };
-  // Within four standard deviations.
-  EXPECT_NEAR(share_below_half({1.0, 0.0, 0.0}), 0.5, 0.015);
-  EXPECT_NEAR(share_below_half({1.0, 1.0, 0.0}), 0.25, 0.013);
-  EXPECT_NEAR(share_below_half({1.0, 1.0, 1.0}), 0.125, 0.01);
-}
-
-TEST(Propagator, SameSeedGivesTheSameControlsAndAnotherSeedOthers) {
-  const auto first = [](std::uint64_t seed) {
-    Kit kit(push(), seed);
-    kit.sampler->sample(kit.control);
-    return kit.controls->wrenches(kit.control).front().force;
-  };
-  EXPECT_EQ(first(5), first(5));
-  EXPECT_NE(first(5), first(6));
-}
-
 }  // namespace
 }  // namespace energymargin::search

@@ -9,6 +9,19 @@
 #include "energymargin/search/rrt.hpp"
 
 namespace energymargin {
+namespace {
+
+// Streams of the call's seed; BoundedProblem has 1 and 2.
+constexpr std::uint64_t planner_stream = 0;
+constexpr std::uint64_t shortening_stream = 3;
+
+}  // namespace
+
+EffortOptions as_published(EffortOptions options) {
+  options.sampling = Sampling::uniform;
+  options.shorten = false;
+  return options;
+}
 
 Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   if (options.planner != "est" && options.planner != "rrt") {
@@ -17,14 +30,16 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.stop);
-  const std::uint64_t planner_seed = stream(options.seed, 0);
+                                 options.stop, options.sampling);
+  search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
+  search::Shortening* const polish = options.shorten ? &shortening : nullptr;
+  const std::uint64_t planner_seed = stream(options.seed, planner_stream);
   if (options.planner == "est") {
     search::Est est(bounded, planner_seed);
-    return search::ao(bounded, est);
+    return search::ao(bounded, est, polish);
   }
   search::Rrt rrt(bounded, planner_seed);
-  return search::ao(bounded, rrt);
+  return search::ao(bounded, rrt, polish);
 }
 
 }  // namespace energymargin

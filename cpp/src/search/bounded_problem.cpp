@@ -6,7 +6,6 @@
 #include <ompl/util/Console.h>
 
 #include "../check.hpp"
-#include "energymargin/membership.hpp"
 #include "energymargin/random.hpp"
 
 namespace energymargin::search {
@@ -16,43 +15,27 @@ namespace {
 constexpr std::uint64_t sampler_stream = 1;
 constexpr std::uint64_t control_stream = 2;
 
-// Below the bound, and within Z_b.
-class BelowBound : public ompl::base::StateValidityChecker {
- public:
-  BelowBound(const ompl::base::SpaceInformationPtr& si, const CostSpace& space, const Propagator& propagator,
-             std::optional<Membership> within)
-      : StateValidityChecker(si), space_(space), propagator_(propagator), within_(std::move(within)) {}
+int node_of(const ompl::base::State* state) { return state->as<CostSpace::StateType>()->node; }
 
-  bool isValid(const ompl::base::State* state) const override {
-    const auto* node = state->as<CostSpace::StateType>();
-    return node->cost < space_.bound() && (!within_ || (*within_)(State(propagator_.state(node->node))));
-  }
+// Below the bound, and within Z_b.
+class Allowed : public ompl::base::StateValidityChecker {
+ public:
+  Allowed(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem)
+      : StateValidityChecker(si), problem_(problem) {}
+  bool isValid(const ompl::base::State* state) const override { return problem_.allowed(node_of(state)); }
 
  private:
-  const CostSpace& space_;
-  const Propagator& propagator_;
-  std::optional<Membership> within_;
+  const BoundedProblem& problem_;
 };
 
 // The complement of the capture set.
 class Outside : public ompl::base::Goal {
  public:
-  Outside(const ompl::base::SpaceInformationPtr& si, const Propagator& propagator, Membership captured)
-      : Goal(si), propagator_(propagator), captured_(std::move(captured)) {}
-
-  bool isSatisfied(const ompl::base::State* state) const override {
-    return !captured_(State(propagator_.state(state->as<CostSpace::StateType>()->node)));
-  }
+  Outside(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem) : Goal(si), problem_(problem) {}
+  bool isSatisfied(const ompl::base::State* state) const override { return problem_.escaped(node_of(state)); }
 
  private:
-  const Propagator& propagator_;
-  Membership captured_;
-};
-
-class OutOfReach : public ompl::base::Goal {
- public:
-  using Goal::Goal;
-  bool isSatisfied(const ompl::base::State*) const override { return false; }
+  const BoundedProblem& problem_;
 };
 
 // EST asks for a target before it extends; a random control needs none.
@@ -66,12 +49,12 @@ class NoTarget : public ompl::base::ValidStateSampler {
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                               const std::atomic<bool>* stop)
+                               const std::atomic<bool>* stop, Sampling sampling)
     : most_nodes_(nodes), stop_(stop) {
   require_at_least("nodes", nodes, 1);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, sampler_stream));
-  const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream));
+  const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream), sampling);
   si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
   propagator_ = std::make_shared<Propagator>(si_, problem, nodes);
   si_->setStatePropagator(propagator_);
@@ -80,26 +63,28 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   si_->setMinMaxControlDuration(1, 1);
   si_->setValidStateSamplerAllocator(
       [](const ompl::base::SpaceInformation* si) { return std::make_shared<NoTarget>(si); });
-  std::optional<Membership> within;
-  if (captured && problem.within) within.emplace(*problem.within, problem.scene);
-  si_->setStateValidityChecker(std::make_shared<BelowBound>(si_, *space_, *propagator_, std::move(within)));
+  if (captured) captured_.emplace(*captured, problem.scene);
+  if (captured && problem.within) within_.emplace(*problem.within, problem.scene);
+  si_->setStateValidityChecker(std::make_shared<Allowed>(si_, *this));
   si_->setup();
 
   definition_ = std::make_shared<ompl::base::ProblemDefinition>(si_);
-  if (captured) {
-    definition_->setGoal(std::make_shared<Outside>(si_, *propagator_, Membership(*captured, problem.scene)));
-  } else {
-    definition_->setGoal(std::make_shared<OutOfReach>(si_));
-  }
+  definition_->setGoal(std::make_shared<Outside>(si_, *this));
   CostSpace::StateType root;
   root.objects = space_->starts();
   root.node = 0;
   definition_->addStartState(&root);
 }
 
-ompl::base::PlannerTerminationCondition BoundedProblem::termination() const {
-  return ompl::base::PlannerTerminationCondition([this] { return spent(); });
+ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) const {
+  return ompl::base::PlannerTerminationCondition([this, nodes] { return this->nodes() >= nodes || spent(); });
 }
+
+bool BoundedProblem::allowed(int node) const {
+  return cost(node) < bound() && (!within_ || (*within_)(State(propagator_->state(node))));
+}
+
+bool BoundedProblem::escaped(int node) const { return captured_ && !(*captured_)(State(propagator_->state(node))); }
 
 bool BoundedProblem::spent() const { return nodes() >= most_nodes_ || (stop_ != nullptr && stop_->load()); }
 

@@ -994,9 +994,9 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all') -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', sampling: str = 'mixed', shorten: bool = True) -> EscapeEffort:
     """
-    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has. sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. Metrics of em.score search as published: sampling='uniform', shorten=False.
     """
 def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None) -> EscapeEnergy:
     """

@@ -7,6 +7,7 @@
 
 #include "energymargin/problem.hpp"
 #include "energymargin/search/escape.hpp"
+#include "energymargin/search/sampling.hpp"
 
 namespace energymargin {
 
@@ -16,7 +17,12 @@ struct EffortOptions {
   std::uint64_t seed = 0;
   const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
   Captured captured = Captured::all;        //!< of several objects, which have to leave
+  Sampling sampling = Sampling::mixed;      //!< how controls are drawn
+  bool shorten = true;                      //!< spend half of the nodes on making the best escape cheaper
 };
+
+//! The same search as it was published: controls drawn evenly, nothing shortened.
+EffortOptions as_published(EffortOptions options);
 
 //! Least effort found that leads out of the capture set; inf if none was. Throws std::invalid_argument on bad input.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});

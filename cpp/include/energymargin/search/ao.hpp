@@ -5,11 +5,14 @@
 
 #include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/escape.hpp"
+#include "energymargin/search/shortening.hpp"
 
 namespace energymargin::search {
 
 //! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between
-//! iterations, and prunes it if it is Prunable. Throws Stopped if the search was ended from outside.
-Escape ao(BoundedProblem& problem, ompl::base::Planner& planner);
+//! iterations, and prunes it if it is Prunable. With `shortening`, the planner and it take turns once there is an
+//! escape; the planner's share of the nodes does not shrink, so AO-x stays asymptotically optimal. Throws Stopped if
+//! the search was ended from outside.
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening = nullptr);
 
 }  // namespace energymargin::search

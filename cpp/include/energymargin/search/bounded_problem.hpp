@@ -7,9 +7,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
+#include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/cost_space.hpp"
 #include "energymargin/search/propagator.hpp"
@@ -28,20 +31,31 @@ class BoundedProblem {
   //! within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only
   //! grows (Algorithm 2).
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                 const std::atomic<bool>* stop);
+                 const std::atomic<bool>* stop, Sampling sampling = Sampling::uniform);
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }
   const CostSpace& space() const { return *space_; }
 
-  //! True once the nodes are spent or the search was stopped.
-  ompl::base::PlannerTerminationCondition termination() const;
+  //! True once there are `nodes`, or all are spent, or the search was stopped.
+  ompl::base::PlannerTerminationCondition termination(int nodes = std::numeric_limits<int>::max()) const;
   bool spent() const;
 
   double bound() const { return space_->bound(); }
   void lower_bound(double cost) { space_->lower_bound(cost); }
 
   int nodes() const { return propagator_->nodes(); }
+
+  //! The node that an edge from `node` leads to; it counts as one of the nodes.
+  int extend(int node, const Edge& edge) { return propagator_->extend(node, edge); }
+
+  //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set.
+  bool allowed(int node) const;
+  bool escaped(int node) const;
+
+  double cost(int node) const { return propagator_->cost(node); }
+  Edge edge(int node) const { return propagator_->edge(node); }
+  std::vector<int> path_to(int node) const { return propagator_->path_to(node); }
 
   //! Throws Stopped if the search was ended from outside.
   Tree take_tree();
@@ -52,6 +66,8 @@ class BoundedProblem {
   std::shared_ptr<CostSpace> space_;
   ompl::control::SpaceInformationPtr si_;
   std::shared_ptr<Propagator> propagator_;
+  std::optional<Membership> captured_;
+  std::optional<Membership> within_;
   ompl::base::ProblemDefinitionPtr definition_;
 };
 

@@ -1,35 +1,17 @@
 #pragma once
 // World as an OMPL state propagator: every rollout becomes a node of the tree.
 
-#include <ompl/control/ControlSampler.h>
 #include <ompl/control/StatePropagator.h>
-#include <ompl/control/spaces/RealVectorControlSpace.h>
 
-#include <cstdint>
 #include <vector>
 
 #include "energymargin/problem.hpp"
+#include "energymargin/search/cost_space.hpp"
 #include "energymargin/search/tree.hpp"
+#include "energymargin/search/wrench_space.hpp"
 #include "energymargin/world.hpp"
 
 namespace energymargin::search {
-
-//! A control is a wrench on each object (6 numbers each) and the number of steps that they last.
-class WrenchSpace : public ompl::control::RealVectorControlSpace {
- public:
-  WrenchSpace(const ompl::base::StateSpacePtr& states, const Problem& problem, std::uint64_t seed);
-
-  Disturbance wrenches(const ompl::control::Control* control) const;
-  int steps(const ompl::control::Control* control) const;
-
-  unsigned int objects() const { return objects_; }
-
-  ompl::control::ControlSamplerPtr allocDefaultControlSampler() const override;
-
- private:
-  unsigned int objects_;
-  std::uint64_t seed_;
-};
 
 //! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout.
 class Propagator : public ompl::control::StatePropagator {
@@ -42,11 +24,22 @@ class Propagator : public ompl::control::StatePropagator {
                  ompl::base::State* to) const override;
   bool canPropagateBackward() const override { return false; }
 
+  //! The node that an edge from `node` leads to.
+  int extend(int node, const Edge& edge) const;
+
+  //! A node as planners see it.
+  void describe(int node, CostSpace::Values& values) const;
+
+  //! The edge that led to a node.
+  Edge edge(int node) const;
+
   //! Rollouts made so far.
   int nodes() const { return nodes_; }
 
   //! State of a node.
   auto state(int node) const { return tree_.states.row(node); }
+  double cost(int node) const { return tree_.costs[node]; }
+  std::vector<int> path_to(int node) const { return tree_.path_to(node); }
 
   //! The tree of all rollouts; leaves the propagator empty.
   Tree take_tree();

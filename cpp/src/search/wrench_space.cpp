@@ -1,0 +1,137 @@
+#include "energymargin/search/wrench_space.hpp"
+
+#include <ompl/control/ControlSampler.h>
+#include <ompl/util/RandomNumbers.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace energymargin::search {
+namespace {
+
+constexpr int wrench_axes = 6;        // of one object
+constexpr double single_share = 0.5;  // of the draws disturb one object alone, where there are several
+
+// Shares of the mixed draws; the rest is drawn evenly, which keeps AO-x asymptotically optimal.
+constexpr double repeated_share = 0.15;  // the wrench of the edge before
+constexpr double coasting_share = 0.15;  // no wrench: what moves costs nothing
+constexpr double ends_share = 0.15;      // each axis at a bound or at zero: least-effort pushes are often bang-bang
+constexpr double axis_share = 0.15;      // one axis alone
+
+// Draws wrenches between their bounds, and durations as T U^(1/d) with d the number of axes that act on an object: even
+// in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the least work.
+class WrenchSampler : public ompl::control::ControlSampler {
+ public:
+  WrenchSampler(const WrenchSpace* space, std::uint64_t seed)
+      : ControlSampler(space),
+        bounds_(space->getBounds()),
+        axes_(space->objects() * wrench_axes),
+        mixed_(space->sampling() == Sampling::mixed) {
+    rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
+    for (unsigned int axis = 0; axis < wrench_axes; ++axis) active_ += bounds_.high[axis] > 0.0 ? 1 : 0;
+  }
+
+  void sample(ompl::control::Control* control) override {
+    double* values = control->as<WrenchSpace::ControlType>()->values;
+    draw_evenly(values);
+    if (mixed_) mix(values, rng_.uniform01());
+    values[axes_] = drawn_steps();
+  }
+
+  void sampleNext(ompl::control::Control* control, const ompl::control::Control* previous) override {
+    if (!mixed_ || rng_.uniform01() >= repeated_share) return sample(control);
+    double* values = control->as<WrenchSpace::ControlType>()->values;
+    std::copy_n(previous->as<WrenchSpace::ControlType>()->values, axes_, values);
+    values[axes_] = drawn_steps();
+  }
+
+ private:
+  void draw_evenly(double* values) {
+    const unsigned int only = drawn_object();
+    for (unsigned int i = 0; i < axes_; ++i) {
+      const double bound = only == objects() || only == i / wrench_axes ? bounds_.high[i] : 0.0;
+      values[i] = bound > 0.0 ? rng_.uniformReal(-bound, bound) : 0.0;
+    }
+  }
+
+  void mix(double* values, double share) {
+    if ((share -= coasting_share) < 0.0) {
+      std::fill_n(values, axes_, 0.0);
+    } else if ((share -= ends_share) < 0.0) {
+      for (unsigned int i = 0; i < axes_; ++i) {
+        if (values[i] != 0.0) values[i] = rng_.uniformInt(-1, 1) * bounds_.high[i];
+      }
+    } else if ((share -= axis_share) < 0.0) {
+      const unsigned int kept = drawn_axis(values);
+      for (unsigned int i = 0; i < axes_; ++i) values[i] = i == kept ? values[i] : 0.0;
+    }
+  }
+
+  double drawn_steps() {
+    const double longest = bounds_.high.back();
+    return std::clamp(std::ceil(longest * std::pow(rng_.uniform01(), 1.0 / active_)), 1.0, longest);
+  }
+
+  // The one that is disturbed alone, or the number of objects for all.
+  unsigned int drawn_object() {
+    if (objects() == 1 || rng_.uniform01() >= single_share) return objects();
+    return static_cast<unsigned int>(rng_.uniformInt(0, static_cast<int>(objects()) - 1));
+  }
+
+  // One of the axes that act; if none does, any.
+  unsigned int drawn_axis(const double* values) {
+    const auto acting = std::count_if(values, values + axes_, [](double value) { return value != 0.0; });
+    auto left = rng_.uniformInt(0, std::max(static_cast<int>(acting) - 1, 0));
+    unsigned int axis = 0;
+    while (axis + 1 < axes_ && (values[axis] == 0.0 || left-- > 0)) ++axis;
+    return axis;
+  }
+
+  unsigned int objects() const { return axes_ / wrench_axes; }
+
+  const ompl::base::RealVectorBounds& bounds_;
+  unsigned int axes_;
+  bool mixed_;
+  int active_ = 0;
+};
+
+}  // namespace
+
+WrenchSpace::WrenchSpace(const ompl::base::StateSpacePtr& states, const Problem& problem, std::uint64_t seed,
+                         Sampling sampling)
+    : RealVectorControlSpace(states, static_cast<unsigned int>(largest_edge(problem).wrenches.size()) + 1),
+      seed_(seed),
+      sampling_(sampling) {
+  const Edge largest = largest_edge(problem);
+  objects_ = static_cast<unsigned int>(largest.wrenches.size()) / wrench_axes;
+  ompl::base::RealVectorBounds bounds(getDimension());
+  bounds.high.assign(largest.wrenches.begin(), largest.wrenches.end());
+  bounds.high.push_back(largest.steps);
+  std::transform(bounds.high.begin(), bounds.high.end(), bounds.low.begin(), std::negate<>());
+  bounds.low.back() = 1.0;
+  setBounds(bounds);
+}
+
+Edge WrenchSpace::edge(const ompl::control::Control* control) const {
+  const double* values = control->as<ControlType>()->values;
+  const Eigen::Index axes = objects_ * wrench_axes;
+  return {Eigen::Map<const Eigen::VectorXd>(values, axes), static_cast<int>(values[axes])};
+}
+
+ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const {
+  return std::make_shared<WrenchSampler>(this, seed_);
+}
+
+Edge largest_edge(const Problem& problem) {
+  const auto objects = static_cast<Eigen::Index>(problem.scene.with_role(Role::object).size());
+  Edge largest;
+  largest.wrenches.resize(objects * wrench_axes);
+  for (Eigen::Index i = 0; i < objects; ++i) {
+    largest.wrenches.segment<wrench_axes>(i * wrench_axes) << problem.force, problem.torque;
+  }
+  largest.steps = static_cast<int>(std::floor(problem.duration / problem.scene.stepping().step + 1e-9));
+  return largest;
+}
+
+}  // namespace energymargin::search
