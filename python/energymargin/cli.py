@@ -357,6 +357,61 @@ def bowl(
     _say(f"In {escape(str(output))}/: bowl.md, bowl.csv, bowl.obj, problem.json, {drawn}")
 
 
+@experiments.command()
+def closed_forms(
+    *,
+    problems: Annotated[
+        str | None, typer.Option(help="Which, with ; between them; all if not given.")
+    ] = None,
+    nodes: Annotated[int, typer.Option(help="Nodes of each search.")] = 5000,
+    seeds: Annotated[int, typer.Option(help="Searches of each planner.")] = 20,
+    gain_seeds: Annotated[
+        int, typer.Option(help="Of each planner without one or all of our changes.")
+    ] = 8,
+    threads: Threads = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+        "out/closed-forms"
+    ),
+) -> None:
+    """The effort of escape against answers known on paper, by nodes; what each change gains.
+
+    The folder gets closed_forms.md, closed_forms.png and runs.jsonl, one line a search. It takes a
+    quarter of an hour on two cores. Stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce closed-forms --problems "push;edge" --seeds 5`
+    """
+    from energymargin.experiments import closed_forms as experiment
+    from energymargin.progress import progress_bar
+    from energymargin.tasks.base import whole_number
+
+    for name, value in (("nodes", nodes), ("seeds", seeds), ("gain-seeds", gain_seeds)):
+        whole_number(name, value, 1)
+    output.mkdir(parents=True, exist_ok=True)
+    try:
+        with progress_bar(err, "Searching ways out", "searches") as progress:
+            result = experiment.reproduce(
+                output,
+                problems=None if problems is None else _split(problems, ";"),
+                nodes=nodes,
+                seeds=seeds,
+                gain_seeds=gain_seeds,
+                threads=threads,
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        _say(f"What was searched is kept in {escape(str(output))}; the same command goes on.")
+        raise
+    out.print(result.to_markdown(), highlight=False)
+    (output / "closed_forms.md").write_text(result.to_markdown())
+    drawn = "and no picture: it needs pip install energymargin[plots]"
+    if find_spec("matplotlib") is not None:
+        from energymargin.experiments.closed_forms_picture import figure_closed_forms
+
+        figure_closed_forms(result).savefig(output / "closed_forms.png")
+        drawn = "closed_forms.png"
+    _say(f"In {escape(str(output))}/: closed_forms.md, runs.jsonl, {drawn}")
+
+
 def main() -> None:
     """Entry point of the command `energymargin`."""
     app()
@@ -435,8 +490,8 @@ def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
     return "a picture of each task (.png)"
 
 
-def _split(words: str) -> list[str]:
-    return [word.strip() for word in words.split(",")]
+def _split(words: str, between: str = ",") -> list[str]:
+    return [word.strip() for word in words.split(between)]
 
 
 def _parsed(parameters: list[str]) -> dict[str, Any]:

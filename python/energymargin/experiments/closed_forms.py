@@ -1,0 +1,241 @@
+"""The effort of escape against answers known on paper, and what each part of the search gains.
+
+Every search is one line of runs.jsonl in the folder, written as soon as it is finished: stopped and
+started again, the study goes on with what is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import escape_effort
+from energymargin.experiments.known_answers import KnownAnswer, known_answers
+from energymargin.scoring import held_interrupts, thread_count
+
+__all__ = ["PLANNERS", "SEARCHES", "ClosedForms", "Run", "reproduce"]
+
+PLANNERS = ("est", "rrt")
+PLANNER_NAMES = {"est": "AO-EST", "rrt": "AO-RRT"}
+NODES = (100, 1000, 5000)  # at which the ratios are shown
+STEPS = (20_000, 50_000, 150_000)  # simulation steps at which searches are compared
+SEARCHES: dict[str, dict[str, Any]] = {
+    "ours": {},
+    "as published": {"sampling": "uniform", "shorten": False},
+    "mixed controls": {"sampling": "mixed", "shorten": False},
+    "shortening": {"sampling": "uniform", "shorten": True},
+}
+OURS, PUBLISHED = "ours", "as published"
+RUNS_FILE = "runs.jsonl"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One search that is to be made."""
+
+    version: str
+    problem: str
+    planner: str
+    search: str
+    seed: int
+    nodes: int
+
+
+@dataclass(frozen=True)
+class Run:
+    """One search that was made."""
+
+    job: Job
+    history: list[tuple[int, int, float]]
+    """(nodes, simulation steps, best effort [J]) at each improvement."""
+
+    def after(self, amount: int, *, steps: bool = False) -> float:
+        """Best effort after so many nodes, or simulation steps [J]; inf if there was none."""
+        column = 1 if steps else 0
+        return min(
+            (entry[2] for entry in self.history if entry[column] <= amount), default=math.inf
+        )
+
+    def to_json(self) -> str:
+        """One line."""
+        return json.dumps({**asdict(self.job), "history": self.history})
+
+    @classmethod
+    def from_json(cls, line: str) -> Run:
+        """The inverse of `to_json`."""
+        fields = json.loads(line)
+        history = [(int(n), int(s), float(effort)) for n, s, effort in fields.pop("history")]
+        return cls(Job(**fields), history)
+
+
+@dataclass(frozen=True)
+class ClosedForms:
+    """What came out."""
+
+    problems: list[KnownAnswer]
+    runs: list[Run]
+
+    def efforts(
+        self, problem: KnownAnswer, planner: str, search: str, amount: int, *, steps: bool = False
+    ) -> NDArray[np.float64]:
+        """Best effort of each seed after so many nodes, or simulation steps [J]."""
+        return np.array(
+            [run.after(amount, steps=steps) for run in self.of(problem, planner, search)]
+        )
+
+    def of(self, problem: KnownAnswer, planner: str, search: str) -> list[Run]:
+        """The runs of one problem, planner and search, by seed."""
+        wanted = (problem.name, planner, search)
+        found = [r for r in self.runs if (r.job.problem, r.job.planner, r.job.search) == wanted]
+        return sorted(found, key=lambda run: run.job.seed)
+
+    def to_markdown(self) -> str:
+        """Both tables."""
+        return "\n".join([*self._ratio_table(), "", *self._gain_table()]) + "\n"
+
+    def _ratio_table(self) -> list[str]:
+        head = " | ".join(f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES)
+        lines = [
+            f"| problem | answer [J] | {head} | lowest |",
+            "| --- " * (3 + len(PLANNERS) * len(NODES)) + "|",
+        ]
+        for problem in self.problems:
+            cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
+            title = f"{problem.name}: {problem.text}"
+            answer = (
+                f"{problem.formula} = {problem.answer:.4g}"
+                if measurable(problem)
+                else problem.formula
+            )
+            lines.append(f"| {title} | {answer} | {' | '.join(cells)} | {self._lowest(problem)} |")
+        return lines
+
+    def _cell(self, problem: KnownAnswer, planner: str, nodes: int) -> str:
+        """Median and range of the ratio over the seeds; of the effort where there is no ratio."""
+        efforts = self.efforts(problem, planner, OURS, nodes)
+        if not measurable(problem):
+            return _many(efforts)
+        low, middle, high = (f(efforts) / problem.answer for f in (np.min, np.median, np.max))
+        return f"**{middle:.3f}** {low:.3f} to {high:.3f}"
+
+    def _lowest(self, problem: KnownAnswer) -> str:
+        if not measurable(problem):
+            return "—"
+        found = [run.after(max(NODES)) for p in PLANNERS for run in self.of(problem, p, OURS)]
+        return f"{min(found) / problem.answer:.4f}"
+
+    def _gain_table(self) -> list[str]:
+        head = " | ".join(
+            f"{PLANNER_NAMES[p]}, {steps:,} steps" for p in PLANNERS for steps in STEPS
+        )
+        lines = [f"| search | {head} |", "| --- " * (1 + len(PLANNERS) * len(STEPS)) + "|"]
+        for search in SEARCHES:
+            cells = [
+                f"{self.mean_ratio(search, p, steps):.3f}" for p in PLANNERS for steps in STEPS
+            ]
+            lines.append(f"| {search} | {' | '.join(cells)} |")
+        return lines
+
+    def mean_ratio(self, search: str, planner: str, steps: int) -> float:
+        """Geometric mean over the problems of the median ratio over the seeds that all searches
+        have, at equal numbers of simulation steps."""
+        logs = []
+        for problem in filter(measurable, self.problems):
+            seeds = min(len(self.of(problem, planner, other)) for other in SEARCHES)
+            efforts = self.efforts(problem, planner, search, steps, steps=True)[:seeds]
+            logs.append(np.log(np.median(efforts) / problem.answer) if seeds else np.nan)
+        return float(np.exp(np.mean(logs)))
+
+
+def reproduce(
+    folder: Path,
+    *,
+    problems: list[str] | None = None,
+    nodes: int = max(NODES),
+    seeds: int = 20,
+    gain_seeds: int = 8,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> ClosedForms:
+    """Makes every search that is not in the folder yet: `seeds` of ours and `gain_seeds` of the
+    others, for each problem and planner. Raises ValueError on an unknown problem."""
+    known = {problem.name: problem for problem in known_answers(problems)}
+    wanted = list(_jobs(known.values(), nodes, seeds, gain_seeds))
+    path = folder / RUNS_FILE
+    runs = {run.job: run for run in _read(path)}
+    missing = [job for job in wanted if job not in runs]
+    with path.open("a") as file:
+        for run in _made(missing, known, thread_count(threads)):
+            file.write(run.to_json() + "\n")
+            file.flush()
+            runs[run.job] = run
+            if progress is not None:
+                progress(sum(job in runs for job in wanted), len(wanted))
+    return ClosedForms(list(known.values()), [runs[job] for job in wanted])
+
+
+def _jobs(
+    problems: Iterable[KnownAnswer], nodes: int, seeds: int, gain_seeds: int
+) -> Iterator[Job]:
+    for problem in problems:
+        for search in SEARCHES if measurable(problem) else (OURS,):
+            for planner in PLANNERS:
+                for seed in range(seeds if search == OURS else gain_seeds):
+                    yield Job(version("energymargin"), problem.name, planner, search, seed, nodes)
+
+
+def _read(path: Path) -> list[Run]:
+    """What is there; a line that a kill left unfinished is taken away."""
+    if not path.exists():
+        return []
+    lines = path.read_text().splitlines(keepends=True)
+    whole = [line for line in lines if line.endswith("\n")]
+    if whole != lines:
+        path.write_text("".join(whole))
+    return [Run.from_json(line) for line in whole]
+
+
+def _made(jobs: Sequence[Job], known: dict[str, KnownAnswer], threads: int) -> Iterator[Run]:
+    """Runs as they are finished."""
+    with held_interrupts() as interrupted, ThreadPoolExecutor(threads) as pool:
+        running: set[Future[Run]] = {pool.submit(_run, job, known[job.problem]) for job in jobs}
+        while running and not interrupted.is_set():
+            done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+        for future in running:
+            future.cancel()
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+
+
+def _run(job: Job, known: KnownAnswer) -> Run:
+    found = escape_effort(
+        known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, **SEARCHES[job.search]
+    )
+    steps = np.cumsum(np.round(found.tree.durations / known.problem.scene.step)).astype(int)
+    return Run(job, [(nodes, int(steps[nodes]), effort) for nodes, effort in found.history])
+
+
+def measurable(problem: KnownAnswer) -> bool:
+    """Whether there is a ratio to the answer."""
+    return 0.0 < problem.answer < math.inf
+
+
+def _many(efforts: NDArray[np.float64]) -> str:
+    """Efforts that should all be the same: 0, or inf."""
+    values, counts = np.unique(efforts, return_counts=True)
+    same = " ".join(
+        f"{'∞' if np.isinf(value) else f'{value:.3g} J'} ({count})"
+        for value, count in zip(values, counts, strict=True)
+    )
+    return same if len(values) > 1 else same.split(" (")[0]
