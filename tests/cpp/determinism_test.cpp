@@ -1,0 +1,68 @@
+// The same bits in any order, in any world, on any thread.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <thread>
+
+#include "rollouts.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+constexpr int threads = 4;
+constexpr int worlds = 4;
+
+// Answers in a random order, each in a random one of four worlds that four threads share.
+std::vector<Rollout> shuffled_answers(const Scene& scene, const std::vector<Question>& asked) {
+  std::mt19937 random(1);
+  std::vector<std::size_t> order(asked.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::shuffle(order.begin(), order.end(), random);
+  std::vector<std::size_t> in_world(asked.size());
+  for (std::size_t& world : in_world) world = random() % worlds;
+
+  std::vector<World> shared;
+  for (int i = 0; i < worlds; ++i) shared.emplace_back(scene);
+  std::array<std::mutex, worlds> busy;
+  std::vector<Rollout> rollouts(asked.size());
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < order.size(); i = next++) {
+      const Question& question = asked[order[i]];
+      const std::lock_guard<std::mutex> lock(busy[in_world[i]]);
+      rollouts[order[i]] = shared[in_world[i]].rollout_unchecked(question.state, question.wrenches, question.steps);
+    }
+  };
+  std::vector<std::thread> pool;
+  for (int i = 0; i < threads; ++i) pool.emplace_back(work);
+  for (std::thread& thread : pool) thread.join();
+  return rollouts;
+}
+
+TEST(Determinism, OfTenThousandRolloutsShuffledOverFourWorldsAndFourThreadsNoneDiffers) {
+  struct Share {
+    Scene scene;
+    int rollouts;
+    unsigned int longest;  // steps
+  };
+  int all = 0;
+  for (const auto& [scene, rollouts, longest] : {Share{crowded_push(), 4000, 100}, Share{compounds(), 2000, 40},
+                                                 Share{hand(), 2000, 20}, Share{coupled_hand(), 2000, 20}}) {
+    const std::vector<Question> asked = questions(scene, rollouts, longest);
+    World world(scene);
+    std::vector<std::size_t> in_order(asked.size());
+    std::iota(in_order.begin(), in_order.end(), 0u);
+    EXPECT_EQ(differing(shuffled_answers(scene, asked), answers(world, asked, in_order)), 0);
+    all += rollouts;
+  }
+  EXPECT_EQ(all, 10000);
+}
+
+}  // namespace
+}  // namespace energymargin
