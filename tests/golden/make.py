@@ -1,0 +1,72 @@
+"""Writes the golden problems and values anew: `.venv/bin/python tests/golden/make.py`.
+
+Do so only when a change of the physics, of a search or of a seed is meant, and say which in the
+commit. Problems are made once: only with --problems are they made again from the tasks.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import energymargin as em
+
+FOLDER = Path(__file__).parent
+# (seed, frame) of each task's problem: moments of which the scores have something to say.
+MOMENTS = {
+    "balance": (8, 4),
+    "grasp": (8, 5),
+    "push": (9, 2),
+    "push-multi": (7, 0),
+    "scoop": (8, 5),
+    "topple": (9, 3),
+}
+NODES, SAMPLES, SEED = 60, 300, 7
+OF_SPEED = ("problem-topple",)  # their capture set is left by speed, so there is no escape energy
+
+
+def problem_files() -> list[Path]:
+    """One problem file a task."""
+    return sorted(FOLDER.glob("problem-*.json"))
+
+
+def values(name: str, problem: em.Problem, threads: int = 1) -> dict[str, str]:
+    """Every metric, to the last bit."""
+    several = problem.captured_any is not None
+    found: dict[str, float | None] = {}
+    cap = em.capture_score(problem, nodes=NODES, seed=SEED, trees=3, threads=threads)
+    for score in ("capture", "success", "capture_any", "success_any"):
+        found[score] = getattr(cap, score)
+        found[f"{score}_stderr"] = getattr(cap, f"{score}_stderr")
+    for planner in ("est", "rrt"):
+        for captured in ("all", "any") if several else ("all",):
+            for search in ({}, {"sampling": "uniform", "shorten": False}):
+                key = f"effort/{planner}/{captured}/{'published' if search else 'ours'}"
+                found[key] = em.escape_effort(
+                    problem, planner=planner, nodes=NODES, seed=SEED, captured=captured, **search
+                ).effort
+    bodies = json.loads(problem.to_json())["scene"]["bodies"]
+    first = next(body["name"] for body in bodies if body.get("role") == "object")
+    for planner in () if name in OF_SPEED else ("bit*", "rrt*"):
+        found[f"escape_energy/{planner}"] = em.escape_energy(
+            problem, planner=planner, samples=SAMPLES, seed=SEED, object=first
+        ).energy
+    found["force"] = em.force_score(problem).force
+    return {metric: value.hex() for metric, value in found.items() if value is not None}
+
+
+def main() -> None:
+    """Problems if asked for, and values."""
+    if "--problems" in sys.argv[1:]:
+        for name, (seed, frame) in MOMENTS.items():
+            task = em.tasks.make(name)
+            ran = task.rollout(seed=seed)
+            problem = task.problem(ran.states[frame], ran.params, ran.contacts[frame])
+            problem.save(FOLDER / f"problem-{name}.json")
+    golden = {path.stem: values(path.stem, em.Problem.load(path)) for path in problem_files()}
+    (FOLDER / "values.json").write_text(json.dumps(golden, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""Golden values: every metric on every task, to the last bit (tests/golden/make.py writes them)."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import energymargin as em
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+
+
+def load_maker() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("golden", GOLDEN / "make.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+make = load_maker()
+values = json.loads((GOLDEN / "values.json").read_text())
+problems = {path.stem: em.Problem.load(path) for path in make.problem_files()}
+
+
+def test_there_is_a_golden_problem_of_every_task() -> None:
+    made = {name: em.tasks.make(name) for name in em.tasks.names()}
+    ours = {
+        name for name, task in made.items() if type(task).__module__.startswith("energymargin.")
+    }
+    assert {f"problem-{name}" for name in ours} == set(problems) == set(values)
+
+
+@pytest.mark.parametrize("name", problems)
+@pytest.mark.parametrize("threads", [1, 3])
+def test_every_metric_has_its_golden_value_on_any_number_of_threads(
+    name: str, threads: int
+) -> None:
+    assert make.values(name, problems[name], threads) == values[name]
+
+
+def test_a_batch_gives_the_same_bits_on_any_number_of_threads_and_after_any_history() -> None:
+    asked = list(problems.values()) * 2
+    tables = [
+        em.score(asked, nodes=make.NODES, seed=make.SEED, threads=threads) for threads in (1, 4)
+    ]
+    em.escape_effort(asked[2], nodes=50, seed=1)
+    again = em.score(asked, nodes=make.NODES, seed=make.SEED, threads=2)
+    for metric in tables[0].scores:
+        bits = tables[0][metric].tobytes()
+        assert bits == tables[1][metric].tobytes() == again[metric].tobytes(), metric
