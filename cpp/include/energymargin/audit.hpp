@@ -1,0 +1,35 @@
+#pragma once
+// Where the energy of a rollout went.
+
+#include <cmath>
+
+namespace energymargin {
+
+//! The balance of one rollout. Each work [J] is that on the bodies: positive where it gives them energy. An impulse
+//! works along the mean of the velocities before the step and after it, which makes the sum over all impulses the gain
+//! of kinetic energy.
+struct Audit {
+  double energy_change = 0.0;  //!< mechanical energy, World::energy, at the end minus at the start [J]
+  double wrench = 0.0;         //!< of the disturbance: Rollout::work [J]
+  double friction = 0.0;       //!< of friction at contacts; negative but for solver error [J]
+  //! Of the normal impulses at contacts: the loss of impacts, negative. Positive where links or bodies that overlap are
+  //! pushed apart by a change of velocity, as Bullet does with links [J].
+  double contacts = 0.0;
+  double joints = 0.0;   //!< of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J]
+  double damping = 0.0;  //!< of the damping of joints and springs; negative [J]
+  double drives = 0.0;   //!< of drives to a target velocity: damping * target velocity, within the torque limit [J]
+
+  //! What the entries leave open: energy_change minus all of them. It is the error of the simulation: of the solver,
+  //! of the steps (gravity, springs, compliance and rotation, each of the order of the step), and of bodies moved
+  //! apart that overlap [J].
+  double leftover() const { return energy_change - (wrench + friction + contacts + joints + damping + drives); }
+
+  //! Energy turned over: the sum of the absolute values of energy_change and all the entries. What `leftover` is to be
+  //! compared with [J].
+  double turnover() const {
+    return std::abs(energy_change) + std::abs(wrench) + std::abs(friction) + std::abs(contacts) + std::abs(joints) +
+           std::abs(damping) + std::abs(drives);
+  }
+};
+
+}  // namespace energymargin
