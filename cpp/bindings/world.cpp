@@ -80,6 +80,7 @@ std::string table(const Audit& audit) {
   for (const auto& [name, work] :
        {std::pair{"wrench", audit.wrench}, std::pair{"friction", audit.friction}, std::pair{"contacts", audit.contacts},
         std::pair{"joints", audit.joints}, std::pair{"damping", audit.damping}, std::pair{"drives", audit.drives},
+        std::pair{"overlap", audit.overlap}, std::pair{"integration", audit.integration},
         std::pair{"leftover", audit.leftover()}}) {
     line(name, work);
     text += '\n';
@@ -91,26 +92,35 @@ std::string table(const Audit& audit) {
 void bind_audit(py::module_& module) {
   py::class_<Audit>(
       module, "Audit",
-      "Where the energy of a rollout went. Each work [J] is that on the bodies: positive where it gives them energy. An "
+      "Where the energy of a rollout went. Each work [J] is that on the bodies: positive where it gives them energy. "
+      "An "
       "impulse works along the mean of the velocities before the step and after it, which makes the sum over all "
       "impulses the gain of kinetic energy. The entries and `leftover` add up to `energy_change`.")
       .def_readonly("energy_change", &Audit::energy_change,
                     "Mechanical energy, World.energy, at the end minus at the start [J].")
       .def_readonly("wrench", &Audit::wrench, "Work of the disturbance: Rollout.work [J].")
-      .def_readonly("friction", &Audit::friction,
-                    "Work of friction at contacts; negative but for solver error [J].")
+      .def_readonly("friction", &Audit::friction, "Work of friction at contacts; negative but for solver error [J].")
       .def_readonly("contacts", &Audit::contacts,
-                    "Work of the normal impulses at contacts: the loss of impacts, negative. Positive where links or "
-                    "bodies that overlap are pushed apart by a change of velocity, as Bullet does with links [J].")
-      .def_readonly("joints", &Audit::joints,
-                    "Work of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J].")
+                    "Work of the normal impulses at contacts: the loss of impacts, negative. Positive where links that "
+                    "overlap something are pushed out of it, which Bullet does by a change of velocity [J].")
+      .def_readonly(
+          "joints", &Audit::joints,
+          "Work of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J].")
       .def_readonly("damping", &Audit::damping, "Work of the damping of joints and springs; negative [J].")
       .def_readonly("drives", &Audit::drives,
                     "Work of drives to a target velocity: damping * target velocity, within the torque limit [J].")
+      .def_readonly("overlap", &Audit::overlap,
+                    "Work of moving free bodies that overlap apart, against gravity and constant forces: they are "
+                    "lifted, not thrown [J].")
+      .def_readonly(
+          "integration", &Audit::integration,
+          "What the steps of the simulation are known to change, of the order of their length h: velocities "
+          "are h / 2 behind the positions, which counts the power P of gravity, constant forces and springs "
+          "as -h / 2 (P at the end - P at the start); and compliant joints, integrated implicitly, are damped "
+          "as by stiffness * h [J].")
       .def_property_readonly("leftover", &Audit::leftover,
                              "What the entries leave open: energy_change minus all of them [J]. It is the error of the "
-                             "simulation: of the solver, of the steps (gravity, springs, compliance and rotation, each "
-                             "of the order of the step), and of bodies moved apart that overlap.")
+                             "simulation that has no name, most of it that of turning in steps.")
       .def_property_readonly("turnover", &Audit::turnover,
                              "Energy turned over: the sum of the absolute values of energy_change and all the entries. "
                              "What leftover is to be compared with [J].")

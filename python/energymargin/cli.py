@@ -383,6 +383,7 @@ def audit(
     Example: `energymargin reproduce audit --tasks push,grasp`
     """
     from energymargin.experiments import audit as experiment
+    from energymargin.experiments import audit_causes
     from energymargin.progress import progress_bar
 
     names = experiment.TASKS if tasks is None else _split(tasks)
@@ -394,10 +395,11 @@ def audit(
             experiment.reproduce(count, names=names, seed=seed, into=audits, progress=progress)
     finally:
         if audits.rows:
-            (output / "audit.md").write_text(audits.to_markdown())
+            text = f"{audits.to_markdown()}\n{audit_causes.to_markdown(experiment.SETTINGS)}"
+            (output / "audit.md").write_text(text)
             (output / "audit.csv").write_text(audits.to_csv())
             _say(f"In {escape(str(output))}/: audit.md, audit.csv")
-    out.print(audits.to_markdown(), highlight=False)
+    out.print(text, highlight=False, soft_wrap=True)
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ import energymargin as em
 from energymargin.cli import app
 from energymargin.experiments import audit as experiment
 
-WORKS = ("wrench", "friction", "contacts", "joints", "damping", "drives")
+WORKS = experiment.ENTRIES
 
 
 def sliding_block() -> tuple[em.World, np.ndarray]:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "../energy.hpp"
+
 namespace energymargin {
 
 Auditor::Auditor(Simulation& simulation) : simulation_(simulation), growths_(simulation.scene().springs().size()) {
@@ -39,20 +41,23 @@ Audit Auditor::audit() const {
   audit.friction = work.friction;
   audit.contacts = work.contacts;
   audit.joints = work.joints;
+  audit.overlap = work.overlap;
   return audit;
 }
 
-// The torque of the control is that at the end of the step. What its compliance gives and takes is in the mechanical
-// energy; the rest, as far as the torque limit leaves room for it, is damping and drive.
+// The torque of the control is that at the end of the step. What its compliance gives and takes should be what its
+// energy loses and gains; the rest, as far as the torque limit leaves room for it, is damping and drive.
 void Auditor::add_control(const Joint& joint, const JointState& before, const JointState& after) {
   const auto limited = [&](double torque) { return std::clamp(torque, -joint.torque_limit, joint.torque_limit); };
   const double spring = joint.stiffness * (joint.target - after.position);
   const double damping = -joint.damping * after.velocity;
   const double drive = joint.damping * joint.target_velocity;
+  const double turned = 0.5 * (before.velocity + after.velocity) * simulation_.scene().stepping().step;
+  audit_.integration +=
+      limited(spring) * turned + compliance_energy(joint, after.position) - compliance_energy(joint, before.position);
   const double room = limited(spring + damping + drive) - limited(spring);
   if (room == 0.0) return;
   const double share = room / (damping + drive);
-  const double turned = 0.5 * (before.velocity + after.velocity) * simulation_.scene().stepping().step;
   audit_.damping += share * damping * turned;
   audit_.drives += share * drive * turned;
 }

@@ -28,10 +28,10 @@ class Auditor {
   void add_damper(const Spring& spring, double growth_before, double growth_after);
 
   Simulation& simulation_;
-  Velocities before_;
-  State state_;                       // before the step
-  State next_;                        // after it
-  std::vector<double> growths_;       // of the springs, before the step
+  Motion before_;
+  State state_;                          // before the step
+  State next_;                           // after it
+  std::vector<double> growths_;          // of the springs, before the step
   std::vector<std::size_t> controlled_;  // joints with a stiffness or a damping
   Audit audit_;
 };

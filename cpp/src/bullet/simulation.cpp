@@ -253,15 +253,16 @@ void Simulation::read(State& state) const {
   if (!state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
 }
 
-void Simulation::read(Velocities& velocities) const {
-  velocities.bodies.resize(colliders_.size());
+void Simulation::read(Motion& motion) const {
+  motion.bodies.resize(colliders_.size());
   for (const Free& body : free_) {
-    velocities.bodies[body_of(*body.rigid)] = {body.rigid->getLinearVelocity(), body.rigid->getAngularVelocity()};
+    motion.bodies[body_of(*body.rigid)] = {body.rigid->getLinearVelocity(), body.rigid->getAngularVelocity(),
+                                           body.speed_gained / (step_ * body.rigid->getInvMass())};
   }
   for (const auto& articulation : articulations_) {
     const btMultiBody& tree = articulation->tree();
     const btScalar* first = tree.getVelocityVector();
-    velocities.trees[&tree].assign(first, first + base_velocities + tree.getNumDofs());
+    motion.trees[&tree].assign(first, first + base_velocities + tree.getNumDofs());
   }
 }
 

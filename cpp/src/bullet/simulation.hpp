@@ -66,7 +66,7 @@ class Simulation {
 
   void restore(const State& state);
   void read(State& state) const;
-  void read(Velocities& velocities) const;
+  void read(Motion& motion) const;
 
   //! One step; the wrench and the targets are for this step.
   void step();

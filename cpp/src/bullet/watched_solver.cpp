@@ -4,7 +4,7 @@
 
 namespace energymargin {
 
-void WatchedSolver::watch(const Velocities* before) {
+void WatchedSolver::watch(const Motion* before) {
   before_ = before;
   work_ = {};
 }
@@ -12,7 +12,10 @@ void WatchedSolver::watch(const Velocities* before) {
 // The rows have their impulses now, and are gone after it.
 btScalar WatchedSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                       const btContactSolverInfo& info) {
-  if (before_) add_work();
+  if (before_) {
+    add_work();
+    add_overlap(info.m_timeStep);
+  }
   return btMultiBodyConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
@@ -27,6 +30,16 @@ void WatchedSolver::add_work() {
   for (int i = 0; i < m_multiBodyNonContactConstraints.size(); ++i) {
     const btMultiBodySolverConstraint& row = m_multiBodyNonContactConstraints[i];
     if (!is_drive(row)) work_.joints += work_of(row);
+  }
+}
+
+// Split impulses move bodies and leave their velocities alone.
+void WatchedSolver::add_overlap(double step) {
+  for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
+    const btSolverBody& body = m_tmpSolverBodyPool[i];
+    if (!body.m_originalBody) continue;  // fixed
+    const btVector3& load = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())].load;
+    work_.overlap -= load.dot(body.getPushVelocity()) * step;
   }
 }
 
@@ -49,7 +62,7 @@ double WatchedSolver::mean_speed(int solver_body, const btVector3& normal, const
   if (solver_body < 0) return 0.0;
   const btSolverBody& body = m_tmpSolverBodyPool[solver_body];
   if (!body.m_originalBody) return 0.0;  // fixed
-  const Velocities::OfBody& before = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
+  const Motion::OfBody& before = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
   const btVector3 linear = body.m_linearVelocity + body.m_externalForceImpulse + body.m_deltaLinearVelocity;
   const btVector3 angular = body.m_angularVelocity + body.m_externalTorqueImpulse + body.m_deltaAngularVelocity;
   return 0.5 * (normal.dot(before.linear + linear) + arm_cross_normal.dot(before.angular + angular));

@@ -10,20 +10,22 @@
 
 namespace energymargin {
 
-//! Velocities of all that moves, as Bullet keeps them.
-struct Velocities {
+//! How all that moves does so, as Bullet keeps it.
+struct Motion {
   struct OfBody {
     btVector3 linear, angular;
+    btVector3 load;  // gravity and the body's constant force [N]
   };
   std::vector<OfBody> bodies;                               // by their index in the scene; not of links
   std::map<const btMultiBody*, std::vector<double>> trees;  // of the base, then of the joints
 };
 
-//! Work of the solver's impulses [J].
+//! Work of what the solver does [J].
 struct ImpulseWork {
   double contacts = 0.0;  // of normal impulses
   double friction = 0.0;
-  double joints = 0.0;  // of stops and mimics, not of drives
+  double joints = 0.0;   // of stops and mimics, not of drives
+  double overlap = 0.0;  // of moving bodies apart against their loads
 };
 
 //! Solves as Bullet does. While it is watched it also sums up work: each impulse times the mean of the velocity along
@@ -31,7 +33,7 @@ struct ImpulseWork {
 class WatchedSolver : public btMultiBodyConstraintSolver {
  public:
   //! `before` is what the next steps begin with, for the caller to keep up to date; null ends the watch.
-  void watch(const Velocities* before);
+  void watch(const Motion* before);
 
   //! Since the watch began.
   const ImpulseWork& work() const { return work_; }
@@ -42,12 +44,13 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
 
  private:
   void add_work();
+  void add_overlap(double step);
   double work_of(const btSolverConstraint& row) const;
   double work_of(const btMultiBodySolverConstraint& row) const;
   double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
   double mean_speed(const btMultiBody& tree, int jacobian, int changes) const;
 
-  const Velocities* before_ = nullptr;
+  const Motion* before_ = nullptr;
   ImpulseWork work_;
 };
 

@@ -153,6 +153,9 @@ Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wr
   result.audit = auditor.audit();
   result.audit->energy_change = result.energy - energy(state);
   result.audit->wrench = result.work;
+  // Velocities are half a step behind the positions, and so is the work of what depends on positions.
+  result.audit->integration -=
+      0.5 * simulation.scene().stepping().step * (energy.power(result.state) - energy.power(state));
   return result;
 }
 

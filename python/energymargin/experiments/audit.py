@@ -21,10 +21,29 @@ from energymargin import datasets, tasks
 from energymargin._core import Audit, Problem, World
 from energymargin.tasks.base import whole_number
 
-__all__ = ["ENTRIES", "QUICK", "ROLLOUTS", "SETTINGS", "TASKS", "Audits", "Row", "reproduce", "stepped"]
+__all__ = [
+    "ENTRIES",
+    "QUICK",
+    "ROLLOUTS",
+    "SETTINGS",
+    "TASKS",
+    "Audits",
+    "Row",
+    "reproduce",
+    "stepped",
+]
 
 TASKS = ("push", "balance", "topple", "grasp", "push-multi", "scoop")
-ENTRIES = ("wrench", "friction", "contacts", "joints", "damping", "drives")
+ENTRIES = (
+    "wrench",
+    "friction",
+    "contacts",
+    "joints",
+    "damping",
+    "drives",
+    "overlap",
+    "integration",
+)
 ROLLOUTS = 100
 QUICK = 10
 SETTINGS = ((1 / 240, 50), (1 / 480, 50), (1 / 240, 200), (1 / 480, 200))  # step [s], iterations
@@ -137,10 +156,10 @@ def stepped(problem: Problem, step: float, iterations: int) -> Problem:
 
 
 def _wrench(problem: Problem, random: np.random.Generator) -> NDArray[np.float64]:
-    """Within the bounds, on each object: shape (k, 6)."""
+    """Within the bounds, on each of k objects: shape (6,), or (k, 6) for more than one."""
     most = np.concatenate([problem.force, problem.torque])
     objects = sum(body.role == "object" for body in problem.scene.bodies)
-    return random.uniform(-most, most, (objects, 6))
+    return random.uniform(-most, most, (objects, 6) if objects > 1 else (6,))
 
 
 def _audited(
