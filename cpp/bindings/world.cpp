@@ -110,8 +110,8 @@ void bind_audit(py::module_& module) {
       .def_readonly("drives", &Audit::drives,
                     "Work of drives to a target velocity: damping * target velocity, within the torque limit [J].")
       .def_readonly("overlap", &Audit::overlap,
-                    "Work of moving free bodies that overlap apart, against gravity and constant forces: they are "
-                    "lifted, not thrown [J].")
+                    "Work of moving free bodies that overlap apart, against gravity, constant forces and springs; it "
+                    "takes no impulse [J].")
       .def_readonly(
           "integration", &Audit::integration,
           "What the steps of the simulation are known to change, of the order of their length h: velocities "

@@ -19,7 +19,7 @@ struct Audit {
       0.0;  //!< of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J]
   double damping = 0.0;  //!< of the damping of joints and springs; negative [J]
   double drives = 0.0;   //!< of drives to a target velocity: damping * target velocity, within the torque limit [J]
-  //! Of moving free bodies that overlap apart, against gravity and constant forces: they are lifted, not thrown [J].
+  //! Of moving free bodies that overlap apart, against gravity, constant forces and springs; it takes no impulse [J].
   double overlap = 0.0;
   //! What the steps of the simulation are known to change, of the order of their length h: velocities are h / 2 behind
   //! the positions, which counts the power P of gravity, constant forces and springs as -h / 2 (P at the end - P at the

@@ -254,10 +254,19 @@ void Simulation::read(State& state) const {
 }
 
 void Simulation::read(Motion& motion) const {
-  motion.bodies.resize(colliders_.size());
+  const btVector3 none(0, 0, 0);
+  motion.bodies.assign(colliders_.size(), {none, none, none, none});
   for (const Free& body : free_) {
     motion.bodies[body_of(*body.rigid)] = {body.rigid->getLinearVelocity(), body.rigid->getAngularVelocity(),
-                                           body.speed_gained / (step_ * body.rigid->getInvMass())};
+                                           body.speed_gained / (step_ * body.rigid->getInvMass()), none};
+  }
+  for (std::size_t i = 0; i < spring_ends_.size(); ++i) {
+    const Span now = span(i);
+    const double tension = scene_.springs()[i].stiffness * (now.length - scene_.springs()[i].rest_length);
+    for_each_pull(i, now, tension, [&motion](const Pull& pull) {
+      motion.bodies[pull.body].force += pull.force;
+      motion.bodies[pull.body].torque += pull.torque;
+    });
   }
   for (const auto& articulation : articulations_) {
     const btMultiBody& tree = articulation->tree();
@@ -327,14 +336,19 @@ void Simulation::find_pulls() {
     const Spring& spring = scene_.springs()[i];
     const Span now = span(i);
     if (now.length == 0.0) continue;  // it pulls nowhere
-    const btVector3 pull =
-        now.along * (spring.stiffness * (now.length - spring.rest_length) + spring.damping * now.growth);
-    const auto [a, b] = spring_ends_[i];
-    for (const auto& [body, end, force] :
-         {std::tuple{a, now.end_a, pull}, std::tuple{b, now.end_b, btVector3(-pull)}}) {
-      if (scene_.bodies()[body].fixed()) continue;
-      pulls_.push_back({body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
-    }
+    const double tension = spring.stiffness * (now.length - spring.rest_length) + spring.damping * now.growth;
+    for_each_pull(i, now, tension, [this](const Pull& pull) { pulls_.push_back(pull); });
+  }
+}
+
+// At its ends that can move.
+template <typename Visit>
+void Simulation::for_each_pull(std::size_t spring, const Span& now, double tension, const Visit& visit) const {
+  const btVector3 pull = now.along * tension;
+  const auto [a, b] = spring_ends_[spring];
+  for (const auto& [body, end, force] : {std::tuple{a, now.end_a, pull}, std::tuple{b, now.end_b, btVector3(-pull)}}) {
+    if (scene_.bodies()[body].fixed()) continue;
+    visit(Pull{body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
   }
 }
 

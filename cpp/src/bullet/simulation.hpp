@@ -108,6 +108,8 @@ class Simulation {
   void set_moment(const Free& body);
   void turn_normals();
   void find_pulls();
+  template <typename Visit>
+  void for_each_pull(std::size_t spring, const Span& now, double tension, const Visit& visit) const;
   btVector3 end_of(std::size_t body, const Vector3& point) const;
   btVector3 velocity(std::size_t body, const btVector3& point) const;
   Articulation& articulation(std::size_t body) const { return *articulations_[*tree_of_[body]]; }

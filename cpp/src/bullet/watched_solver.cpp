@@ -14,7 +14,7 @@ btScalar WatchedSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
                                                       const btContactSolverInfo& info) {
   if (before_) {
     add_work();
-    add_overlap(info.m_timeStep);
+    add_overlap(info);
   }
   return btMultiBodyConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
@@ -34,12 +34,13 @@ void WatchedSolver::add_work() {
 }
 
 // Split impulses move bodies and leave their velocities alone.
-void WatchedSolver::add_overlap(double step) {
+void WatchedSolver::add_overlap(const btContactSolverInfo& info) {
   for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
     const btSolverBody& body = m_tmpSolverBodyPool[i];
     if (!body.m_originalBody) continue;  // fixed
-    const btVector3& load = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())].load;
-    work_.overlap -= load.dot(body.getPushVelocity()) * step;
+    const Motion::OfBody& loaded = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
+    const btVector3 turn = body.getTurnVelocity() * info.m_splitImpulseTurnErp;
+    work_.overlap -= (loaded.force.dot(body.getPushVelocity()) + loaded.torque.dot(turn)) * info.m_timeStep;
   }
 }
 

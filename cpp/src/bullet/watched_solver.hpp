@@ -14,7 +14,7 @@ namespace energymargin {
 struct Motion {
   struct OfBody {
     btVector3 linear, angular;
-    btVector3 load;  // gravity and the body's constant force [N]
+    btVector3 force, torque;  // of gravity, the body's constant force and the springs' stiffness [N, N m]
   };
   std::vector<OfBody> bodies;                               // by their index in the scene; not of links
   std::map<const btMultiBody*, std::vector<double>> trees;  // of the base, then of the joints
@@ -44,7 +44,7 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
 
  private:
   void add_work();
-  void add_overlap(double step);
+  void add_overlap(const btContactSolverInfo& info);
   double work_of(const btSolverConstraint& row) const;
   double work_of(const btMultiBodySolverConstraint& row) const;
   double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
