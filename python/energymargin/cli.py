@@ -395,7 +395,7 @@ def audit(
             experiment.reproduce(count, names=names, seed=seed, into=audits, progress=progress)
     finally:
         if audits.rows:
-            text = f"{audits.to_markdown()}\n{audit_causes.to_markdown(experiment.SETTINGS)}"
+            text = f"{audits.to_markdown()}\n{audit_causes.to_markdown(experiment.SETTINGS[:3])}"
             (output / "audit.md").write_text(text)
             (output / "audit.csv").write_text(audits.to_csv())
             _say(f"In {escape(str(output))}/: audit.md, audit.csv")

@@ -48,7 +48,11 @@ ROLLOUTS = 100
 QUICK = 10
 SETTINGS = ((1 / 240, 50), (1 / 480, 50), (1 / 240, 200), (1 / 480, 200))  # step [s], iterations
 TRAJECTORIES = 20  # of each task, that the states are drawn from
-SHARES = (("median", 50), ("99 %", 99), ("worst", 100))  # percentiles
+SHARES = {  # in the table: percentiles of entries
+    "leftover": (("median", 50), ("99 %", 99), ("worst", 100)),
+    "integration": (("median", 50), ("99 %", 99)),
+    "overlap": (("median", 50), ("99 %", 99)),
+}
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,10 @@ class Row:
     """Of the solver, at most."""
     audit: Audit
 
-    @property
-    def share(self) -> float:
-        """Of the energy turned over, that is left over."""
-        return abs(self.audit.leftover) / self.audit.turnover if self.audit.turnover > 0 else 0.0
+    def share(self, entry: str) -> float:
+        """An entry's size over the energy turned over; 0 where nothing was."""
+        size = abs(float(getattr(self.audit, entry)))
+        return size / self.audit.turnover if self.audit.turnover > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -95,25 +99,23 @@ class Audits:
         return text.getvalue()
 
     def to_markdown(self) -> str:
-        """The leftovers as a table."""
+        """The errors as a table."""
+        columns = [f"{entry}, {name}" for entry, shares in SHARES.items() for name, _ in shares]
         lines = [
-            "What the balance leaves open, as a share of the energy that the rollout turned over, "
-            "and the worst in joules beside the median turnover.",
+            "What the balance leaves over, and what the steps and the parting of overlapping "
+            "bodies are known to change, as shares of the energy that a rollout turned over.",
             "",
-            "| task | step | iterations | rollouts "
-            + "".join(f"| {name} " for name, _ in SHARES)
-            + "| worst, mJ | turnover, mJ |",
-            "| --- " * (6 + len(SHARES)) + "|",
+            f"| task | step | iterations | {' | '.join(columns)} | leftover, worst, mJ |",
+            "| --- " * (4 + len(columns)) + "|",
         ]
         for task, step, iterations, rows in self.groups():
-            found = np.array([row.share for row in rows])
-            shares = "".join(f"| {100 * np.percentile(found, p):.2g} % " for _, p in SHARES)
-            worst = 1e3 * max(abs(row.audit.leftover) for row in rows)
-            turnover = 1e3 * np.median([row.audit.turnover for row in rows])
-            lines.append(
-                f"| {task} | 1/{round(1 / step)} s | {iterations} | {len(rows)} {shares}"
-                f"| {worst:.3g} | {turnover:.3g} |"
-            )
+            cells = [
+                f"{100 * np.percentile([row.share(entry) for row in rows], percentile):.2g} %"
+                for entry, shares in SHARES.items()
+                for _, percentile in shares
+            ]
+            cells.append(f"{1e3 * max(abs(row.audit.leftover) for row in rows):.2g}")
+            lines.append(f"| {task} | 1/{round(1 / step)} s | {iterations} | {' | '.join(cells)} |")
         return "\n".join(lines) + "\n"
 
 
