@@ -2,6 +2,7 @@
 
 #include "energymargin/world.hpp"
 
+#include <cstdio>
 #include <mutex>
 
 #include "door.hpp"
@@ -68,6 +69,64 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   return recording;
 }
 
+//! The balance as a table: an entry a line [J].
+std::string table(const Audit& audit) {
+  std::string text;
+  const auto line = [&text](const char* name, double energy) {
+    char row[64];
+    std::snprintf(row, sizeof row, "%-14s%+14.6e J", name, energy);
+    text += row;
+  };
+  for (const auto& [name, work] :
+       {std::pair{"wrench", audit.wrench}, std::pair{"friction", audit.friction}, std::pair{"contacts", audit.contacts},
+        std::pair{"joints", audit.joints}, std::pair{"damping", audit.damping}, std::pair{"drives", audit.drives},
+        std::pair{"overlap", audit.overlap}, std::pair{"integration", audit.integration},
+        std::pair{"leftover", audit.leftover()}}) {
+    line(name, work);
+    text += '\n';
+  }
+  line("energy_change", audit.energy_change);
+  return text;
+}
+
+void bind_audit(py::module_& module) {
+  py::class_<Audit>(
+      module, "Audit",
+      "Where the energy of a rollout went. Each work [J] is that on the bodies: positive where it gives them energy. "
+      "An "
+      "impulse works along the mean of the velocities before the step and after it, which makes the sum over all "
+      "impulses the gain of kinetic energy. The entries and `leftover` add up to `energy_change`.")
+      .def_readonly("energy_change", &Audit::energy_change,
+                    "Mechanical energy, World.energy, at the end minus at the start [J].")
+      .def_readonly("wrench", &Audit::wrench, "Work of the disturbance: Rollout.work [J].")
+      .def_readonly("friction", &Audit::friction, "Work of friction at contacts; negative but for solver error [J].")
+      .def_readonly("contacts", &Audit::contacts,
+                    "Work of the normal impulses at contacts: the loss of impacts, negative. Positive where links that "
+                    "overlap something are pushed out of it, which Bullet does by a change of velocity [J].")
+      .def_readonly(
+          "joints", &Audit::joints,
+          "Work of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J].")
+      .def_readonly("damping", &Audit::damping, "Work of the damping of joints and springs; negative [J].")
+      .def_readonly("drives", &Audit::drives,
+                    "Work of drives to a target velocity: damping * target velocity, within the torque limit [J].")
+      .def_readonly("overlap", &Audit::overlap,
+                    "Work of moving free bodies that overlap apart, against gravity, constant forces and springs; it "
+                    "takes no impulse [J].")
+      .def_readonly(
+          "integration", &Audit::integration,
+          "What the steps of the simulation are known to change, of the order of their length h: velocities "
+          "are h / 2 behind the positions, which counts the power P of gravity, constant forces and springs "
+          "as -h / 2 (P at the end - P at the start); and compliant joints, integrated implicitly, are damped "
+          "as by stiffness * h [J].")
+      .def_property_readonly("leftover", &Audit::leftover,
+                             "What the entries leave open: energy_change minus all of them [J]. It is the error of the "
+                             "simulation that has no name, most of it that of turning in steps.")
+      .def_property_readonly("turnover", &Audit::turnover,
+                             "Energy turned over: the sum of the absolute values of energy_change and all the entries. "
+                             "What leftover is to be compared with [J].")
+      .def("__repr__", &table);
+}
+
 void bind_contact(py::module_& module) {
   py::class_<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.")
       .def(py::init([](std::string body_a, std::string body_b, const ArrayLike& position, const ArrayLike& normal,
@@ -98,12 +157,14 @@ void bind_contact(py::module_& module) {
 
 void bind_world(py::module_& module) {
   bind_contact(module);
+  bind_audit(module);
   py::class_<Rollout>(module, "Rollout", "What one rollout leads to.")
       .def_readonly("state", &Rollout::state, "At the end, shape (n,).")
       .def_readonly("effort", &Rollout::effort, "Integral of |f . v + tau . omega| dt, eq. 2 and 3 [J].")
       .def_readonly("work", &Rollout::work, "The same with its sign [J].")
       .def_readonly("energy", &Rollout::energy, "Mechanical energy at the end [J].")
-      .def_readonly("steps", &Rollout::steps);
+      .def_readonly("steps", &Rollout::steps)
+      .def_readonly("audit", &Rollout::audit, "Where the energy went; None unless it was asked for.");
   py::class_<Recording>(module, "Simulation", "A recorded simulation of K frames.")
       .def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
@@ -115,16 +176,18 @@ void bind_world(py::module_& module) {
       .def(py::init<const Scene&>(), py::arg("scene"))
       .def(
           "rollout",
-          [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration) {
+          [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration,
+             bool audit) {
             const State start = vector("state", state, -1);
             const std::size_t objects = shared.world().scene().with_role(Role::object).size();
             const Disturbance pushes = wrenches("wrench", wrench_given, objects);
             const double seconds = real("duration", duration);
-            return shared.ask([&](World& world) { return world.rollout(start, pushes, seconds); });
+            return shared.ask([&](World& world) { return world.rollout(start, pushes, seconds, audit); });
           },
-          py::arg("state"), py::arg("wrench"), py::arg("duration"),
+          py::arg("state"), py::arg("wrench"), py::arg("duration"), py::arg("audit") = false,
           "Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], "
-          "rounded to whole steps.")
+          "rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but "
+          "the time that it takes.")
       .def(
           "simulate", &simulate, py::arg("state"), py::arg("steps"),
           py::arg("drives") = std::map<std::string, ArrayLike>{},

@@ -5,6 +5,7 @@ from types import ModuleType
 
 from energymargin import datasets, evaluation, regions, scenes, store, tasks
 from energymargin._core import (
+    Audit,
     Body,
     Box,
     Capsule,
@@ -42,6 +43,7 @@ from energymargin.meshes import Mesh
 from energymargin.scoring import ScoreTable, score
 
 __all__ = [
+    "Audit",
     "Body",
     "Box",
     "Capsule",

@@ -412,6 +412,51 @@ def closed_forms(
     _say(f"In {escape(str(output))}/: closed_forms.md, runs.jsonl, {drawn}")
 
 
+@experiments.command()
+def audit(
+    *,
+    rollouts: Annotated[
+        int | None, typer.Option(help="Of each task, with each setting.", show_default="100")
+    ] = None,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
+    ] = None,
+    seed: Seed = 0,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+        "out/audit"
+    ),
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A first picture in seconds: 10 rollouts.")
+    ] = False,
+) -> None:
+    """Where the energy of rollouts goes, and how much of it the simulation leaves open.
+
+    Random disturbances on random states of each task, with two lengths of the simulation's step and
+    two numbers of solver iterations; and small scenes, each with one cause of error. The folder
+    gets audit.md and audit.csv. Stopped with Ctrl-C, it writes what is done.
+
+    Example: `energymargin reproduce audit --tasks push,grasp`
+    """
+    from energymargin.experiments import audit as experiment
+    from energymargin.experiments import audit_causes
+    from energymargin.progress import progress_bar
+
+    names = experiment.TASKS if tasks is None else _split(tasks)
+    count = rollouts if rollouts is not None else experiment.QUICK if quick else experiment.ROLLOUTS
+    output.mkdir(parents=True, exist_ok=True)
+    audits = experiment.Audits()
+    try:
+        with progress_bar(err, "Auditing", "rollouts") as progress:
+            experiment.reproduce(count, names=names, seed=seed, into=audits, progress=progress)
+    finally:
+        if audits.rows:
+            text = f"{audits.to_markdown()}\n{audit_causes.to_markdown(experiment.SETTINGS[:3])}"
+            (output / "audit.md").write_text(text)
+            (output / "audit.csv").write_text(audits.to_csv())
+            _say(f"In {escape(str(output))}/: audit.md, audit.csv")
+    out.print(text, highlight=False, soft_wrap=True)
+
+
 def main() -> None:
     """Entry point of the command `energymargin`."""
     app()

@@ -2,9 +2,11 @@
 // What happens: one simulation of a Scene.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "energymargin/audit.hpp"
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
 
@@ -20,6 +22,7 @@ struct Rollout {
   double work = 0.0;    //!< the same with its sign [J]
   double energy = 0.0;  //!< mechanical energy at the end, as World::energy [J]
   int steps = 0;
+  std::optional<Audit> audit{};  //!< where the energy went, if that was asked for
 };
 
 //! One point where two bodies touch, and the forces there over the last step.
@@ -70,13 +73,14 @@ class World {
   const Scene& scene() const;
   const StateLayout& layout() const;
 
-  //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums.
+  //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums. With
+  //! `audit` it also balances the energy: nothing else changes, to the last bit, but the time that it takes.
   //! Throws std::invalid_argument on a bad state, wrench or duration; std::runtime_error if the simulation diverges.
-  Rollout rollout(const State& state, const Disturbance& wrenches, double duration);
+  Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false);
 
   //! The same for a scene with one object.
-  Rollout rollout(const State& state, const Wrench& wrench, double duration) {
-    return rollout(state, Disturbance{wrench}, duration);
+  Rollout rollout(const State& state, const Wrench& wrench, double duration, bool audit = false) {
+    return rollout(state, Disturbance{wrench}, duration, audit);
   }
 
   //! The same without the checks and without the energy, for callers that made the arguments themselves.

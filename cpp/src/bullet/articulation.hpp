@@ -32,6 +32,9 @@ class Articulation {
   //! None for a joint of another tree.
   std::optional<JointPlace> place_of(std::size_t joint) const;
 
+  //! As Bullet has it.
+  const btMultiBody& tree() const { return *body_; }
+
   void restore(const State& state);
   void read(State& state) const;
 

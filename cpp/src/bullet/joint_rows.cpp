@@ -14,7 +14,6 @@ constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad 
 constexpr double stop_steps = 4.0;   // ... or if the joint gets there in so many steps
 constexpr double no_limit = 1e10;    // [N m s]
 enum Row { drive_row, lower_row, upper_row, rows_of_a_joint };
-constexpr int base_velocities = 6;  // a tree's velocities begin with those of its base
 
 }  // namespace
 
@@ -74,6 +73,11 @@ void JointRows::add_stop(btMultiBodyConstraintArray& rows, btMultiBodyJacobianDa
   row.m_rhs = (least - direction * m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
   row.m_lowerLimit = 0.0;
   row.m_upperLimit = no_limit;
+}
+
+bool is_drive(const btMultiBodySolverConstraint& row) {
+  return row.m_orgConstraint->getConstraintType() == MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR &&
+         row.m_orgDofIndex == drive_row;
 }
 
 }  // namespace energymargin

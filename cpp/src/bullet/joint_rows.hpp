@@ -34,4 +34,7 @@ class JointRows : public btMultiBodyConstraint {
   Joint joint_;
 };
 
+//! Whether a row is that of a joint's drive; otherwise it is a stop's or a mimic's.
+bool is_drive(const btMultiBodySolverConstraint& row);
+
 }  // namespace energymargin

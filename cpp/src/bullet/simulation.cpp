@@ -253,6 +253,28 @@ void Simulation::read(State& state) const {
   if (!state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
 }
 
+void Simulation::read(Motion& motion) const {
+  const btVector3 none(0, 0, 0);
+  motion.bodies.assign(colliders_.size(), {none, none, none, none});
+  for (const Free& body : free_) {
+    motion.bodies[body_of(*body.rigid)] = {body.rigid->getLinearVelocity(), body.rigid->getAngularVelocity(),
+                                           body.speed_gained / (step_ * body.rigid->getInvMass()), none};
+  }
+  for (std::size_t i = 0; i < spring_ends_.size(); ++i) {
+    const Span now = span(i);
+    const double tension = scene_.springs()[i].stiffness * (now.length - scene_.springs()[i].rest_length);
+    for_each_pull(i, now, tension, [&motion](const Pull& pull) {
+      motion.bodies[pull.body].force += pull.force;
+      motion.bodies[pull.body].torque += pull.torque;
+    });
+  }
+  for (const auto& articulation : articulations_) {
+    const btMultiBody& tree = articulation->tree();
+    const btScalar* first = tree.getVelocityVector();
+    motion.trees[&tree].assign(first, first + base_velocities + tree.getNumDofs());
+  }
+}
+
 // Gravity enters as a change of velocity before the step, as wrenches do: Bullet aims friction against the velocity it
 // finds, and so it acts against what the forces are about to do, also on a body at rest.
 void Simulation::step() {
@@ -312,23 +334,38 @@ void Simulation::find_pulls() {
   pulls_.clear();
   for (std::size_t i = 0; i < spring_ends_.size(); ++i) {
     const Spring& spring = scene_.springs()[i];
-    const auto [a, b] = spring_ends_[i];
-    const auto on_body = [this](std::size_t body, const Vector3& point) {
-      return colliders_[body]->getWorldTransform() *
-             to_bullet(Vector3(spreads_[body].axes.conjugate() * (point - spreads_[body].center)));
-    };
-    const btVector3 end_a = on_body(a, spring.point_a);
-    const btVector3 end_b = on_body(b, spring.point_b);
-    const double length = (end_b - end_a).length();
-    if (length == 0.0) continue;  // it pulls nowhere
-    const btVector3 along = (end_b - end_a) / length;
-    const double growth = along.dot(velocity(b, end_b) - velocity(a, end_a));
-    const btVector3 pull = along * (spring.stiffness * (length - spring.rest_length) + spring.damping * growth);
-    for (const auto& [body, end, force] : {std::tuple{a, end_a, pull}, std::tuple{b, end_b, btVector3(-pull)}}) {
-      if (scene_.bodies()[body].fixed()) continue;
-      pulls_.push_back({body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
-    }
+    const Span now = span(i);
+    if (now.length == 0.0) continue;  // it pulls nowhere
+    const double tension = spring.stiffness * (now.length - spring.rest_length) + spring.damping * now.growth;
+    for_each_pull(i, now, tension, [this](const Pull& pull) { pulls_.push_back(pull); });
   }
+}
+
+// At its ends that can move.
+template <typename Visit>
+void Simulation::for_each_pull(std::size_t spring, const Span& now, double tension, const Visit& visit) const {
+  const btVector3 pull = now.along * tension;
+  const auto [a, b] = spring_ends_[spring];
+  for (const auto& [body, end, force] : {std::tuple{a, now.end_a, pull}, std::tuple{b, now.end_b, btVector3(-pull)}}) {
+    if (scene_.bodies()[body].fixed()) continue;
+    visit(Pull{body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
+  }
+}
+
+Span Simulation::span(std::size_t spring) const {
+  const auto [a, b] = spring_ends_[spring];
+  Span span{end_of(a, scene_.springs()[spring].point_a), end_of(b, scene_.springs()[spring].point_b),
+            btVector3(0, 0, 0), 0.0};
+  span.length = (span.end_b - span.end_a).length();
+  if (span.length == 0.0) return span;
+  span.along = (span.end_b - span.end_a) / span.length;
+  span.growth = span.along.dot(velocity(b, span.end_b) - velocity(a, span.end_a));
+  return span;
+}
+
+btVector3 Simulation::end_of(std::size_t body, const Vector3& point) const {
+  return colliders_[body]->getWorldTransform() *
+         to_bullet(Vector3(spreads_[body].axes.conjugate() * (point - spreads_[body].center)));
 }
 
 btVector3 Simulation::velocity(std::size_t body, const btVector3& point) const {

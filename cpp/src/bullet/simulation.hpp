@@ -1,7 +1,6 @@
 #pragma once
 // A Scene as a Bullet world.
 
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
@@ -15,6 +14,7 @@
 #include "energymargin/world.hpp"
 #include "mimic_row.hpp"
 #include "shapes.hpp"
+#include "watched_solver.hpp"
 
 namespace energymargin {
 
@@ -41,6 +41,14 @@ struct SeparatePairs : btOverlapFilterCallback {
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
 };
 
+//! A spring as it is now.
+struct Span {
+  btVector3 end_a, end_b;
+  btVector3 along;      // unit vector from a to b; 0 where they meet
+  double length;        // [m]
+  double growth = 0.0;  // of the length [m/s]
+};
+
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
 class Simulation {
  public:
@@ -58,11 +66,17 @@ class Simulation {
 
   void restore(const State& state);
   void read(State& state) const;
+  void read(Motion& motion) const;
 
   //! One step; the wrench and the targets are for this step.
   void step();
   void apply(std::size_t body, const btVector3& force, const btVector3& torque);
   void set_target(std::size_t joint, double target);
+
+  //! A spring by its index in the scene.
+  Span span(std::size_t spring) const;
+
+  WatchedSolver& solver() { return solver_; }
 
   std::vector<Contact> contacts() const;
   PairPoints pair(std::size_t a, std::size_t b, double reach);
@@ -94,6 +108,9 @@ class Simulation {
   void set_moment(const Free& body);
   void turn_normals();
   void find_pulls();
+  template <typename Visit>
+  void for_each_pull(std::size_t spring, const Span& now, double tension, const Visit& visit) const;
+  btVector3 end_of(std::size_t body, const Vector3& point) const;
   btVector3 velocity(std::size_t body, const btVector3& point) const;
   Articulation& articulation(std::size_t body) const { return *articulations_[*tree_of_[body]]; }
 
@@ -106,7 +123,7 @@ class Simulation {
   btCollisionDispatcher dispatcher_;
   SeparatePairs separate_;
   btDbvtBroadphase broadphase_;
-  btMultiBodyConstraintSolver solver_;
+  WatchedSolver solver_;
   btMultiBodyDynamicsWorld world_;
   std::vector<CollisionShape> shapes_;                // of all bodies
   std::vector<std::unique_ptr<btRigidBody>> rigids_;  // fixed and free bodies without joints, and fixed bases

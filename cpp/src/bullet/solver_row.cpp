@@ -6,8 +6,6 @@
 namespace energymargin {
 namespace {
 
-constexpr int base_velocities = 6;  // a tree's velocities begin with those of its base
-
 int velocity_of(const JointPlace& joint) { return base_velocities + joint.body->getLink(joint.link).m_dofOffset; }
 
 // Where a tree's changes of velocity stand; Bullet makes room for each tree once a step.

@@ -7,6 +7,9 @@
 
 namespace energymargin {
 
+//! A tree's velocities begin with those of its base.
+inline constexpr int base_velocities = 6;
+
 //! Where a joint is among Bullet's.
 struct JointPlace {
   btMultiBody* body;

@@ -9,6 +9,7 @@
 
 #include "../check.hpp"
 #include "../energy.hpp"
+#include "auditor.hpp"
 #include "shapes.hpp"
 #include "simulation.hpp"
 
@@ -17,6 +18,10 @@ namespace energymargin {
 class World::Bullet {
  public:
   explicit Bullet(const Scene& scene) : simulation(scene), energy(scene) {}
+
+  //! From where the simulation is; `auditor` may be null.
+  Rollout rollout(const Disturbance& wrenches, int steps, Auditor* auditor);
+  Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps);
 
   Simulation simulation;
   Energy energy;
@@ -93,7 +98,7 @@ World& World::operator=(World&&) noexcept = default;
 const Scene& World::scene() const { return bullet_->simulation.scene(); }
 const StateLayout& World::layout() const { return bullet_->simulation.layout(); }
 
-Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration) {
+Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit) {
   validate(scene(), state);
   const std::size_t objects = bullet_->simulation.objects().size();
   if (wrenches.size() != objects) {
@@ -107,20 +112,26 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   if (duration > most_steps * scene().stepping().step) {
     reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
   }
-  Rollout result = rollout_unchecked(state, wrenches, bullet_->simulation.whole_steps(duration));
+  const int steps = bullet_->simulation.whole_steps(duration);
+  if (audit) return bullet_->audited_rollout(state, wrenches, steps);
+  Rollout result = rollout_unchecked(state, wrenches, steps);
   result.energy = bullet_->energy(result.state);
   return result;
 }
 
 Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps) {
-  Simulation& simulation = bullet_->simulation;
-  const double step = scene().stepping().step;
+  bullet_->simulation.restore(state);
+  return bullet_->rollout(wrenches, steps, nullptr);
+}
+
+Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, Auditor* auditor) {
+  const double step = simulation.scene().stepping().step;
   std::vector<Push> pushes;
   for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench, step);
-  simulation.restore(state);
   Rollout result;
   result.steps = steps;
   for (int i = 0; i < steps; ++i) {
+    if (auditor) auditor->begin_step();
     for (Push& push : pushes) push.apply();
     simulation.step();
     for (const Push& push : pushes) {
@@ -128,8 +139,23 @@ Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches
       result.effort += std::abs(work);
       result.work += work;
     }
+    if (auditor) auditor->end_step();
   }
   simulation.read(result.state);
+  return result;
+}
+
+Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps) {
+  simulation.restore(state);
+  Auditor auditor(simulation);
+  Rollout result = rollout(wrenches, steps, &auditor);
+  result.energy = energy(result.state);
+  result.audit = auditor.audit();
+  result.audit->energy_change = result.energy - energy(state);
+  result.audit->wrench = result.work;
+  // Velocities are half a step behind the positions, and so is the work of what depends on positions.
+  result.audit->integration -=
+      0.5 * simulation.scene().stepping().step * (energy.power(result.state) - energy.power(state));
   return result;
 }
 

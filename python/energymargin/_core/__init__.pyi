@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Body', 'Box', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'mass_properties', 'regions', 'stream']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'mass_properties', 'regions', 'stream']
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -534,10 +534,76 @@ class Contact:
         """
         Friction on body_a, shape (3,) [N].
         """
+class Audit:
+    """
+    Where the energy of a rollout went. Each work [J] is that on the bodies: positive where it gives them energy. An impulse works along the mean of the velocities before the step and after it, which makes the sum over all impulses the gain of kinetic energy. The entries and `leftover` add up to `energy_change`.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def contacts(self) -> float:
+        """
+        Work of the normal impulses at contacts: the loss of impacts, negative. Positive where links that overlap something are pushed out of it, which Bullet does by a change of velocity [J].
+        """
+    @property
+    def damping(self) -> float:
+        """
+        Work of the damping of joints and springs; negative [J].
+        """
+    @property
+    def drives(self) -> float:
+        """
+        Work of drives to a target velocity: damping * target velocity, within the torque limit [J].
+        """
+    @property
+    def energy_change(self) -> float:
+        """
+        Mechanical energy, World.energy, at the end minus at the start [J].
+        """
+    @property
+    def friction(self) -> float:
+        """
+        Work of friction at contacts; negative but for solver error [J].
+        """
+    @property
+    def integration(self) -> float:
+        """
+        What the steps of the simulation are known to change, of the order of their length h: velocities are h / 2 behind the positions, which counts the power P of gravity, constant forces and springs as -h / 2 (P at the end - P at the start); and compliant joints, integrated implicitly, are damped as by stiffness * h [J].
+        """
+    @property
+    def joints(self) -> float:
+        """
+        Work of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J].
+        """
+    @property
+    def leftover(self) -> float:
+        """
+        What the entries leave open: energy_change minus all of them [J]. It is the error of the simulation that has no name, most of it that of turning in steps.
+        """
+    @property
+    def overlap(self) -> float:
+        """
+        Work of moving free bodies that overlap apart, against gravity and constant forces: they are lifted, not thrown [J].
+        """
+    @property
+    def turnover(self) -> float:
+        """
+        Energy turned over: the sum of the absolute values of energy_change and all the entries. What leftover is to be compared with [J].
+        """
+    @property
+    def wrench(self) -> float:
+        """
+        Work of the disturbance: Rollout.work [J].
+        """
 class Rollout:
     """
     What one rollout leads to.
     """
+    @property
+    def audit(self) -> Audit | None:
+        """
+        Where the energy went; None unless it was asked for.
+        """
     @property
     def effort(self) -> float:
         """
@@ -598,9 +664,9 @@ class World:
         """
         Mechanical energy [J]: kinetic energy of all bodies that move, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs, and of the joints' compliance, zero at their targets.
         """
-    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float) -> Rollout:
+    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, audit: bool = False) -> Rollout:
         """
-        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps.
+        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
         """

@@ -1,0 +1,57 @@
+#pragma once
+// Bullet's solver, with a view on the work of its impulses.
+
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <map>
+#include <vector>
+
+namespace energymargin {
+
+//! How all that moves does so, as Bullet keeps it.
+struct Motion {
+  struct OfBody {
+    btVector3 linear, angular;
+    btVector3 force, torque;  // of gravity, the body's constant force and the springs' stiffness [N, N m]
+  };
+  std::vector<OfBody> bodies;                               // by their index in the scene; not of links
+  std::map<const btMultiBody*, std::vector<double>> trees;  // of the base, then of the joints
+};
+
+//! Work of what the solver does [J].
+struct ImpulseWork {
+  double contacts = 0.0;  // of normal impulses
+  double friction = 0.0;
+  double joints = 0.0;   // of stops and mimics, not of drives
+  double overlap = 0.0;  // of moving bodies apart against their loads
+};
+
+//! Solves as Bullet does. While it is watched it also sums up work: each impulse times the mean of the velocity along
+//! it before the step and after it.
+class WatchedSolver : public btMultiBodyConstraintSolver {
+ public:
+  //! `before` is what the next steps begin with, for the caller to keep up to date; null ends the watch.
+  void watch(const Motion* before);
+
+  //! Since the watch began.
+  const ImpulseWork& work() const { return work_; }
+
+ protected:
+  btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                         const btContactSolverInfo& info) override;
+
+ private:
+  void add_work();
+  void add_overlap(const btContactSolverInfo& info);
+  double work_of(const btSolverConstraint& row) const;
+  double work_of(const btMultiBodySolverConstraint& row) const;
+  double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
+  double mean_speed(const btMultiBody& tree, int jacobian, int changes) const;
+
+  const Motion* before_ = nullptr;
+  ImpulseWork work_;
+};
+
+}  // namespace energymargin
