@@ -15,8 +15,8 @@ struct Audit {
   //! Of the normal impulses at contacts: the loss of impacts, negative. Positive where links that overlap something are
   //! pushed out of it, which Bullet does by a change of velocity [J].
   double contacts = 0.0;
-  double joints =
-      0.0;  //!< of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J]
+  //! Of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J].
+  double joints = 0.0;
   double damping = 0.0;  //!< of the damping of joints and springs; negative [J]
   double drives = 0.0;   //!< of drives to a target velocity: damping * target velocity, within the torque limit [J]
   //! Of moving free bodies that overlap apart, against gravity, constant forces and springs; it takes no impulse [J].

@@ -583,7 +583,7 @@ class Audit:
     @property
     def overlap(self) -> float:
         """
-        Work of moving free bodies that overlap apart, against gravity and constant forces: they are lifted, not thrown [J].
+        Work of moving free bodies that overlap apart, against gravity, constant forces and springs; it takes no impulse [J].
         """
     @property
     def turnover(self) -> float:
