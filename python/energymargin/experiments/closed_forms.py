@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import escape_effort
+from energymargin._core import EscapeEffort, World, escape_effort
 from energymargin.experiments.known_answers import KnownAnswer, known_answers
 from energymargin.scoring import held_interrupts, thread_count
 
@@ -58,6 +58,11 @@ class Run:
     history: list[tuple[int, int, float]]
     """(nodes, simulation steps, best effort [J]) at each improvement."""
 
+    @property
+    def effort(self) -> float:
+        """Best effort of the whole run [J]."""
+        return self.after(self.job.nodes)
+
     def after(self, amount: int, *, steps: bool = False) -> float:
         """Best effort after so many nodes, or simulation steps [J]; inf if there was none."""
         column = 1 if steps else 0
@@ -83,6 +88,8 @@ class ClosedForms:
 
     problems: list[KnownAnswer]
     runs: list[Run]
+    gifts: dict[str, float]
+    """Of each problem, energy that the simulation gave on the cheapest escape of all runs [J]."""
 
     def efforts(
         self, problem: KnownAnswer, planner: str, search: str, amount: int, *, steps: bool = False
@@ -105,8 +112,8 @@ class ClosedForms:
     def _ratio_table(self) -> list[str]:
         head = " | ".join(f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES)
         lines = [
-            f"| problem | answer [J] | {head} | lowest |",
-            "| --- " * (3 + len(PLANNERS) * len(NODES)) + "|",
+            f"| problem | answer [J] | {head} | lowest | given |",
+            "| --- " * (4 + len(PLANNERS) * len(NODES)) + "|",
         ]
         for problem in self.problems:
             cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
@@ -129,9 +136,14 @@ class ClosedForms:
 
     def _lowest(self, problem: KnownAnswer) -> str:
         if not measurable(problem):
-            return "—"
-        found = [run.after(max(NODES)) for p in PLANNERS for run in self.of(problem, p, OURS)]
-        return f"{min(found) / problem.answer:.4f}"
+            return "— | —"
+        lowest = self.cheapest(problem).effort / problem.answer
+        return f"{lowest:.4f} | {self.gifts[problem.name] / problem.answer:+.4f}"
+
+    def cheapest(self, problem: KnownAnswer) -> Run:
+        """Of all runs of our search the one with the least effort."""
+        runs = [run for planner in PLANNERS for run in self.of(problem, planner, OURS)]
+        return min(runs, key=lambda run: run.effort)
 
     def _gain_table(self) -> list[str]:
         head = " | ".join(
@@ -180,7 +192,10 @@ def reproduce(
             runs[run.job] = run
             if progress is not None:
                 progress(sum(job in runs for job in wanted), len(wanted))
-    return ClosedForms(list(known.values()), [runs[job] for job in wanted])
+    result = ClosedForms(list(known.values()), [runs[job] for job in wanted], {})
+    for problem in filter(measurable, result.problems):
+        result.gifts[problem.name] = _gift(problem, result.cheapest(problem).job)
+    return result
 
 
 def _jobs(
@@ -218,10 +233,29 @@ def _made(jobs: Sequence[Job], known: dict[str, KnownAnswer], threads: int) -> I
         raise KeyboardInterrupt
 
 
-def _run(job: Job, known: KnownAnswer) -> Run:
-    found = escape_effort(
+def _gift(known: KnownAnswer, job: Job) -> float:
+    """Energy that came from nothing along the best path of a search [J]: what the audit cannot lay
+    to a force, and what it lays to contacts that do work."""
+    found = _search(known, job)
+    world = World(known.problem.scene)
+    given = 0.0
+    for node in found.path[1:]:
+        start = found.tree.states[found.tree.parents[node]]
+        edge = (found.tree.controls[node], found.tree.durations[node])
+        audit = world.rollout(start, *edge, audit=True).audit
+        assert audit is not None
+        given += audit.integration + audit.overlap + audit.leftover + max(audit.contacts, 0.0)
+    return given
+
+
+def _search(known: KnownAnswer, job: Job) -> EscapeEffort:
+    return escape_effort(
         known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, **SEARCHES[job.search]
     )
+
+
+def _run(job: Job, known: KnownAnswer) -> Run:
+    found = _search(known, job)
     steps = np.cumsum(np.round(found.tree.durations / known.problem.scene.step)).astype(int)
     return Run(job, [(nodes, int(steps[nodes]), effort) for nodes, effort in found.history])
 
