@@ -7,6 +7,8 @@ from energymargin import datasets, evaluation, regions, scenes, store, tasks
 from energymargin._core import (
     Body,
     Box,
+    Cancel,
+    Cancelled,
     Capsule,
     CaptureScore,
     Compound,
@@ -44,6 +46,8 @@ from energymargin.scoring import ScoreTable, score
 __all__ = [
     "Body",
     "Box",
+    "Cancel",
+    "Cancelled",
     "Capsule",
     "CaptureScore",
     "Compound",

@@ -14,6 +14,12 @@
 
 namespace energymargin {
 
+namespace {
+
+constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us to, in large scenes, some ms
+
+}  // namespace
+
 class World::Bullet {
  public:
   explicit Bullet(const Scene& scene) : simulation(scene), energy(scene) {}
@@ -93,7 +99,7 @@ World& World::operator=(World&&) noexcept = default;
 const Scene& World::scene() const { return bullet_->simulation.scene(); }
 const StateLayout& World::layout() const { return bullet_->simulation.layout(); }
 
-Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration) {
+Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, const Limit& limit) {
   validate(scene(), state);
   const std::size_t objects = bullet_->simulation.objects().size();
   if (wrenches.size() != objects) {
@@ -107,20 +113,22 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   if (duration > most_steps * scene().stepping().step) {
     reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
   }
-  Rollout result = rollout_unchecked(state, wrenches, bullet_->simulation.whole_steps(duration));
+  const int steps = bullet_->simulation.whole_steps(duration);
+  Rollout result = rollout_unchecked(state, wrenches, steps, limit);
+  if (result.steps < steps) limit.require();
   result.energy = bullet_->energy(result.state);
   return result;
 }
 
-Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps) {
+Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
   Simulation& simulation = bullet_->simulation;
   const double step = scene().stepping().step;
   std::vector<Push> pushes;
   for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench, step);
   simulation.restore(state);
   Rollout result;
-  result.steps = steps;
-  for (int i = 0; i < steps; ++i) {
+  for (; result.steps < steps; ++result.steps) {
+    if (result.steps % steps_between_looks == 0 && limit.reached()) break;
     for (Push& push : pushes) push.apply();
     simulation.step();
     for (const Push& push : pushes) {
@@ -134,7 +142,7 @@ Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches
 }
 
 std::vector<Frame> World::simulate(const State& state, const Script& script, int steps,
-                                   const std::vector<int>& record) {
+                                   const std::vector<int>& record, const Limit& limit) {
   validate(scene(), state);
   require_at_least("steps", steps, 1);
   if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
@@ -158,6 +166,7 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   }
   simulation.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
+    if (i % steps_between_looks == 0) limit.require();
     for (const auto& [body, wrenches] : drives) {
       simulation.apply(body, to_bullet(Vector3(wrenches.row(i - 1).head<3>())),
                        to_bullet(Vector3(wrenches.row(i - 1).tail<3>())));

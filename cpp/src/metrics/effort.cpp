@@ -17,7 +17,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.stop);
+                                 options.limit);
   const std::uint64_t planner_seed = stream(options.seed, 0);
   if (options.planner == "est") {
     search::Est est(bounded, planner_seed);

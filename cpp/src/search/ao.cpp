@@ -41,6 +41,7 @@ Escape ao(BoundedProblem& problem, ompl::base::Planner& planner) {
     definition->clearSolutionPaths();
     if (auto* prunable = dynamic_cast<Prunable*>(&planner)) prunable->prune(escape.effort);
   }
+  escape.complete = problem.nodes_are_spent() || escape.effort == 0.0;
   escape.tree = problem.take_tree();
   escape.path = escape.tree.path_to(last);
   return escape;

@@ -66,14 +66,14 @@ class NoTarget : public ompl::base::ValidStateSampler {
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                               const std::atomic<bool>* stop)
-    : most_nodes_(nodes), stop_(stop) {
+                               const Limit& limit)
+    : most_nodes_(nodes), limit_(limit) {
   require_at_least("nodes", nodes, 1);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, sampler_stream));
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream));
   si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
-  propagator_ = std::make_shared<Propagator>(si_, problem, nodes);
+  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit);
   si_->setStatePropagator(propagator_);
   // The control carries its own duration, so OMPL's counts as one.
   si_->setPropagationStepSize(1.0);
@@ -101,11 +101,6 @@ ompl::base::PlannerTerminationCondition BoundedProblem::termination() const {
   return ompl::base::PlannerTerminationCondition([this] { return spent(); });
 }
 
-bool BoundedProblem::spent() const { return nodes() >= most_nodes_ || (stop_ != nullptr && stop_->load()); }
-
-Tree BoundedProblem::take_tree() {
-  if (stop_ != nullptr && stop_->load() && nodes() < most_nodes_) throw Stopped();
-  return propagator_->take_tree();
-}
+bool BoundedProblem::spent() const { return nodes_are_spent() || limit_.reached(); }
 
 }  // namespace energymargin::search

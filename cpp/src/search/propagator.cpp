@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "energymargin/search/cost_space.hpp"
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr unsigned int wrench_axes = 6;  // of one object
 constexpr double single_share = 0.5;     // of the draws disturb one object alone, where there are several
+constexpr int first_room = 4096;         // rows of a tree that may end before all its nodes are made
 
 // Draws wrenches evenly between their bounds, and durations as T U^(1/d) with d the number of axes that act on an
 // object: even in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the
@@ -89,12 +91,17 @@ ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const
   return std::make_shared<WrenchSampler>(this, seed_);
 }
 
-Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes)
-    : StatePropagator(si), world_(problem.scene), edge_start_(problem), step_(problem.scene.stepping().step) {
+Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes,
+                       const Limit& limit)
+    : StatePropagator(si),
+      limit_(limit),
+      world_(problem.scene),
+      edge_start_(problem),
+      step_(problem.scene.stepping().step) {
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
     objects_.push_back(world_.layout().offset(object));
   }
-  make_room(nodes + 1);
+  make_room(std::min(nodes, first_room) + 1);
   tree_.states.row(0) = problem.state.transpose();
   tree_.costs[0] = 0.0;
   tree_.parents[0] = -1;
@@ -109,11 +116,16 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   const auto& controls = *si_->getControlSpace()->as<WrenchSpace>();
   const Disturbance wrenches = controls.wrenches(control);
   const int steps = controls.steps(control);
-  const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(parent_node)), wrenches, steps);
+  const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(parent_node)), wrenches, steps, limit_);
+  auto* result = to->as<CostSpace::StateType>();
+  if (rollout.steps < steps) {
+    result->cost = std::numeric_limits<double>::infinity();
+    return;
+  }
   const double cost = parent->cost + rollout.effort;
 
   const int node = ++nodes_;
-  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());  // some planners go on a little after the end
+  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
   tree_.states.row(node) = rollout.state.transpose();
   tree_.costs[node] = cost;
   tree_.parents[node] = parent_node;
@@ -123,7 +135,6 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
   }
   tree_.durations[node] = steps * step_;
 
-  auto* result = to->as<CostSpace::StateType>();
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     result->objects[i] = StateLayout::read(rollout.state.data() + objects_[i]);
   }

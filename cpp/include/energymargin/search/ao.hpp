@@ -9,7 +9,7 @@
 namespace energymargin::search {
 
 //! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between
-//! iterations, and prunes it if it is Prunable. Throws Stopped if the search was ended from outside.
+//! iterations, and prunes it if it is Prunable.
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner);
 
 }  // namespace energymargin::search

@@ -5,36 +5,29 @@
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/control/SpaceInformation.h>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/cost_space.hpp"
 #include "energymargin/search/propagator.hpp"
 
 namespace energymargin::search {
 
-//! A search was stopped from another thread.
-class Stopped : public std::runtime_error {
- public:
-  Stopped() : std::runtime_error("the search was stopped") {}
-};
-
 class BoundedProblem {
  public:
-  //! At most `nodes` rollouts; `stop`, if given, ends the search early. The goal is the complement of `captured`,
+  //! At most `nodes` rollouts, fewer if the limit is reached. The goal is the complement of `captured`,
   //! within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only
   //! grows (Algorithm 2).
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                 const std::atomic<bool>* stop);
+                 const Limit& limit = {});
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }
   const CostSpace& space() const { return *space_; }
 
-  //! True once the nodes are spent or the search was stopped.
+  //! True once the nodes are spent or the limit is reached.
   ompl::base::PlannerTerminationCondition termination() const;
   bool spent() const;
 
@@ -42,13 +35,13 @@ class BoundedProblem {
   void lower_bound(double cost) { space_->lower_bound(cost); }
 
   int nodes() const { return propagator_->nodes(); }
+  bool nodes_are_spent() const { return nodes() >= most_nodes_; }
 
-  //! Throws Stopped if the search was ended from outside.
-  Tree take_tree();
+  Tree take_tree() { return propagator_->take_tree(); }
 
  private:
   int most_nodes_;
-  const std::atomic<bool>* stop_;
+  Limit limit_;
   std::shared_ptr<CostSpace> space_;
   ompl::control::SpaceInformationPtr si_;
   std::shared_ptr<Propagator> propagator_;
