@@ -227,7 +227,8 @@ void bind_scores(py::module_& module) {
         return std::pair(found.low, found.high);
       },
       py::arg("scores"), py::arg("resolution"), py::arg("confidence") = 0.95,
-      "(low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval does.");
+      "(low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval "
+      "does.");
   module.def(
       "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
       py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
@@ -240,21 +241,19 @@ does not depend on the threads.
 
 Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
 there is none, the first tree as far as it is. `complete` says so.)");
-  module.def(
-      "escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
-      py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("timeout") = py::none(),
-      py::arg("cancel") = py::none(),
-      R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
+  module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
+             py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("timeout") = py::none(),
+             py::arg("cancel") = py::none(),
+             R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
 
 With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
 
 Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
 nodes. `complete` says so.)");
-  module.def(
-      "escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
-      py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(), py::kw_only(),
-      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
-      R"(Least potential energy above that of the start over which the object gets out of the capture set.
+  module.def("escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
+             py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(), py::kw_only(),
+             py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+             R"(Least potential energy above that of the start over which the object gets out of the capture set.
 
 It is moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the edge of
 the box around the start to search in [m], by default found. object: which one, of several.

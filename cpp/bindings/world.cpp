@@ -147,7 +147,8 @@ void bind_world(py::module_& module) {
             const Disturbance pushes = wrenches("wrench", wrench_given, objects);
             const double seconds = real("duration", duration);
             return simulated(seconds / shared.world().scene().stepping().step, given, [&](const Limit& limit) {
-              return shared.ask_until(limit, [&](World& world) { return world.rollout(start, pushes, seconds, limit); });
+              return shared.ask_until(limit,
+                                      [&](World& world) { return world.rollout(start, pushes, seconds, limit); });
             });
           },
           py::arg("state"), py::arg("wrench"), py::arg("duration"), py::kw_only(), py::arg("timeout") = py::none(),
@@ -161,7 +162,8 @@ void bind_world(py::module_& module) {
           py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints "
           "under position control, shape (steps,) [rad] or [m]. record: after which steps a frame "
-          "is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after timeout [s], and "
+          "is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after "
+          "timeout [s], and "
           "Cancelled once cancel is set.")
       .def(
           "energy",

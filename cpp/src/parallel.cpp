@@ -9,8 +9,7 @@
 
 namespace energymargin {
 
-void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job,
-                  const Limit& limit) {
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job, const Limit& limit) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr error;
   std::mutex error_mutex;

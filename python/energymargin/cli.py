@@ -157,7 +157,9 @@ def generate(
     made = registry.make(task, **_parsed(parameter or []))
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
-    dataset = _generate(made, trajectories, frames, seed, output, timeout)
+    dataset = _generate(
+        made, output, trajectories=trajectories, frames=frames, seed=seed, timeout=timeout
+    )
     if picture is not None:
         from energymargin.experiments import pictures
 
@@ -194,8 +196,15 @@ def score(
     dataset = datasets.load(data)
     output = output or data.with_name(f"{data.stem}-scores.db")
     chosen = None if metrics is None else _split(metrics)
-    settings = {"metrics": chosen, "nodes": nodes, "seed": seed, "threads": threads}
-    with _score(dataset, output, **settings, timeout=timeout) as store:
+    with _score(
+        dataset,
+        output,
+        metrics=chosen,
+        nodes=nodes,
+        seed=seed,
+        threads=threads,
+        timeout=timeout,
+    ) as store:
         scored, total = store.counts()
         written = escape(str(output))
         if scored < total:
@@ -377,7 +386,9 @@ def uncertainty(
         str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
     ] = None,
     states: Annotated[int, typer.Option(help="How many states of each task.")] = 5,
-    nodes: Annotated[str, typer.Option(help="Sizes of the trees, with commas between.")] = "100,300",
+    nodes: Annotated[
+        str, typer.Option(help="Sizes of the trees, with commas between.")
+    ] = "100,300",
     trees: Annotated[int, typer.Option(help="How many trees of each state.")] = 200,
     seed: Seed = 0,
     threads: Threads = None,
@@ -424,12 +435,7 @@ def main() -> None:
 
 
 def _generate(
-    task: Any,
-    trajectories: int,
-    frames: int,
-    seed: int,
-    output: Path,
-    timeout: float | None,
+    task: Any, output: Path, *, trajectories: int, frames: int, seed: int, timeout: float | None
 ) -> Dataset:
     from energymargin import datasets
     from energymargin.progress import progress_bar

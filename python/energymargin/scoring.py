@@ -111,8 +111,8 @@ def score(
     whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
     grows the tree of that problem here.
 
-    After `timeout` [s], or once `cancel` is set, the table has the rows that are finished, each with
-    the scores that it has in the whole; the others are missing.
+    After `timeout` [s], or once `cancel` is set, the table has the rows that are finished, each
+    with the scores that it has in the whole; the others are missing.
 
     Ctrl-C stops within 0.1 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is

@@ -267,10 +267,10 @@ def score_dataset(
     as soon as it is there. Returns whether all are scored now: False if `timeout` [s] was over, or
     `cancel` was set, before.
 
-    Then, or on KeyboardInterrupt, or any other error, all that was finished is in the file, and the same
-    call goes on from it: the scores are those of an undisturbed run, to the last bit. Arguments and
-    errors: as `scoring.score`, and `ScoreStore.for_dataset`. `progress(done, total)` counts all
-    states of the dataset.
+    Then, or on KeyboardInterrupt, or any other error, all that was finished is in the file, and the
+    same call goes on from it: the scores are those of an undisturbed run, to the last bit.
+    Arguments and errors: as `scoring.score`, and `ScoreStore.for_dataset`. `progress(done, total)`
+    counts all states of the dataset.
     """
     limit = Limit(timeout, cancel)
     problems = dataset.problems()

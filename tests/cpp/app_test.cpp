@@ -8,9 +8,9 @@
 
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
-#include "energymargin/metrics/interval.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/interval.hpp"
 #include "expect.hpp"
 #include "problem_files.hpp"
 

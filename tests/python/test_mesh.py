@@ -270,7 +270,7 @@ def test_a_decomposition_ends_at_its_limit_without_a_process_or_a_mesh(how, monk
     threading.Timer(0.5, cancel.set).start()
     limit = {"timeout": 0.5} if how == "timeout" else {"cancel": cancel}
     error = TimeoutError if how == "timeout" else em.Cancelled
-    with pytest.raises(error, match="wheel.stl was taken apart"):
+    with pytest.raises(error, match=r"wheel\.stl was taken apart"):
         Mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01, **limit)  # a minute
     assert started[-1].poll() == -signal.SIGKILL
 

@@ -141,8 +141,8 @@ Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches
   return result;
 }
 
-std::vector<Frame> World::simulate(const State& state, const Script& script, int steps,
-                                   const std::vector<int>& record, const Limit& limit) {
+std::vector<Frame> World::simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
+                                   const Limit& limit) {
   validate(scene(), state);
   require_at_least("steps", steps, 1);
   if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));

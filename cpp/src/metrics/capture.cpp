@@ -73,8 +73,7 @@ class Forest {
 
   void grow() {
     const Limit enough = options_.limit.or_when(done_);
-    parallel_for(
-        most_, options_.threads, [&](std::size_t i) { grow_tree(i, enough); }, enough);
+    parallel_for(most_, options_.threads, [&](std::size_t i) { grow_tree(i, enough); }, enough);
     if (grown_.count(0) == 0) grow_tree(0, enough);  // its root alone
   }
 
@@ -150,8 +149,9 @@ class Forest {
 void validate(const CaptureOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
-  if (options.trees) require_at_least(options.tolerance ? "trees with a tolerance" : "trees", *options.trees,
-                                      options.tolerance ? fewest_trees : 1);
+  if (options.trees)
+    require_at_least(options.tolerance ? "trees with a tolerance" : "trees", *options.trees,
+                     options.tolerance ? fewest_trees : 1);
   require_at_least("threads", options.threads, 1);
   if (options.rate) require_not_negative("rate", *options.rate);
 }

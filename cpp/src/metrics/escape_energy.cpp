@@ -56,7 +56,8 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   if (!std::isfinite(smallest_half_extent(body.shape))) {
     reject("object", "'" + body.name + "', which has no parts", "one that can collide with something");
   }
-  search::QuasistaticProblem quasistatic(problem, object, {options.samples, options.seed, options.reach, options.limit});
+  search::QuasistaticProblem quasistatic(problem, object,
+                                         {options.samples, options.seed, options.reach, options.limit});
   if (options.planner == "bit*") {
     search::bit_star(quasistatic);
   } else {

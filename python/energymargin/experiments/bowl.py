@@ -144,7 +144,8 @@ def reproduce(
 ) -> Bowl:
     """Takes the bowl apart, lets the ball roll in it, and searches for its way out.
 
-    The folder gets bowl.obj, problem.json and, of the searches so far, bowl.md and bowl.csv. `progress(done, total)` is called after each search.
+    The folder gets bowl.obj, problem.json and, after each search, bowl.md and bowl.csv of those so
+    far. `progress(done, total)` is called after each search.
     """
     mesh = folder / "bowl.obj"
     write_mesh(mesh)

@@ -69,11 +69,12 @@ def ceiling_dataset(
 ) -> bool:
     """The shares of every state of a dataset, kept in the file at `path` as soon as they are there.
 
-    The file is a ScoreStore: "captured/h" for each horizon h, and "success". Returns whether all are
-    there: False if `timeout` [s] was over, or `cancel` was set, before. Then, or on
+    The file is a ScoreStore: "captured/h" for each horizon h, and "success". Returns whether all
+    are there: False if `timeout` [s] was over, or `cancel` was set, before. Then, or on
     KeyboardInterrupt, or any other error, all that was finished is in it, and the same call goes on
-    to the same bits, on any number of threads. Raises ValueError on a task without a script, numbers out of range, or
-    a file of other settings. `progress(done, total)` counts all states of the dataset.
+    to the same bits, on any number of threads. Raises ValueError on a task without a script,
+    numbers out of range, or a file of other settings. `progress(done, total)` counts all states of
+    the dataset.
     """
     limit = Limit(timeout, cancel)
     task = scripted(dataset)

@@ -34,7 +34,16 @@ from energymargin._core import (
 from energymargin.scoring import thread_count
 from energymargin.tasks.base import whole_number
 
-__all__ = ["ALL", "OWN", "Cell", "Row", "Settings", "Uncertainty", "coverage", "reproduce", "stopping"]
+__all__ = [
+    "ALL",
+    "OWN",
+    "Settings",
+    "Uncertainty",
+    "coverage",
+    "reproduce",
+    "stopped_at",
+    "stopping",
+]
 
 OWN = "puck"
 """The problem that is no task."""
@@ -42,6 +51,7 @@ ALL = ("push", "balance", "topple", "grasp", OWN)
 FRAMES = ((0, 1), (0, 4), (0, 7), (1, 1), (1, 7))  # trajectory and frame of each state of a task
 SPEEDS = (0.0, 0.1, 0.2)  # m/s, of the puck towards the rim, one a state
 COUNTS = (4, 5, 8, 10, 20)
+FEWEST = (4, 5, 6, 8, 10, 12)  # trees at which a tolerance may be met
 CONFIDENCE = 0.95
 
 
@@ -102,9 +112,9 @@ class Row:
     """Whether the spread is finer than one node: the trees as good as agree."""
     covered: dict[int, float]
     """By number of trees, the share of the intervals that hold the truth."""
-    stopped: float
-    """The same with the tolerance."""
-    grown: float
+    stopped: dict[int, float]
+    """The same with the tolerance, by the fewest trees that may meet it."""
+    grown: dict[int, float]
     """Trees until then, in the mean."""
 
 
@@ -120,15 +130,22 @@ class Uncertainty:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(
-            ("task", "state", "nodes", "score", "truth", "spread", "finer_than_a_node")
-            + tuple(f"covered_{k}" for k in COUNTS)
-            + ("covered_tolerance", "trees_tolerance")
+            (
+                *("task", "state", "nodes", "score", "truth", "spread", "finer_than_a_node"),
+                *(f"covered_{k}" for k in COUNTS),
+                *(f"covered_tolerance_from_{k}" for k in FEWEST),
+                *(f"trees_tolerance_from_{k}" for k in FEWEST),
+            )
         )
         for row in self.rows:
             writer.writerow(
-                (row.task, row.state, row.nodes, row.which, row.truth, row.spread, int(row.fine))
-                + tuple(row.covered[k] for k in COUNTS)
-                + (row.stopped, row.grown)
+                (
+                    *(row.task, row.state, row.nodes, row.which, row.truth, row.spread),
+                    int(row.fine),
+                    *(row.covered[k] for k in COUNTS),
+                    *(row.stopped[k] for k in FEWEST),
+                    *(row.grown[k] for k in FEWEST),
+                )
             )
         return text.getvalue()
 
@@ -137,8 +154,8 @@ class Uncertainty:
         s = self.settings
         header = [*(f"{k} trees" for k in COUNTS), f"tolerance {s.tolerance:g}", "its trees"]
         lines = [
-            f"How many of the {CONFIDENCE:.0%} intervals hold the mean of {s.trees} trees: mean, and "
-            f"lowest, over the scores of the states ({s.draws} draws of each; trees of "
+            f"Share of the {CONFIDENCE:.0%} intervals that hold the mean of {s.trees} trees: mean, "
+            f"and lowest, over the scores of the states ({s.draws} draws of each; trees of "
             f"{' and '.join(map(str, s.nodes))} nodes).",
             "",
             f"| {' | '.join(['', 'scores', *header])} |",
@@ -149,10 +166,23 @@ class Uncertainty:
                 rows = [row for row in self.rows if row.task == task and row.fine == fine]
                 if rows:
                     lines.append(_line(task + (", trees agree" if fine else ""), rows))
-        spread = [row for row in self.rows if not row.fine]
-        if spread:
-            lines.append(_line("all whose trees differ", spread))
+        differ = [row for row in self.rows if not row.fine]
+        if differ:
+            lines += [_line("all whose trees differ", differ), "", *self._by_fewest(differ)]
         return "\n".join(lines) + "\n"
+
+    def _by_fewest(self, rows: Sequence[Row]) -> list[str]:
+        """What the fewest trees do that may meet the tolerance."""
+        lines = [
+            f"| tolerance {self.settings.tolerance:g} met from | share that holds, mean, lowest "
+            "| trees, mean |",
+            "| --- | --- | --- |",
+        ]
+        for k in FEWEST:
+            shares = [row.stopped[k] for row in rows]
+            grown = np.mean([row.grown[k] for row in rows])
+            lines.append(f"| {k} trees on | {_shares(shares)} | {grown:.1f} |")
+        return lines
 
 
 def reproduce(
@@ -182,9 +212,11 @@ def reproduce(
         (*of, nodes) for nodes in settings.nodes for of in problems
     ):
         advance(done, total)
-        cell = _kept(folder, task, state, nodes, settings) or _grown(
-            folder, task, state, problem, nodes, settings, threads
-        )
+        path = folder / "trees" / f"{task}-{state}-{nodes}.json"
+        cell = _kept(path, settings)
+        if cell is None:
+            cell = Cell(task, state, nodes, *_grown(problem, nodes, settings, threads))
+            _keep(path, settings, cell)
         rows += _rows(cell, settings)
         result = Uncertainty(settings, rows)
         (folder / "uncertainty.csv").write_text(result.to_csv())
@@ -205,27 +237,30 @@ def stopping(
     scores: NDArray[np.float64],
     resolution: float,
     tolerance: float,
+    *,
     draws: int,
     seed: int,
-    fewest: int = FEWEST_TREES,
-) -> tuple[NDArray[np.float64], float]:
-    """Trees are drawn until all their standard errors are at most `tolerance`, at least `fewest`.
+    fewest: Sequence[int] = FEWEST,
+) -> dict[int, tuple[NDArray[np.float64], float]]:
+    """Trees are drawn until all their standard errors are at most `tolerance`.
 
-    `scores`: of each tree, shape (sets, trees). Returns the share of the intervals that hold the
-    mean of all, shape (sets,), and how many trees it takes in the mean. Draws end with as many as
-    there are.
+    `scores`: of each tree, shape (sets, trees). By the fewest trees that may meet it: the share of
+    the intervals that hold the mean of all, shape (sets,), and how many trees it takes in the mean.
+    Draws end with as many as there are.
     """
     random, total = np.random.default_rng(seed), scores.shape[1]
-    held, grown = np.zeros(len(scores)), 0.0
+    held = {least: np.zeros(len(scores)) for least in fewest}
+    grown = dict.fromkeys(fewest, 0.0)
     for _ in range(draws):
         picked = scores[:, random.integers(total, size=total)]
-        count = stopped_at(picked, tolerance, fewest)
-        held += [
-            _holds(own[:count], resolution, all_trees.mean())
-            for own, all_trees in zip(picked, scores, strict=True)
-        ]
-        grown += count
-    return held / draws, grown / draws
+        for least in fewest:
+            count = stopped_at(picked, tolerance, least)
+            held[least] += [
+                _holds(own[:count], resolution, all_trees.mean())
+                for own, all_trees in zip(picked, scores, strict=True)
+            ]
+            grown[least] += count
+    return {least: (held[least] / draws, grown[least] / draws) for least in fewest}
 
 
 def stopped_at(scores: NDArray[np.float64], tolerance: float, fewest: int = FEWEST_TREES) -> int:
@@ -247,10 +282,10 @@ def _holds(scores: NDArray[np.float64], resolution: float, truth: float) -> bool
 
 def _rows(cell: Cell, settings: Settings) -> Iterator[Row]:
     scores = np.array(list(cell.scores.values()))
-    stopped, grown = stopping(
-        scores, cell.resolution, settings.tolerance, settings.draws, settings.seed
+    stops = stopping(
+        scores, cell.resolution, settings.tolerance, draws=settings.draws, seed=settings.seed
     )
-    for which, own, share in zip(cell.scores, scores, stopped, strict=True):
+    for number, (which, own) in enumerate(zip(cell.scores, scores, strict=True)):
         yield Row(
             task=cell.task,
             state=cell.state,
@@ -262,24 +297,26 @@ def _rows(cell: Cell, settings: Settings) -> Iterator[Row]:
             covered={
                 k: coverage(own, cell.resolution, k, settings.draws, settings.seed) for k in COUNTS
             },
-            stopped=float(share),
-            grown=grown,
+            stopped={least: float(shares[number]) for least, (shares, _) in stops.items()},
+            grown={least: grown for least, (_, grown) in stops.items()},
         )
 
 
 def _line(name: str, rows: Sequence[Row]) -> str:
-    def cell(shares: Sequence[float]) -> str:
-        return f"{np.mean(shares):.3f}, {np.min(shares):.3f}"
-
-    cells = [cell([row.covered[k] for row in rows]) for k in COUNTS]
-    cells += [cell([row.stopped for row in rows]), f"{np.mean([row.grown for row in rows]):.0f}"]
+    cells = [_shares([row.covered[k] for row in rows]) for k in COUNTS]
+    cells.append(_shares([row.stopped[FEWEST_TREES] for row in rows]))
+    cells.append(f"{np.mean([row.grown[FEWEST_TREES] for row in rows]):.0f}")
     return f"| {' | '.join([name, str(len(rows)), *cells])} |"
+
+
+def _shares(values: Sequence[float]) -> str:
+    return f"{np.mean(values):.3f}, {np.min(values):.3f}"
 
 
 def _problems(task: str, states: int) -> list[tuple[str, Problem]]:
     """States of a task, each with its name."""
     if task == OWN:
-        return [(f"{speed:g} m/s", puck(speed)) for speed in SPEEDS[:states]]
+        return [(f"{speed:g}", puck(speed)) for speed in SPEEDS[:states]]
     made, found = tasks.make(task), []
     trajectories = {t: made.rollout(t) for t, _ in FRAMES[:states]}
     for t, k in FRAMES[:states]:
@@ -307,10 +344,6 @@ def puck(speed: float) -> Problem:
     )
 
 
-def _file(folder: Path, task: str, state: str, nodes: int) -> Path:
-    return folder / "trees" / f"{task}-{state.split()[0]}-{nodes}.json"
-
-
 def _made_by(settings: Settings) -> dict[str, Any]:
     """What the trees depend on."""
     return {
@@ -320,8 +353,7 @@ def _made_by(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _kept(folder: Path, task: str, state: str, nodes: int, settings: Settings) -> Cell | None:
-    path = _file(folder, task, state, nodes)
+def _kept(path: Path, settings: Settings) -> Cell | None:
     if not path.exists():
         return None
     kept = json.loads(path.read_text())
@@ -330,15 +362,17 @@ def _kept(folder: Path, task: str, state: str, nodes: int, settings: Settings) -
     return Cell(**kept)
 
 
+def _keep(path: Path, settings: Settings, cell: Cell) -> None:
+    """In one step: nobody ever sees half a file."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(json.dumps({"made_by": _made_by(settings), **asdict(cell)}))
+    os.replace(temporary, path)
+
+
 def _grown(
-    folder: Path,
-    task: str,
-    state: str,
-    problem: Problem,
-    nodes: int,
-    settings: Settings,
-    threads: int,
-) -> Cell:
+    problem: Problem, nodes: int, settings: Settings, threads: int
+) -> tuple[float, dict[str, list[float]]]:
+    """Resolution, and the trees' scores by set."""
     score = capture_score(
         problem,
         nodes=nodes,
@@ -347,15 +381,4 @@ def _grown(
         threads=threads,
     )
     scores = {"capture": score.capture_by_tree, "success": score.success_by_tree}
-    cell = Cell(
-        task=task,
-        state=state,
-        nodes=nodes,
-        resolution=score.resolution,
-        scores={name: own.tolist() for name, own in scores.items() if len(own)},
-    )
-    path = _file(folder, task, state, nodes)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(json.dumps({"made_by": _made_by(settings), **asdict(cell)}))
-    os.replace(temporary, path)
-    return cell
+    return score.resolution, {name: own.tolist() for name, own in scores.items() if len(own)}

@@ -76,8 +76,9 @@ def from_urdf(
     damping acts there, and its limits have to hold wherever the other joint may go.
 
     inertia: "file", or "shapes" to spread the file's masses evenly over the collision shapes.
-    decompose, threshold, timeout, cancel: as in `Mesh`. A link without mass is a frame: what it carries is part of
-    the link it is fixed to, and it is no body; a root without mass is a body only if it is fixed.
+    decompose, threshold, timeout, cancel: as in `Mesh`. A link without mass is a frame: what it
+    carries is part of the link it is fixed to, and it is no body; a root without mass is a body
+    only if it is fixed.
 
     Links that a joint connects, or that fixed joints hold together, never collide. Others do if
     self_collision, but for the pairs `disable_collisions`; then none may overlap at the start.

@@ -24,7 +24,7 @@ struct EscapeEnergyOptions {
 struct EscapeEnergy {
   double energy = 0.0;  //!< lowest barrier found, from above [J]; inf: none found, as for a cage
   std::vector<std::pair<int, double>> history;  //!< (samples so far, best energy) at each improvement
-  States path;       //!< the way over it, at rest, from the start to the first state outside (P, n); empty if none
+  States path;           //!< the way over it, at rest, from the start to the first state outside (P, n); empty if none
   int barrier = -1;      //!< row of the path's highest energy; -1 if none was found
   int samples = 0;       //!< poses drawn
   bool complete = true;  //!< all poses are drawn, or nothing is left to gain

@@ -38,8 +38,8 @@ class Propagator : public ompl::control::StatePropagator {
   //! Of about `nodes` rollouts; the world is built here.
   Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit);
 
-  //! `duration` is not looked at: the control carries its own. A rollout that reaches the limit leads to no node, and to
-  //! an infinite cost, which is valid nowhere.
+  //! `duration` is not looked at: the control carries its own. A rollout that reaches the limit leads to no node, and
+  //! to an infinite cost, which is valid nowhere.
   void propagate(const ompl::base::State* from, const ompl::control::Control* control, double duration,
                  ompl::base::State* to) const override;
   bool canPropagateBackward() const override { return false; }
