@@ -1,4 +1,5 @@
-// energymargin_large_trees [NODES ...]: grows capture trees of a push, and prints their time and peak memory.
+// energymargin_large_trees [--edge SECONDS] [NODES ...]: grows capture trees of a push, and prints their time and peak
+// memory. Shorter edges take less time, and as much memory.
 
 #include <chrono>
 #include <cstdio>
@@ -18,8 +19,7 @@ using namespace energymargin;
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 double seconds() { return std::chrono::duration<double>(Limit::Clock::now().time_since_epoch()).count(); }
 
-void grow(int nodes) {
-  const Problem problem = push();
+void grow(const Problem& problem, int nodes) {
   CaptureOptions options;
   options.nodes = nodes;
   const PeakMemory memory;
@@ -32,8 +32,7 @@ void grow(int nodes) {
 }
 
 // The time from a cancel in the midst of a large tree to the score of what there is.
-void cancel(int nodes) {
-  const Problem problem = push();
+void cancel(const Problem& problem, int nodes) {
   std::atomic<bool> flag{false};
   CaptureOptions options;
   options.nodes = 1000000000;
@@ -58,12 +57,18 @@ void cancel(int nodes) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  Problem problem = push();
   std::vector<int> sizes;
-  for (int i = 1; i < argc; ++i) sizes.push_back(std::stoi(argv[i]));
+  for (int i = 1; i < argc; ++i) {
+    if (argv[i] == std::string("--edge") && i + 1 < argc) {
+      problem.duration = std::stod(argv[++i]);
+    } else {
+      sizes.push_back(std::stoi(argv[i]));
+    }
+  }
   if (sizes.empty()) sizes = {10000, 100000, 1000000};
-  std::printf(
-      "| nodes | time on one core [s] | peak memory [MB] | bytes a node | capture |\n| --- | --- | --- | --- | --- "
-      "|\n");
-  for (const int nodes : sizes) grow(nodes);
-  cancel(sizes.back() / 5);
+  std::printf("| nodes | time on one core [s] | peak memory [MB] | bytes a node | capture |\n");
+  std::printf("| --- | --- | --- | --- | --- |\n");
+  for (const int nodes : sizes) grow(problem, nodes);
+  cancel(problem, sizes.back());
 }

@@ -116,8 +116,8 @@ void bind_results(py::module_& module) {
           py::arg("which") = "capture", py::arg("confidence") = 0.95,
           R"((low, high), where the mean score of ever more such trees lies, with a probability of `confidence`.
 
-which: 'capture', 'success', 'capture_any' or 'success_any'. Student's t of the trees' scores, widened by what trees
-that agree cannot see. Raises ValueError on a single tree.)")
+which: 'capture', 'success', 'capture_any' or 'success_any'. Student's interval of the trees' scores together with
+Wilson's, which holds what a few trees cannot see. Raises ValueError on a single tree.)")
       .def_readonly("complete", &CaptureScore::complete,
                     "Whether all trees are grown or, with a tolerance, as many as it takes: False if the timeout, the "
                     "cancel or the largest number of trees came first.")

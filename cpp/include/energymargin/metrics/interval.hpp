@@ -12,8 +12,9 @@ struct Interval {
   double high = 1.0;
 };
 
-//! Where the mean of ever more trees' scores lies, with a probability of `confidence`: Student's t, widened by what
-//! trees that agree cannot see, of the size of `resolution`, and cut to 0..1. `scores` are those of two or more trees.
+//! Where the mean of ever more trees' scores lies, with a probability of `confidence`: Student's interval, and with it
+//! that of Wilson for a share, which reaches farther from 0 and 1; where a tree scores 0 or 1 it is as wide as what
+//! such a tree cannot see, some nodes of the likelihood `resolution`. `scores` are those of two or more trees.
 Interval interval(const Eigen::VectorXd& scores, double resolution, double confidence = 0.95);
 
 //! Where the mean score of ever more trees of as many nodes lies, with a probability of `confidence`. `which`:
