@@ -204,23 +204,23 @@ CaptureOptions up_to(double tolerance, std::optional<int> trees = {}, int thread
 }
 
 TEST(Capture, ToleranceAddsTreesUntilEveryStandardErrorIsAtMostThat) {
-  const CaptureScore score = capture_score(push(), up_to(0.03));
+  const CaptureScore score = capture_score(push(), up_to(0.015));
   EXPECT_TRUE(score.complete);
   const int count = static_cast<int>(score.trees.size());
   ASSERT_GT(count, fewest_trees);
-  EXPECT_LE(*score.capture_stderr, 0.03);
-  EXPECT_LE(*score.success_stderr, 0.03);
+  EXPECT_LE(*score.capture_stderr, 0.015);
+  EXPECT_LE(*score.success_stderr, 0.015);
   const CaptureScore one_less = capture_score(push(), options(30, 3, count - 1));
-  EXPECT_GT(std::max(*one_less.capture_stderr, *one_less.success_stderr), 0.03);
+  EXPECT_GT(std::max(*one_less.capture_stderr, *one_less.success_stderr), 0.015);
   const CaptureScore same = capture_score(push(), options(30, 3, count));
   EXPECT_TRUE(same_bits(score.capture_by_tree, same.capture_by_tree));
   EXPECT_TRUE(same_bits(score.success_by_tree, same.success_by_tree));
 }
 
 TEST(Capture, ToleranceGivesTheSameTreesOnAnyNumberOfThreads) {
-  const CaptureScore one = capture_score(push(), up_to(0.03));
+  const CaptureScore one = capture_score(push(), up_to(0.015));
   for (const int threads : {2, 4}) {
-    const CaptureScore other = capture_score(push(), up_to(0.03, {}, threads));
+    const CaptureScore other = capture_score(push(), up_to(0.015, {}, threads));
     EXPECT_TRUE(same_bits(other.capture_by_tree, one.capture_by_tree)) << threads << " threads";
     EXPECT_TRUE(same_bits(*other.success_stderr, *one.success_stderr)) << threads << " threads";
   }

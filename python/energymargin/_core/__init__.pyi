@@ -823,8 +823,8 @@ class CaptureScore:
         """
         (low, high), where the mean score of ever more such trees lies, with a probability of `confidence`.
         
-        which: 'capture', 'success', 'capture_any' or 'success_any'. Student's t of the trees' scores, widened by what trees
-        that agree cannot see. Raises ValueError on a single tree.
+        which: 'capture', 'success', 'capture_any' or 'success_any'. Student's interval of the trees' scores together with
+        Wilson's, which holds what a few trees cannot see. Raises ValueError on a single tree.
         """
     @property
     def capture(self) -> float:
