@@ -15,6 +15,7 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/interval.hpp"
 #include "energymargin/problem_io.hpp"
 
 namespace {
@@ -24,6 +25,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* usage =
     R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|force|escape_energy] [--planner NAME]
                           [--captured all|any] [--nodes M] [--samples N] [--seed S] [--trees R] [--threads T]
+                          [--tolerance E] [--timeout S]
        energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
        energymargin_score --schema
 
@@ -41,6 +43,9 @@ Scores a problem file and prints JSON.
   --seed      64-bit seed (default 0); the same seed gives the same bits, also from Python
   --trees     for --metric capture: independent trees, two or more give standard errors (default 1)
   --threads   for several trees (default 1)
+  --tolerance for --metric capture: adds trees until every standard error is at most that, at least 8 and at most
+              --trees (default 1000 then)
+  --timeout   seconds after which the search ends with what it has; "complete" is false then
 
 Or writes it again, and prints nothing.
 
@@ -60,8 +65,10 @@ struct Arguments {
   int nodes = 1000;
   int samples = 2000;
   std::uint64_t seed = 0;
-  int trees = 1;
+  std::optional<int> trees;
   int threads = 1;
+  std::optional<double> tolerance;
+  std::optional<double> timeout;
   energymargin::Captured captured = energymargin::Captured::all;
   std::string copy;  // where to save to; empty: score
   std::optional<energymargin::Meshes> meshes;
@@ -97,6 +104,18 @@ int count(const std::string& option, const std::string& text) {
     throw std::invalid_argument(option + " is " + text + ", expected a whole number from 1 to 1000000000");
   }
   return static_cast<int>(value);
+}
+
+double number(const std::string& option, const std::string& text) {
+  std::size_t read = 0;
+  double value = 0.0;
+  try {
+    value = std::stod(text, &read);
+  } catch (const std::exception&) {
+    read = 0;
+  }
+  if (read == 0 || read != text.size()) throw std::invalid_argument(option + " is '" + text + "', expected a number");
+  return value;
 }
 
 void require_one_job(const Arguments& arguments, const std::string& scoring) {
@@ -139,6 +158,10 @@ Arguments parse(const std::vector<std::string>& words) {
       arguments.seed = whole_number(word, value);
     } else if (word == "--trees") {
       arguments.trees = count(word, value);
+    } else if (word == "--tolerance") {
+      arguments.tolerance = number(word, value);
+    } else if (word == "--timeout") {
+      arguments.timeout = number(word, value);
     } else if (word == "--threads") {
       arguments.threads = count(word, value);
     } else {
@@ -152,12 +175,20 @@ Arguments parse(const std::vector<std::string>& words) {
 
 Json optional_number(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
+Json interval_of(const energymargin::CaptureScore& score, const std::string& which, bool has_set) {
+  if (!has_set || score.trees.size() < 2) return nullptr;
+  const energymargin::Interval found = energymargin::interval(score, which);
+  return {found.low, found.high};
+}
+
 Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
   energymargin::CaptureOptions options;
   options.nodes = arguments.nodes;
   options.seed = arguments.seed;
   options.trees = arguments.trees;
   options.threads = arguments.threads;
+  options.tolerance = arguments.tolerance;
+  options.limit = energymargin::Limit(nullptr, arguments.timeout);
   const energymargin::CaptureScore score = energymargin::capture_score(problem, options);
   return {{"capture", score.capture},
           {"success", optional_number(score.success)},
@@ -166,7 +197,12 @@ Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
           {"capture_stderr", optional_number(score.capture_stderr)},
           {"success_stderr", optional_number(score.success_stderr)},
           {"capture_any_stderr", optional_number(score.capture_any_stderr)},
-          {"success_any_stderr", optional_number(score.success_any_stderr)}};
+          {"success_any_stderr", optional_number(score.success_any_stderr)},
+          {"capture_interval", interval_of(score, "capture", true)},
+          {"success_interval", interval_of(score, "success", score.success.has_value())},
+          {"trees", score.trees.size()},
+          {"nodes", score.nodes()},
+          {"complete", score.complete}};
 }
 
 Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
@@ -175,11 +211,15 @@ Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
   options.nodes = arguments.nodes;
   options.seed = arguments.seed;
   options.captured = arguments.captured;
+  options.limit = energymargin::Limit(nullptr, arguments.timeout);
   const energymargin::Escape escape = energymargin::escape_effort(problem, options);
   Json history = Json::array();
   for (const auto& [nodes, best] : escape.history) history.push_back({{"nodes", nodes}, {"effort", best}});
   const bool found = std::isfinite(escape.effort);
-  return {{"effort", found ? Json(escape.effort) : Json(nullptr)}, {"history", history}};
+  return {{"effort", found ? Json(escape.effort) : Json(nullptr)},
+          {"history", history},
+          {"nodes", escape.nodes()},
+          {"complete", escape.complete}};
 }
 
 Json escape_energy(const energymargin::Problem& problem, const Arguments& arguments) {
@@ -187,11 +227,15 @@ Json escape_energy(const energymargin::Problem& problem, const Arguments& argume
   if (!arguments.planner.empty()) options.planner = arguments.planner;
   options.samples = arguments.samples;
   options.seed = arguments.seed;
+  options.limit = energymargin::Limit(nullptr, arguments.timeout);
   const energymargin::EscapeEnergy escape = energymargin::escape_energy(problem, options);
   Json history = Json::array();
   for (const auto& [samples, best] : escape.history) history.push_back({{"samples", samples}, {"energy", best}});
   const bool found = std::isfinite(escape.energy);
-  return {{"energy", found ? Json(escape.energy) : Json(nullptr)}, {"history", history}};
+  return {{"energy", found ? Json(escape.energy) : Json(nullptr)},
+          {"history", history},
+          {"samples", escape.samples},
+          {"complete", escape.complete}};
 }
 
 Json force(const energymargin::Problem& problem) {

@@ -1,52 +1,32 @@
 // The metrics and the batch for Python. The GIL is released around every search, and Ctrl-C ends it.
 
-#include <chrono>
-#include <future>
-
 #include "door.hpp"
 #include "energymargin/batch.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/interval.hpp"
 #include "energymargin/random.hpp"
+#include "interrupt.hpp"
 
 namespace energymargin::door {
 namespace {
 
-constexpr auto signal_interval = std::chrono::milliseconds(20);
-
-// Runs `search` on a thread of its own while this one looks for Ctrl-C.
-template <typename Search>
-auto interruptible(Search search) {
-  std::atomic<bool> stop{false};
-  auto result = std::async(std::launch::async, [&] { return search(&stop); });
-  const auto ready = [&] {
-    const py::gil_scoped_release release;
-    return result.wait_for(signal_interval) == std::future_status::ready;
-  };
-  while (!ready()) {
-    if (PyErr_CheckSignals() == 0) continue;
-    stop = true;
-    {
-      const py::gil_scoped_release release;
-      result.wait();
-    }
-    throw py::error_already_set();
-  }
-  return result.get();
-}
-
 CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const WholeNumber& seed_given,
-                     const std::optional<Number>& rate, const WholeNumber& trees, const WholeNumber& threads) {
+                     const std::optional<Number>& rate, const std::optional<WholeNumber>& trees,
+                     const WholeNumber& threads, const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
+                     const CancelArgument& cancel) {
+  const Limit given = limit_of(timeout, cancel);
   CaptureOptions options;
   options.nodes = count("nodes", nodes);
   options.seed = seed("seed", seed_given);
   options.rate = real("rate", rate);
-  options.trees = count("trees", trees);
+  if (trees) options.trees = count("trees", *trees);
   options.threads = count("threads", threads);
-  return interruptible([&](const std::atomic<bool>* stop) {
-    options.stop = stop;
+  options.tolerance = real("tolerance", tolerance);
+  return interruptible(given, [&](const Limit& limit) {
+    options.limit = limit;
     return capture_score(problem, options);
   });
 }
@@ -64,7 +44,9 @@ Sampling sampling_of(const std::string& name) {
 }
 
 Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
-              const WholeNumber& seed_given, const std::string& captured, const std::string& sampling, bool shorten) {
+              const WholeNumber& seed_given, const std::string& captured, const std::string& sampling, bool shorten,
+              const TimeoutArgument& timeout, const CancelArgument& cancel) {
+  const Limit given = limit_of(timeout, cancel);
   EffortOptions options;
   options.sampling = sampling_of(sampling);
   options.shorten = shorten;
@@ -72,23 +54,25 @@ Escape effort(const Problem& problem, const std::string& planner, const WholeNum
   options.captured = captured_objects(captured);
   options.nodes = count("nodes", nodes);
   options.seed = seed("seed", seed_given);
-  return interruptible([&](const std::atomic<bool>* stop) {
-    options.stop = stop;
+  return interruptible(given, [&](const Limit& limit) {
+    options.limit = limit;
     return escape_effort(problem, options);
   });
 }
 
 EscapeEnergy energy(const Problem& problem, const std::string& planner, const WholeNumber& samples,
                     const WholeNumber& seed_given, const std::optional<Number>& reach,
-                    const std::optional<std::string>& object) {
+                    const std::optional<std::string>& object, const TimeoutArgument& timeout,
+                    const CancelArgument& cancel) {
+  const Limit given = limit_of(timeout, cancel);
   EscapeEnergyOptions options;
   options.planner = planner;
   options.samples = count("samples", samples);
   options.seed = seed("seed", seed_given);
   options.reach = real("reach", reach);
   options.object = object.value_or("");
-  return interruptible([&](const std::atomic<bool>* stop) {
-    options.stop = stop;
+  return interruptible(given, [&](const Limit& limit) {
+    options.limit = limit;
     return escape_energy(problem, options);
   });
 }
@@ -121,7 +105,31 @@ void bind_results(py::module_& module) {
       .def_property_readonly(
           "tree", [](const CaptureScore& score) -> const Tree& { return score.trees.front(); },
           py::return_value_policy::reference_internal, "The first tree.")
-      .def_readonly("trees", &CaptureScore::trees, "All trees.")
+      .def_readonly("trees", &CaptureScore::trees, "All trees that count.")
+      .def_readonly("capture_by_tree", &CaptureScore::capture_by_tree, "Of each tree alone, shape (trees,).")
+      .def_readonly("success_by_tree", &CaptureScore::success_by_tree,
+                    "Of each tree alone, shape (trees,); empty without such a set.")
+      .def_readonly("capture_any_by_tree", &CaptureScore::capture_any_by_tree,
+                    "Of each tree alone, shape (trees,); empty without such a set.")
+      .def_readonly("success_any_by_tree", &CaptureScore::success_any_by_tree,
+                    "Of each tree alone, shape (trees,); empty without such a set.")
+      .def_readonly("resolution", &CaptureScore::resolution,
+                    "Likelihood of a tree's heaviest node, mean over the trees: no score is finer.")
+      .def(
+          "interval",
+          [](const CaptureScore& score, const std::string& which, const Number& confidence) {
+            const Interval found = interval(score, which, real("confidence", confidence));
+            return std::pair(found.low, found.high);
+          },
+          py::arg("which") = "capture", py::arg("confidence") = 0.95,
+          R"((low, high), where the mean score of ever more such trees lies, with a probability of `confidence`.
+
+which: 'capture', 'success', 'capture_any' or 'success_any'. Student's interval of the trees' scores together with
+Wilson's, which holds what a few trees cannot see. Raises ValueError on a single tree.)")
+      .def_readonly("complete", &CaptureScore::complete,
+                    "Whether all trees are grown or, with a tolerance, as many as it takes: False if the timeout, the "
+                    "cancel or the largest number of trees came first.")
+      .def_property_readonly("nodes", &CaptureScore::nodes, "Of each tree, besides its root.")
       .def("__repr__", [](const CaptureScore& score) {
         return "CaptureScore(capture=" + py::repr(py::cast(score.capture)).cast<std::string>() +
                ", success=" + py::repr(py::cast(score.success)).cast<std::string>() + ")";
@@ -136,6 +144,11 @@ void bind_results(py::module_& module) {
           },
           "Rows of the tree from the root to the escape; empty if none was found.")
       .def_readonly("tree", &Escape::tree)
+      .def_readonly("complete", &Escape::complete,
+                    "Whether all nodes are grown, or nothing is left to gain: False if the timeout or the cancel came "
+                    "first.")
+      .def_property_readonly("nodes", &Escape::nodes,
+                             "How many there are besides the root; so many nodes give the same bits again.")
       .def("__repr__", [](const Escape& escape) {
         return "EscapeEffort(effort=" + py::repr(py::cast(escape.effort)).cast<std::string>() + ")";
       });
@@ -151,6 +164,10 @@ void bind_results(py::module_& module) {
             return escape.barrier < 0 ? std::nullopt : std::make_optional(escape.barrier);
           },
           "Row of the path's highest energy; None if no way out was found.")
+      .def_readonly("samples", &EscapeEnergy::samples, "Poses drawn.")
+      .def_readonly("complete", &EscapeEnergy::complete,
+                    "Whether all poses are drawn, or nothing is left to gain: False if the timeout or the cancel came "
+                    "first.")
       .def("__repr__", [](const EscapeEnergy& escape) {
         return "EscapeEnergy(energy=" + py::repr(py::cast(escape.energy)).cast<std::string>() + ")";
       });
@@ -209,26 +226,52 @@ void bind_scores(py::module_& module) {
       "stream",
       [](const WholeNumber& seed_given, std::uint64_t number) { return stream(seed("seed", seed_given), number); },
       py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
-  module.def("capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
-             py::arg("rate") = py::none(), py::arg("trees") = 1, py::arg("threads") = 1,
-             "Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` "
-             "nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.");
+  module.attr("FEWEST_TREES") = fewest_trees;
   module.def(
-      "escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
-      py::arg("seed") = 0, py::arg("captured") = "all", py::arg("sampling") = "mixed", py::arg("shorten") = true,
-      "Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With "
-      "several objects, captured='all' asks for the effort until one has left, 'any' until the last one has. sampling: "
-      "how "
-      "wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds, along "
-      "one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making "
-      "it cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. "
-      "Metrics of em.score search as published: sampling='uniform', shorten=False.");
+      "interval",
+      [](const ArrayLike& scores, const Number& resolution, const Number& confidence) {
+        const Interval found =
+            interval(vector("scores", scores, -1), real("resolution", resolution), real("confidence", confidence));
+        return std::pair(found.low, found.high);
+      },
+      py::arg("scores"), py::arg("resolution"), py::arg("confidence") = 0.95,
+      "(low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval "
+      "does.");
   module.def(
-      "escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
-      py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(),
-      "Least potential energy above that of the start over which the object gets out of the capture set when it is "
-      "moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the "
-      "edge of the box around the start to search in [m], by default found. object: which one, of several.");
+      "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
+      py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
+      py::arg("tolerance") = py::none(), py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+      R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
+
+rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
+trees are added until each standard error is at most that, from 8 trees on and up to `trees`, by default 1000. The score
+does not depend on the threads.
+
+Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
+there is none, the first tree as far as it is. `complete` says so.)");
+  module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
+             py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("sampling") = "mixed",
+             py::arg("shorten") = true, py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+             R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
+
+With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+
+sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds,
+along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
+cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. The metrics of
+em.score search as published: sampling='uniform', shorten=False.
+
+Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
+nodes. `complete` says so.)");
+  module.def("escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
+             py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(), py::kw_only(),
+             py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+             R"(Least potential energy above that of the start over which the object gets out of the capture set.
+
+It is moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the edge of
+the box around the start to search in [m], by default found. object: which one, of several.
+
+Ends early after timeout [s], or once cancel is set, with the lowest barrier so far. `complete` says so.)");
   module.def(
       "force_score",
       [](const Problem& problem, const std::optional<ForceWeights>& weights) {

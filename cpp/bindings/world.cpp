@@ -6,15 +6,27 @@
 #include <mutex>
 
 #include "door.hpp"
+#include "interrupt.hpp"
 
 namespace energymargin::door {
 namespace {
+
+// A rollout of so many steps is over before Ctrl-C is missed; a thread would take a share of its time.
+constexpr int few_steps = 100;
 
 struct Recording {
   Eigen::VectorXd times;
   States states;
   std::vector<std::vector<Contact>> contacts;
 };
+
+// Runs `simulation(limit)`, on a thread of its own if it may take long.
+template <typename Simulation>
+auto simulated(double steps, const Limit& limit, const Simulation& simulation) {
+  if (steps > few_steps) return interruptible(limit, simulation);
+  const py::gil_scoped_release release;
+  return simulation(limit);
+}
 
 // A world that several Python threads may ask: one after the other.
 class SharedWorld {
@@ -27,18 +39,28 @@ class SharedWorld {
   template <typename Question>
   auto ask(const Question& question) {
     const py::gil_scoped_release release;
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const std::lock_guard<std::timed_mutex> lock(mutex_);
+    return question(world_);
+  }
+
+  //! The same from a thread without the GIL, and up to a limit, also while another one asks.
+  template <typename Question>
+  auto ask_until(const Limit& limit, const Question& question) {
+    std::unique_lock<std::timed_mutex> lock(mutex_, std::defer_lock);
+    while (!lock.try_lock_for(std::chrono::milliseconds(20))) limit.require();
     return question(world_);
   }
 
  private:
   World world_;
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
 };
 
 Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumber& steps_given,
                    const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets,
-                   const std::optional<std::vector<int>>& record_given) {
+                   const std::optional<std::vector<int>>& record_given, const TimeoutArgument& timeout,
+                   const CancelArgument& cancel) {
+  const Limit given = limit_of(timeout, cancel);
   Script script;
   for (const auto& [body, rows] : drives) {
     script.drives.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
@@ -56,7 +78,9 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   if (!record_given) {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
-  std::vector<Frame> frames = shared.ask([&](World& world) { return world.simulate(start, script, steps, record); });
+  std::vector<Frame> frames = simulated(steps, given, [&](const Limit& limit) {
+    return shared.ask_until(limit, [&](World& world) { return world.simulate(start, script, steps, record, limit); });
+  });
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
   recording.states.resize(static_cast<Eigen::Index>(frames.size()), shared.world().layout().dimension());
@@ -177,24 +201,32 @@ void bind_world(py::module_& module) {
       .def(
           "rollout",
           [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration,
-             bool audit) {
+             bool audit, const TimeoutArgument& timeout, const CancelArgument& cancel) {
+            const Limit given = limit_of(timeout, cancel);
             const State start = vector("state", state, -1);
             const std::size_t objects = shared.world().scene().with_role(Role::object).size();
             const Disturbance pushes = wrenches("wrench", wrench_given, objects);
             const double seconds = real("duration", duration);
-            return shared.ask([&](World& world) { return world.rollout(start, pushes, seconds, audit); });
+            return simulated(seconds / shared.world().scene().stepping().step, given, [&](const Limit& limit) {
+              return shared.ask_until(
+                  limit, [&](World& world) { return world.rollout(start, pushes, seconds, audit, limit); });
+            });
           },
-          py::arg("state"), py::arg("wrench"), py::arg("duration"), py::arg("audit") = false,
+          py::arg("state"), py::arg("wrench"), py::arg("duration"), py::kw_only(), py::arg("audit") = false,
+          py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
           "Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], "
           "rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but "
-          "the time that it takes.")
+          "the time that it takes. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.")
       .def(
           "simulate", &simulate, py::arg("state"), py::arg("steps"),
           py::arg("drives") = std::map<std::string, ArrayLike>{},
-          py::arg("targets") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(),
+          py::arg("targets") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(), py::kw_only(),
+          py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints "
           "under position control, shape (steps,) [rad] or [m]. record: after which steps a frame "
-          "is recorded, ascending, from 0, the start, to steps; by default after each.")
+          "is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after "
+          "timeout [s], and "
+          "Cancelled once cancel is set.")
       .def(
           "energy",
           [](SharedWorld& shared, const ArrayLike& state) {

@@ -13,20 +13,19 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/random.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 
 namespace energymargin {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, const std::atomic<bool>* stop,
-                 ScoreRow& row) {
+void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
   CaptureOptions capture;
   capture.nodes = options.nodes;
   capture.seed = seed;
-  capture.stop = stop;
+  capture.limit = options.limit;
   const CaptureScore score = capture_score(problem, capture);
+  if (!score.complete) throw search::Stopped();
   row.scores["capture"] = score.capture;
   if (score.success) row.scores["success"] = *score.success;
   if (score.capture_any) row.scores["capture/any"] = *score.capture_any;
@@ -80,7 +79,7 @@ void validate(const BatchOptions& options, std::size_t problems) {
 
 }  // namespace
 
-ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options, const std::atomic<bool>* stop) {
+ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
   const auto start = Clock::now();
   const std::uint64_t seed = stream(options.seed, index);
   ScoreRow row;
@@ -88,12 +87,14 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
   bool tree_scored = false;
   for (const std::string& metric : options.metrics) {
     if (is_tree_metric(metric) && !std::exchange(tree_scored, true)) {
-      add_capture(problem, options, seed, stop, row);
+      add_capture(problem, options, seed, row);
     }
     if (const EffortMetric* effort = effort_metric(metric)) {
       // The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
-      const EffortOptions published = as_published({effort->planner, options.nodes, seed, stop, effort->captured});
-      row.scores[metric] = escape_effort(problem, published).effort;
+      const Escape escape =
+          escape_effort(problem, as_published({effort->planner, options.nodes, seed, effort->captured, options.limit}));
+      if (!escape.complete) throw search::Stopped();
+      row.scores[metric] = escape.effort;
     }
     if (metric == force_metric) row.scores[metric] = force_score(problem).force;
   }
@@ -105,6 +106,7 @@ class Batch::Pool {
  public:
   Pool(std::vector<Problem> problems, BatchOptions options)
       : problems_(std::move(problems)), options_(std::move(options)) {
+    options_.limit = options_.limit.or_when(stop_);
     const std::size_t threads = std::min(problems_.size(), static_cast<std::size_t>(options_.threads));
     working_ = static_cast<int>(threads);
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
@@ -132,11 +134,11 @@ class Batch::Pool {
 
  private:
   void work() {
-    for (std::size_t i = next_++; i < problems_.size() && !stop_; i = next_++) {
+    for (std::size_t i = next_++; i < problems_.size() && !options_.limit.reached(); i = next_++) {
       const std::size_t index = options_.indices.empty() ? i : options_.indices[i];
       ScoreRow row;
       try {
-        row = score(problems_[i], index, options_, &stop_);
+        row = score(problems_[i], index, options_);
       } catch (const search::Stopped&) {
         break;
       } catch (const std::exception& error) {

@@ -9,12 +9,12 @@
 
 namespace energymargin {
 
-void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job) {
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job, const Limit& limit) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr error;
   std::mutex error_mutex;
   const auto work = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
+    for (std::size_t i = next++; i < count && !limit.reached(); i = next++) {
       try {
         job(i);
       } catch (...) {

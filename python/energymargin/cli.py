@@ -25,6 +25,7 @@ __all__ = ["main"]
 
 # Exit codes, as shells know them.
 BAD_INPUT = 2
+TIMED_OUT = 124
 INTERRUPTED = 130
 
 DEMO_TASK = "push"
@@ -95,6 +96,11 @@ Threads = Annotated[
 ]
 
 
+Timeout = Annotated[
+    float | None, typer.Option(help="Seconds after which it ends with what is done; exit code 124.")
+]
+
+
 @app.command()
 def tasks() -> None:
     """The tasks that there are, with their parameters.
@@ -137,6 +143,7 @@ def generate(
         Path | None,
         typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
     ] = None,
+    timeout: Timeout = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels.
 
@@ -150,13 +157,18 @@ def generate(
     made = registry.make(task, **_parsed(parameter or []))
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
-    dataset = _generate(made, trajectories, frames, seed, output)
+    dataset = _generate(
+        made, output, trajectories=trajectories, frames=frames, seed=seed, timeout=timeout
+    )
     if picture is not None:
         from energymargin.experiments import pictures
 
         pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
     written = escape(str(output))
     _say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
+    if len(dataset.trajectories) < trajectories:
+        _say(f"[yellow]the time was over[/] before there were {trajectories} trajectories")
+        raise typer.Exit(TIMED_OUT)
 
 
 @app.command()
@@ -173,6 +185,7 @@ def score(
     nodes: Nodes = 1000,
     seed: Seed = 0,
     threads: Threads = None,
+    timeout: Timeout = None,
 ) -> None:
     """Score every state of a dataset. Stop it with Ctrl-C: the same command goes on from there.
 
@@ -183,9 +196,20 @@ def score(
     dataset = datasets.load(data)
     output = output or data.with_name(f"{data.stem}-scores.db")
     chosen = None if metrics is None else _split(metrics)
-    with _score(dataset, output, metrics=chosen, nodes=nodes, seed=seed, threads=threads) as store:
-        scored, _ = store.counts()
+    with _score(
+        dataset,
+        output,
+        metrics=chosen,
+        nodes=nodes,
+        seed=seed,
+        threads=threads,
+        timeout=timeout,
+    ) as store:
+        scored, total = store.counts()
         written = escape(str(output))
+        if scored < total:
+            _say(f"[yellow]the time was over:[/] {_kept(scored, total, output)}")
+            raise typer.Exit(TIMED_OUT)
         _say(
             f"{scored} states are scored in {written}, {1e3 * store.seconds():.0f} ms a state. "
             f"Next: [bold]energymargin evaluate {written}[/]"
@@ -346,8 +370,6 @@ def bowl(
     with progress_bar(err, "Searching ways out of the bowl", "searches") as progress:
         result = experiment.reproduce(output, samples, seeds, progress=progress)
     out.print(result.to_markdown(), highlight=False)
-    (output / "bowl.md").write_text(result.to_markdown())
-    (output / "bowl.csv").write_text(result.to_csv())
     drawn = "and no picture: it needs pip install energymargin[plots]"
     if find_spec("matplotlib") is not None:
         from energymargin.experiments.bowl_picture import figure_bowl
@@ -457,17 +479,69 @@ def audit(
     out.print(text, highlight=False, soft_wrap=True)
 
 
+@experiments.command()
+def uncertainty(
+    *,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
+    ] = None,
+    states: Annotated[int, typer.Option(help="How many states of each task.")] = 5,
+    nodes: Annotated[
+        str, typer.Option(help="Sizes of the trees, with commas between.")
+    ] = "100,300",
+    trees: Annotated[int, typer.Option(help="How many trees of each state.")] = 200,
+    seed: Seed = 0,
+    threads: Threads = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+        "out/uncertainty"
+    ),
+) -> None:
+    """How often the intervals of capture and success scores hold the truth.
+
+    Of each state many trees are grown, whose mean counts as the truth. From them, a few are drawn
+    again and again, and each time it is asked whether their 95 % interval holds the mean.
+
+    The folder gets uncertainty.md, uncertainty.csv and the scores of all trees (trees/*.json). It
+    takes a quarter of an hour; stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce uncertainty --tasks topple --nodes 100`
+    """
+    from energymargin.experiments import uncertainty as experiment
+    from energymargin.progress import progress_bar
+
+    settings = experiment.Settings(
+        tasks=experiment.ALL if tasks is None else tuple(_split(tasks)),
+        states=states,
+        nodes=tuple(_whole("nodes", word) for word in _split(nodes)),
+        trees=trees,
+        seed=seed,
+    )
+    settings.check()
+    output.mkdir(parents=True, exist_ok=True)
+    try:
+        with progress_bar(err, "Growing trees", "states") as progress:
+            result = experiment.reproduce(settings, output, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        kept = f"The states that are done are kept in {escape(str(output))}"
+        _say(f"{kept}; the same command goes on from there.")
+        raise
+    out.print(result.to_markdown(), highlight=False, soft_wrap=True)
+    _say(f"In {escape(str(output))}/: uncertainty.md, uncertainty.csv, trees/")
+
+
 def main() -> None:
     """Entry point of the command `energymargin`."""
     app()
 
 
-def _generate(task: Any, trajectories: int, frames: int, seed: int, output: Path) -> Dataset:
+def _generate(
+    task: Any, output: Path, *, trajectories: int, frames: int, seed: int, timeout: float | None
+) -> Dataset:
     from energymargin import datasets
     from energymargin.progress import progress_bar
 
     with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
-        dataset = datasets.generate(task, trajectories, frames, seed, progress)
+        dataset = datasets.generate(task, trajectories, frames, seed, progress, timeout=timeout)
     dataset.save(output)
     return dataset
 
@@ -480,6 +554,7 @@ def _score(
     nodes: int,
     seed: int,
     threads: int | None,
+    timeout: float | None = None,
 ) -> ScoreStore:
     """Scores what is missing and opens the file of all scores. Ctrl-C says what was kept."""
     from energymargin.progress import progress_bar
@@ -487,15 +562,28 @@ def _score(
 
     try:
         with progress_bar(err, f"Scoring, {nodes} nodes", "states") as progress:
-            score_dataset(dataset, output, metrics, nodes, seed, threads=threads, progress=progress)
+            score_dataset(
+                dataset,
+                output,
+                metrics,
+                nodes,
+                seed,
+                threads=threads,
+                progress=progress,
+                timeout=timeout,
+            )
     except KeyboardInterrupt:
         if output.exists():
             with ScoreStore(output) as store:
                 scored, total = store.counts()
-            kept = f"{scored} of {total} states are scored and kept in {escape(str(output))}"
-            _say(f"{kept}; the same command goes on from there.")
+            _say(_kept(scored, total, output))
         raise
     return ScoreStore(output)
+
+
+def _kept(scored: int, total: int, path: Path) -> str:
+    kept = f"{scored} of {total} states are scored and kept in {escape(str(path))}"
+    return f"{kept}; the same command goes on from there."
 
 
 def _evaluate(store: ScoreStore, markdown: Path | None, csv: Path | None, seed: int) -> None:
@@ -537,6 +625,13 @@ def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
 
 def _split(words: str, between: str = ",") -> list[str]:
     return [word.strip() for word in words.split(between)]
+
+
+def _whole(name: str, word: str) -> int:
+    try:
+        return int(word)
+    except ValueError:
+        raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
 
 
 def _parsed(parameters: list[str]) -> dict[str, Any]:

@@ -24,8 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Contact, Problem
-from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
+from energymargin._core import Cancel, Cancelled, Contact, Problem
+from energymargin.limits import Limit
+from energymargin.tasks.base import (
+    ScriptedTask,
+    Task,
+    Trajectory,
+    parameters_of,
+    whole_number,
+)
 
 __all__ = ["Dataset", "generate", "load", "load_or_generate"]
 
@@ -127,22 +134,41 @@ def generate(
     frames: int = 10,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
 ) -> Dataset:
     """Rolls out `trajectories` random trajectories of `frames` frames each.
 
     `task` is a name, or a task from `tasks.make`. Trajectory i is the same for any number of
-    trajectories. `progress(done, total)` is called after each. Raises ValueError on an unknown task
-    or numbers out of range.
+    trajectories. `progress(done, total)` is called after each.
+
+    After `timeout` [s], or once `cancel` is set, the dataset has the first trajectories, those that
+    are done; a task that is no ScriptedTask is asked in between them alone. Raises ValueError on an
+    unknown task or numbers out of range; TimeoutError or Cancelled if not even one is done.
     """
+    limit = Limit(timeout, cancel)
     made = tasks.make(task) if isinstance(task, str) else task
     trajectories = whole_number("trajectories", trajectories, 1)
     seed = whole_number("seed", seed, 0, 2**63 - 1)
     recorded = []
     for index in range(trajectories):
-        recorded.append(made.rollout(_stream(seed, index), frames))
+        try:
+            limit.require("one trajectory was done")
+            recorded.append(_rollout(made, _stream(seed, index), frames, limit))
+        except (TimeoutError, Cancelled):
+            if recorded and limit.reached:
+                break
+            raise
         if progress is not None:
             progress(index + 1, trajectories)
     return Dataset(made.name, parameters_of(made), seed, recorded)
+
+
+def _rollout(task: Task, seed: int, frames: int, limit: Limit) -> Trajectory:
+    if isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout:
+        return task.rollout(seed, frames, **limit.rest())
+    return task.rollout(seed, frames)
 
 
 def load_or_generate(

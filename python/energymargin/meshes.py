@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Compound, ConvexHull, Inertial, MassProperties
+from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
+from energymargin.limits import Limit
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -33,6 +34,8 @@ def Mesh(
     threshold: float = THRESHOLD,
     max_points: int = MAX_POINTS,
     seed: int = 0,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
 ) -> Compound:
     """A solid from a mesh file (STL, OBJ, DAE), as convex parts that move as one.
 
@@ -49,8 +52,10 @@ def Mesh(
 
     Parts are kept in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so that
     the same mesh is taken apart once. Raises FileNotFoundError; ValueError that names what is wrong
-    with the file or an argument; RuntimeError if coacd fails; ImportError without the extra [urdf].
+    with the file or an argument; RuntimeError if coacd fails; ImportError without the extra [urdf];
+    TimeoutError if it takes longer than `timeout` [s], and Cancelled once `cancel` is set.
     """
+    limit = Limit(timeout, cancel)
     sizes = _scale(scale)
     _check(threshold, max_points, seed)
     with needs_extra():
@@ -75,6 +80,7 @@ def Mesh(
             threshold=threshold * float(whole.extents.max() / surface.extents.max()),
             max_points=max_points,
             seed=seed,
+            limit=limit,
         )
     ]
     return Compound([ConvexHull(part) for part in parts], solid=solid)
@@ -208,7 +214,14 @@ def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
 
 
 def _parts(
-    surface: Trimesh, closed: bool, path: Path, *, threshold: float, max_points: int, seed: int
+    surface: Trimesh,
+    closed: bool,
+    path: Path,
+    *,
+    threshold: float,
+    max_points: int,
+    seed: int,
+    limit: Limit,
 ) -> list[NDArray[np.float64]]:
     """Corners of a surface's convex parts, each (k, 3)."""
     from energymargin.convex import corners, decomposed, hull_volume
@@ -225,6 +238,7 @@ def _parts(
         max_points=max_points,
         seed=seed,
         name=str(path),
+        limit=limit,
     )
 
 

@@ -13,7 +13,8 @@ from types import FrameType
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Problem, ScoreRow, ScoreRun
+from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
+from energymargin.limits import Limit
 from energymargin.tasks.base import whole_number
 
 __all__ = [
@@ -53,6 +54,8 @@ class ScoreTable:
     """Computing time of each on its thread [s], shape (N,)."""
     scores: dict[str, NDArray[np.float64]]
     """By metric, (N,): capture, success in 0..1; effort [J], inf if there is no escape; force."""
+    complete: bool = True
+    """Whether every problem is there: False if the timeout or the cancel came first."""
 
     def __len__(self) -> int:
         """How many problems."""
@@ -96,6 +99,8 @@ def score(
     progress: Callable[[int, int], None] | None = None,
     on_rows: Callable[[list[ScoreRow]], None] | None = None,
     indices: Sequence[int] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
 ) -> ScoreTable:
     """Scores of every problem: the same bits for any number of threads.
 
@@ -106,10 +111,14 @@ def score(
     whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
     grows the tree of that problem here.
 
+    After `timeout` [s], or once `cancel` is set, the table has the rows that are finished, each
+    with the scores that it has in the whole; the others are missing.
+
     Ctrl-C stops within 0.1 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
     computed, and ScoreError at the end if the simulation of a problem failed.
     """
+    limit = Limit(timeout, cancel)
     metrics = chosen_metrics(problems, metrics)
     check_settings(metrics, nodes, seed)
     threads = thread_count(threads)
@@ -128,14 +137,14 @@ def score(
     with held_interrupts() as interrupted:
         run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
         try:
-            while not run.finished and not interrupted.is_set():
+            while not (run.finished or interrupted.is_set() or limit.reached):
                 deliver(run.take(POLL))
         finally:
             run.cancel()
             deliver(run.take(0))
     if interrupted.is_set():
         raise KeyboardInterrupt
-    table = _table(done, metrics)
+    table = _table(done, metrics, complete=len(done) + len(errors) == len(problems))
     if errors:
         raise ScoreError(errors, table)
     return table
@@ -206,10 +215,11 @@ def held_interrupts() -> Iterator[threading.Event]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _table(rows: list[ScoreRow], metrics: Sequence[str]) -> ScoreTable:
+def _table(rows: list[ScoreRow], metrics: Sequence[str], complete: bool) -> ScoreTable:
     rows = sorted(rows, key=lambda row: row.index)
     return ScoreTable(
         index=np.array([row.index for row in rows], dtype=np.int64),
         seconds=np.array([row.seconds for row in rows], dtype=float),
         scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
+        complete=complete,
     )

@@ -25,8 +25,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin._core import Cancel
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
+from energymargin.limits import Limit
 from energymargin.scoring import check_settings, chosen_metrics, score
 from energymargin.tasks.base import Trajectory
 
@@ -258,15 +260,19 @@ def score_dataset(
     *,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> None:
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> bool:
     """Scores every state of a dataset that has no score in the file at `path` yet, and keeps each
-    as soon as it is there.
+    as soon as it is there. Returns whether all are scored now: False if `timeout` [s] was over, or
+    `cancel` was set, before.
 
-    On KeyboardInterrupt, or any other error, all that was finished is in the file, and the same
-    call goes on from it: the scores are those of an undisturbed run, to the last bit. Arguments and
-    errors: as `scoring.score`, and `ScoreStore.for_dataset`. `progress(done, total)` counts all
-    states of the dataset.
+    Then, or on KeyboardInterrupt, or any other error, all that was finished is in the file, and the
+    same call goes on from it: the scores are those of an undisturbed run, to the last bit.
+    Arguments and errors: as `scoring.score`, and `ScoreStore.for_dataset`. `progress(done, total)`
+    counts all states of the dataset.
     """
+    limit = Limit(timeout, cancel)
     problems = dataset.problems()
     metrics = chosen_metrics(problems, metrics)
     with ScoreStore.for_dataset(path, dataset, metrics, nodes, seed) as store:
@@ -278,7 +284,7 @@ def score_dataset(
                 progress(kept + done, len(problems))
 
         advance(0, len(missing))
-        score(
+        table = score(
             [problems[number] for number in missing],
             metrics,
             nodes,
@@ -287,7 +293,9 @@ def score_dataset(
             progress=advance,
             on_rows=store.add,
             indices=missing,
+            **limit.rest(),
         )
+        return table.complete
 
 
 def _create(path: Path, settings: dict[str, Any], dataset: Dataset) -> None:

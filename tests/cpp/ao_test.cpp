@@ -26,12 +26,12 @@ void expect_good_escape(const Escape& escape, const Problem& problem) {
 
 TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
   const Problem problem = drift();
-  BoundedProblem with_est(problem, &problem.captured, 500, 1, nullptr);
+  BoundedProblem with_est(problem, &problem.captured, 500, 1);
   Est est(with_est, 1);
   const Escape by_est = ao(with_est, est);
   expect_good_escape(by_est, problem);
   EXPECT_GT(by_est.history.size(), 1u);
-  BoundedProblem with_rrt(problem, &problem.captured, 500, 1, nullptr);
+  BoundedProblem with_rrt(problem, &problem.captured, 500, 1);
   Rrt rrt(with_rrt, 1);
   const Escape by_rrt = ao(with_rrt, rrt);
   expect_good_escape(by_rrt, problem);
@@ -40,7 +40,7 @@ TEST(Ao, OurPlannersImproveOnTheirFirstEscape) {
 
 TEST(Ao, BoundIsTheBestEffortInTheEnd) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, &problem.captured, 300, 2, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 300, 2);
   Est est(bounded, 2);
   const Escape escape = ao(bounded, est);
   EXPECT_EQ(bounded.bound(), escape.effort);
@@ -48,7 +48,7 @@ TEST(Ao, BoundIsTheBestEffortInTheEnd) {
 
 TEST(Ao, WorksOverOmplsOwnRrtWhichCannotPrune) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, &problem.captured, 1000, 3, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1000, 3);
   ompl::control::RRT rrt(bounded.space_information());
   rrt.setProblemDefinition(bounded.definition());
   rrt.setup();
@@ -76,7 +76,7 @@ class InThePlane : public ompl::base::ProjectionEvaluator {
 
 TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, &problem.captured, 1000, 3, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1000, 3);
   ompl::control::KPIECE1 kpiece(bounded.space_information());
   kpiece.setProblemDefinition(bounded.definition());
   kpiece.setProjectionEvaluator(std::make_shared<InThePlane>(bounded));
@@ -89,7 +89,7 @@ TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
 TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {
   Problem problem = drift();
   problem.captured = ~problem.captured;
-  BoundedProblem bounded(problem, &problem.captured, 100, 0, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 100, 0);
   Est est(bounded, 0);
   const Escape escape = ao(bounded, est);
   EXPECT_EQ(escape.effort, 0.0);
@@ -98,12 +98,16 @@ TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {
   EXPECT_EQ(escape.history, (std::vector<std::pair<int, double>>{{0, 0.0}}));
 }
 
-TEST(Ao, StoppedSearchThrows) {
-  const std::atomic<bool> stop{true};
+TEST(Ao, CancelledBeforeTheFirstNodeGivesTheRootAlone) {
+  const std::atomic<bool> cancel{true};
   const Problem problem = drift();
-  BoundedProblem bounded(problem, &problem.captured, 100, 0, &stop);
+  BoundedProblem bounded(problem, &problem.captured, 100, 0, Limit(&cancel));
   Est est(bounded, 0);
-  EXPECT_THROW(ao(bounded, est), Stopped);
+  const Escape escape = ao(bounded, est);
+  EXPECT_FALSE(escape.complete);
+  EXPECT_EQ(escape.nodes(), 0);
+  EXPECT_TRUE(same_bits(State(escape.tree.states.row(0)), problem.state));
+  EXPECT_EQ(escape.effort, infinity);
 }
 
 }  // namespace

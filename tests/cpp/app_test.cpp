@@ -10,6 +10,7 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/interval.hpp"
 #include "expect.hpp"
 #include "problem_files.hpp"
 
@@ -86,6 +87,34 @@ TEST_F(App, CaptureIsTheLibrarysToTheLastBit) {
   for (const char* of_several : {"capture_any", "success_any", "capture_any_stderr", "success_any_stderr"}) {
     EXPECT_TRUE(json.at(of_several).is_null()) << of_several;
   }
+}
+
+TEST_F(App, CaptureWithAToleranceSaysHowManyTreesItTookAndItsIntervals) {
+  save(push(), problem);
+  const Outcome outcome = run(problem + " --nodes 30 --tolerance 0.03 --threads 2");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  CaptureOptions options;
+  options.nodes = 30;
+  options.tolerance = 0.03;
+  const CaptureScore score = capture_score(push(), options);
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["trees"], score.trees.size());
+  EXPECT_EQ(json["complete"], true);
+  EXPECT_EQ(json["nodes"], 30);
+  EXPECT_TRUE(same_bits(json["capture_interval"][0].get<double>(), interval(score).low));
+  EXPECT_TRUE(same_bits(json["success_interval"][1].get<double>(), interval(score, "success").high));
+}
+
+TEST_F(App, TimeoutGivesWhatThereIsAndSaysSo) {
+  save(push(), problem);
+  for (const char* metric : {"capture", "effort"}) {
+    const Outcome outcome = run(problem + " --nodes 1000000000 --timeout 0.2 --metric " + metric);
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    EXPECT_EQ(Json::parse(outcome.out)["complete"], false) << metric;
+  }
+  const Outcome outcome = run(problem + " --samples 1000000000 --timeout 0.2 --metric escape_energy");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  EXPECT_EQ(Json::parse(outcome.out)["complete"], false);
 }
 
 TEST_F(App, CaptureOfAnyObjectIsTheLibrarysToTheLastBit) {
@@ -193,7 +222,7 @@ TEST_F(App, HelpNamesEveryOption) {
   const Outcome outcome = run("--help");
   EXPECT_EQ(outcome.code, 0);
   for (const char* option : {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads",
-                             "--captured", "--save", "--meshes", "--schema"}) {
+                             "--captured", "--tolerance", "--timeout", "--save", "--meshes", "--schema"}) {
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   }
 }
@@ -205,6 +234,10 @@ TEST_F(App, WrongArgumentsAreOneClearLine) {
   expect_error(problem + " --nodes 10x", {"--nodes", "10x", "whole number"});
   expect_error(problem + " --seed -1", {"--seed", "-1"});
   expect_error(problem + " --seed 18446744073709551616", {"--seed", "18446744073709551616"});
+  expect_error(problem + " --timeout 0", {"timeout is 0", "above 0"});
+  expect_error(problem + " --timeout soon", {"--timeout", "soon", "a number"});
+  expect_error(problem + " --tolerance -1", {"tolerance is -1", "above 0"});
+  expect_error(problem + " --tolerance 0.1 --trees 2", {"trees with a tolerance is 2", "at least 8"});
   expect_error(problem + " --metric luck", {"--metric", "luck", "capture, effort, force or escape_energy"});
   expect_error(problem + " --metric effort --planner sst", {"planner", "sst", "'est' or 'rrt'"});
   expect_error(problem + " --colour red", {"--colour"});

@@ -117,9 +117,22 @@ TEST(Batch, CancelEndsItAndKeepsWhatIsFinished) {
   }
 }
 
-TEST(Batch, StoppedScoreThrows) {
-  const std::atomic<bool> stop{true};
-  EXPECT_THROW(score(push(), 0, options(), &stop), search::Stopped);
+TEST(Batch, ThereAreNoHalfRows) {
+  const std::atomic<bool> cancel{true};
+  for (const std::string metric : {"capture", "effort/est", "effort/rrt"}) {
+    BatchOptions stopped = options();
+    stopped.metrics = {metric};
+    stopped.limit = Limit(&cancel);
+    EXPECT_THROW(score(push(), 0, stopped), search::Stopped) << metric;
+  }
+}
+
+TEST(Batch, ATimeoutEndsItAndKeepsWhatIsFinished) {
+  BatchOptions timed = options(2);
+  timed.limit = Limit(nullptr, 0.2);
+  const auto rows = all(std::vector<Problem>(100000, push()), timed);
+  EXPECT_LT(rows.size(), 100000u);
+  for (const auto& [index, row] : rows) EXPECT_EQ(row.scores, score(push(), index, options()).scores) << index;
 }
 
 TEST(Batch, NoProblemsAreFinishedAtOnce) {

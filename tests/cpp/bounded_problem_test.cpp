@@ -16,7 +16,7 @@ using namespace scenes;
 TEST(BoundedProblem, StateIsValidBelowTheBoundAndWithinTheBounds) {
   Problem problem = drift();
   problem.within = regions::Disc{"object", {0.0, 0.0}, 10.0};
-  BoundedProblem bounded(problem, &problem.captured, 1, 0, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1, 0);
   CostSpace::StateType root;
   root.node = 0;
   EXPECT_TRUE(bounded.space_information()->isValid(&root));
@@ -25,14 +25,14 @@ TEST(BoundedProblem, StateIsValidBelowTheBoundAndWithinTheBounds) {
   bounded.lower_bound(1e-9);
   EXPECT_TRUE(bounded.space_information()->isValid(&root));
   problem.within = regions::Disc{"object", {100.0, 0.0}, 10.0};
-  EXPECT_FALSE(BoundedProblem(problem, &problem.captured, 1, 0, nullptr).space_information()->isValid(&root));
-  EXPECT_TRUE(BoundedProblem(problem, nullptr, 1, 0, nullptr).space_information()->isValid(&root));
+  EXPECT_FALSE(BoundedProblem(problem, &problem.captured, 1, 0).space_information()->isValid(&root));
+  EXPECT_TRUE(BoundedProblem(problem, nullptr, 1, 0).space_information()->isValid(&root));
 }
 
 TEST(BoundedProblem, GoalIsTheComplementOfTheCaptureSet) {
   Problem problem = drift();
   const auto start_is_goal = [&](const Region* captured) {
-    BoundedProblem bounded(problem, captured, 1, 0, nullptr);
+    BoundedProblem bounded(problem, captured, 1, 0);
     return bounded.definition()->getGoal()->isSatisfied(bounded.definition()->getStartState(0));
   };
   EXPECT_FALSE(start_is_goal(&problem.captured));
@@ -41,22 +41,23 @@ TEST(BoundedProblem, GoalIsTheComplementOfTheCaptureSet) {
   EXPECT_FALSE(start_is_goal(nullptr));
 }
 
-TEST(BoundedProblem, StopEndsTheSearchWithStoppedUnlessItsNodesAreSpent) {
-  std::atomic<bool> stop{true};
+TEST(BoundedProblem, TheLimitEndsTheSearchBeforeItsNodesAreSpent) {
+  std::atomic<bool> cancel{true};
   const Problem problem = drift();
-  BoundedProblem bounded(problem, nullptr, 50, 0, &stop);
+  BoundedProblem bounded(problem, nullptr, 50, 0, Limit(&cancel));
   Est est(bounded, 0);
   est.solve(bounded.termination());
+  EXPECT_TRUE(bounded.spent());
+  EXPECT_FALSE(bounded.nodes_are_spent());
   EXPECT_EQ(bounded.nodes(), 0);
-  EXPECT_THROW(bounded.take_tree(), Stopped);
-  stop = false;
+  cancel = false;
   est.solve(bounded.termination());
-  stop = true;
+  EXPECT_TRUE(bounded.nodes_are_spent());
   EXPECT_EQ(bounded.take_tree().size(), 51);
 }
 
 TEST(BoundedProblem, NoNodesAreRejected) {
-  EXPECT_TRUE(rejects([] { BoundedProblem(drift(), nullptr, 0, 0, nullptr); }, {"nodes", "0", "at least 1"}));
+  EXPECT_TRUE(rejects([] { BoundedProblem(drift(), nullptr, 0, 0); }, {"nodes", "0", "at least 1"}));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 
 #include "energymargin/membership.hpp"
 #include "energymargin/random.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "scenes.hpp"
 #include "search_checks.hpp"
 
@@ -151,11 +150,89 @@ TEST(Capture, WithoutASuccessSetThereIsNoSuccessScore) {
   EXPECT_FALSE(capture_score(problem, options(10, 0, 2)).success_stderr);
 }
 
-TEST(Capture, StopEndsTheSearch) {
-  const std::atomic<bool> stop{true};
+TEST(Capture, CancelledAtOnceTheRootCountsAlone) {
+  const std::atomic<bool> cancel{true};
   CaptureOptions stopped = options(100, 0, 4, 2);
-  stopped.stop = &stop;
-  EXPECT_THROW(capture_score(push(), stopped), search::Stopped);
+  stopped.limit = Limit(&cancel);
+  const CaptureScore score = capture_score(push(), stopped);
+  EXPECT_FALSE(score.complete);
+  EXPECT_EQ(score.nodes(), 0);
+  ASSERT_EQ(score.trees.size(), 1u);
+  EXPECT_TRUE(same_bits(State(score.trees[0].states.row(0)), push().state));
+  EXPECT_EQ(score.capture, 1.0);
+  EXPECT_FALSE(score.capture_stderr);
+}
+
+TEST(Capture, TimeoutGivesTheBitsOfATreeOfSoManyNodes) {
+  CaptureOptions timed = options(1000000, 3, 2, 2);
+  CaptureScore score;
+  score.trees.resize(1);
+  for (double timeout = 0.05; score.nodes() < 1; timeout *= 2.0) {
+    timed.limit = Limit(nullptr, timeout);
+    score = capture_score(push(), timed);
+  }
+  EXPECT_FALSE(score.complete);
+  ASSERT_EQ(score.trees.size(), 1u) << "no tree is complete, and the first counts alone";
+  const CaptureScore whole = capture_score(push(), options(score.nodes(), 3));
+  EXPECT_TRUE(same_bits(score.trees[0], whole.trees[0]));
+  EXPECT_TRUE(same_bits(score.capture, whole.capture));
+  EXPECT_TRUE(same_bits(*score.success, *whole.success));
+}
+
+TEST(Capture, OnTimeoutTheFirstTreesThatAreCompleteCount) {
+  CaptureOptions timed = options(20, 3, 1000000, 2);
+  CaptureScore score;
+  for (double timeout = 0.1; score.trees.size() < 3; timeout *= 2.0) {
+    timed.limit = Limit(nullptr, timeout);
+    score = capture_score(push(), timed);
+  }
+  EXPECT_FALSE(score.complete);
+  EXPECT_EQ(score.nodes(), 20);
+  const int count = static_cast<int>(score.trees.size());
+  const CaptureScore whole = capture_score(push(), options(20, 3, count));
+  EXPECT_TRUE(whole.complete);
+  for (std::size_t i = 0; i < score.trees.size(); ++i) EXPECT_TRUE(same_bits(score.trees[i], whole.trees[i]));
+  EXPECT_TRUE(same_bits(score.capture_by_tree, whole.capture_by_tree));
+  EXPECT_TRUE(same_bits(*score.capture_stderr, *whole.capture_stderr));
+}
+
+CaptureOptions up_to(double tolerance, std::optional<int> trees = {}, int threads = 1) {
+  CaptureOptions made = options(30, 3, 1, threads);
+  made.trees = trees;
+  made.tolerance = tolerance;
+  return made;
+}
+
+TEST(Capture, ToleranceAddsTreesUntilEveryStandardErrorIsAtMostThat) {
+  const CaptureScore score = capture_score(push(), up_to(0.015));
+  EXPECT_TRUE(score.complete);
+  const int count = static_cast<int>(score.trees.size());
+  ASSERT_GT(count, fewest_trees);
+  EXPECT_LE(*score.capture_stderr, 0.015);
+  EXPECT_LE(*score.success_stderr, 0.015);
+  const CaptureScore one_less = capture_score(push(), options(30, 3, count - 1));
+  EXPECT_GT(std::max(*one_less.capture_stderr, *one_less.success_stderr), 0.015);
+  const CaptureScore same = capture_score(push(), options(30, 3, count));
+  EXPECT_TRUE(same_bits(score.capture_by_tree, same.capture_by_tree));
+  EXPECT_TRUE(same_bits(score.success_by_tree, same.success_by_tree));
+}
+
+TEST(Capture, ToleranceGivesTheSameTreesOnAnyNumberOfThreads) {
+  const CaptureScore one = capture_score(push(), up_to(0.015));
+  for (const int threads : {2, 4}) {
+    const CaptureScore other = capture_score(push(), up_to(0.015, {}, threads));
+    EXPECT_TRUE(same_bits(other.capture_by_tree, one.capture_by_tree)) << threads << " threads";
+    EXPECT_TRUE(same_bits(*other.success_stderr, *one.success_stderr)) << threads << " threads";
+  }
+}
+
+TEST(Capture, ToleranceThatTheTreesDoNotMeetIsNotComplete) {
+  const CaptureScore score = capture_score(push(), up_to(1e-6, 10));
+  EXPECT_FALSE(score.complete);
+  EXPECT_EQ(score.trees.size(), 10u);
+  const CaptureScore agree = capture_score(closed_cage(), up_to(1e-6));
+  EXPECT_TRUE(agree.complete);
+  EXPECT_EQ(agree.trees.size(), static_cast<std::size_t>(fewest_trees));
 }
 
 TEST(Capture, BadOptionsAreRejectedByNameAndValue) {
@@ -165,6 +242,10 @@ TEST(Capture, BadOptionsAreRejectedByNameAndValue) {
   CaptureOptions negative = options(10);
   negative.rate = -1.0;
   EXPECT_TRUE(rejects([&] { capture_score(push(), negative); }, {"rate is -1", "at least 0"}));
+  for (const double tolerance : {0.0, -0.1, nan}) {
+    EXPECT_TRUE(rejects([&] { capture_score(push(), up_to(tolerance)); }, {"tolerance is", "above 0"}));
+  }
+  EXPECT_TRUE(rejects([&] { capture_score(push(), up_to(0.1, 2)); }, {"trees", "is 2", "at least 8", "tolerance"}));
 }
 
 }  // namespace

@@ -99,9 +99,20 @@ TEST_P(Effort, StartOutsideOfTheBoundsIsRejected) {
   EXPECT_TRUE(rejects([&] { escape(problem, 50); }, {"within", "state"}));
 }
 
-TEST_P(Effort, StopEndsTheSearch) {
-  const std::atomic<bool> stop{true};
-  EXPECT_THROW(escape_effort(push(), {GetParam(), 100, 0, &stop}), search::Stopped);
+TEST_P(Effort, TimeoutGivesTheBitsOfASearchOfSoManyNodes) {
+  Problem problem = push();
+  problem.captured = regions::Disc{"object", {1.0, 0.4}, 0.05};
+  Escape timed;
+  for (double timeout = 0.05; timed.nodes() < 1; timeout *= 2.0) {
+    timed = escape_effort(problem, {GetParam(), 1000000, 3, Captured::all, Limit(nullptr, timeout)});
+  }
+  EXPECT_FALSE(timed.complete);
+  ASSERT_LT(timed.nodes(), 1000000);
+  const Escape whole = escape(problem, timed.nodes(), 3);
+  EXPECT_TRUE(whole.complete);
+  EXPECT_TRUE(same_bits(timed.tree, whole.tree));
+  EXPECT_EQ(timed.history, whole.history);
+  EXPECT_EQ(timed.path, whole.path);
 }
 
 TEST(EffortOptions, BadOptionsAndProblemsAreRejectedByNameAndValue) {

@@ -337,12 +337,39 @@ TEST_P(Fixture, OneOfSeveralObjectsEscapesWhileTheOthersStay) {
   }
 }
 
-TEST_P(Fixture, StopEndsTheSearch) {
-  const std::atomic<bool> stop{true};
+TEST_P(Fixture, CancelledAtOnceNothingIsFound) {
+  const std::atomic<bool> cancel{true};
   EscapeEnergyOptions options;
   options.planner = GetParam();
-  options.stop = &stop;
-  EXPECT_THROW(escape_energy(ball_in_pen(), options), search::Stopped);
+  options.limit = Limit(&cancel);
+  const EscapeEnergy found = escape_energy(ball_in_pen(), options);
+  EXPECT_FALSE(found.complete);
+  EXPECT_EQ(found.samples, 0);
+  EXPECT_EQ(found.energy, infinity);
+  EXPECT_EQ(found.path.rows(), 0);
+}
+
+TEST_P(Fixture, TimeoutGivesTheBestSoFar) {
+  EscapeEnergyOptions options;
+  options.planner = GetParam();
+  options.samples = 1000000;
+  EscapeEnergy timed;
+  for (double timeout = 0.1; timed.history.empty(); timeout *= 2.0) {
+    options.limit = Limit(nullptr, timeout);
+    timed = escape_energy(ball_in_pen(), options);
+  }
+  ASSERT_FALSE(timed.complete);
+  ASSERT_LT(timed.samples, 1000000);
+  EXPECT_EQ(timed.energy, timed.history.back().second);
+  EXPECT_GT(timed.path.rows(), 0);
+  options.limit = {};
+  options.samples = 2 * timed.samples;
+  const EscapeEnergy more = escape_energy(ball_in_pen(), options);
+  EXPECT_TRUE(more.complete);
+  // The last way out may have been found, and not yet relaxed to the end.
+  ASSERT_GE(more.history.size(), timed.history.size());
+  EXPECT_TRUE(std::equal(timed.history.begin(), timed.history.end() - 1, more.history.begin()));
+  EXPECT_LE(more.energy, timed.energy);
 }
 
 EscapeEnergyOptions with(const std::string& planner, int samples) {

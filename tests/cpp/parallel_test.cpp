@@ -60,6 +60,17 @@ TEST(Parallel, FirstErrorEndsTheRestAndIsThrownAgain) {
   EXPECT_THROW(parallel_for(100, 4, [](std::size_t) { throw std::runtime_error("each"); }), std::runtime_error);
 }
 
+TEST(Parallel, NoJobBeginsOnceTheLimitIsReached) {
+  std::atomic<bool> cancel{false};
+  std::atomic<int> runs{0};
+  const auto job = [&](std::size_t i) {
+    ++runs;
+    if (i == 3) cancel = true;
+  };
+  parallel_for(1000, 1, job, Limit(&cancel));
+  EXPECT_EQ(runs, 4);
+}
+
 TEST(Parallel, NoJobsIsNoWork) {
   parallel_for(0, 4, [](std::size_t) { FAIL(); });
 }

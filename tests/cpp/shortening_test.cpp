@@ -32,7 +32,7 @@ int wasteful_escape(BoundedProblem& bounded) {
 
 TEST(Shortening, EachSuccessIsACheaperEscapeWithinTheBounds) {
   const Problem problem = drift();
-  BoundedProblem bounded(problem, &problem.captured, 1500, 0, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 1500, 0);
   Shortening shortening(bounded, largest_edge(problem), 1);
   shortening.start(wasteful_escape(bounded));
   double best = bounded.bound();
@@ -58,7 +58,7 @@ TEST(Shortening, EachSuccessIsACheaperEscapeWithinTheBounds) {
 TEST(Shortening, PathStaysWithinTheBoundsOfTheSearch) {
   Problem problem = drift();
   problem.within = regions::HalfSpace{"object", Vector3::UnitX(), 0.02};
-  BoundedProblem bounded(problem, &problem.captured, 600, 0, nullptr);
+  BoundedProblem bounded(problem, &problem.captured, 600, 0);
   int node = 0;
   while (!bounded.escaped(node)) node = bounded.extend(node, edge({-0.2, 1.0, 0.0}, 40));
   bounded.lower_bound(bounded.cost(node));

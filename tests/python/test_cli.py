@@ -134,6 +134,26 @@ def scored(path):
         return file.execute("SELECT count(seconds) FROM states").fetchone()[0]
 
 
+def test_a_timeout_keeps_what_is_scored_and_the_same_command_goes_on(folder):
+    command = ["score", "push.h5", "-o", "timed.db", "--nodes", 100]
+    done = run(*command, "--timeout", 0.001, cwd=folder)
+    assert done.returncode == 124, done.stderr
+    assert "the time was over: 0 of 24 states are scored and kept in timed.db" in done.stderr
+    assert run(*command, "--timeout", 600, cwd=folder).returncode == 0
+    assert scored(folder / "timed.db") == 24
+    refused(run(*command, "--timeout", -1, cwd=folder), "timeout is -1.0, expected")
+
+
+def test_generate_writes_the_trajectories_that_are_done_in_time(folder):
+    generate = ["generate", "push", "--trajectories", 10**6, "-o", "timed.h5"]
+    refused(run(*generate, "--timeout", 1e-6, cwd=folder), "the time was over before one")
+    assert not (folder / "timed.h5").exists()
+    done = run(*generate, "--timeout", 5, cwd=folder)
+    assert done.returncode == 124, done.stderr
+    assert "the time was over before there were 1000000 trajectories" in done.stderr
+    assert 0 < len(datasets.load(folder / "timed.h5").trajectories) < 10**6
+
+
 def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_scores(folder):
     arguments = ["score", "push.h5", "--nodes", "100"]
     assert run(*arguments, "-o", "whole.db", cwd=folder).returncode == 0

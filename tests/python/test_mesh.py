@@ -256,6 +256,25 @@ def test_ctrl_c_ends_a_decomposition_at_once_and_leaves_no_process(tmp_path, mon
     assert started[0].poll() == -signal.SIGKILL
 
 
+@pytest.mark.parametrize("how", ["timeout", "cancel"])
+def test_a_decomposition_ends_at_its_limit_without_a_process_or_a_mesh(how, monkeypatch):
+    started = []
+    run = subprocess.Popen
+
+    def remembered(*args, **kwargs):
+        started.append(run(*args, **kwargs))
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", remembered)
+    cancel = em.Cancel()
+    threading.Timer(0.5, cancel.set).start()
+    limit = {"timeout": 0.5} if how == "timeout" else {"cancel": cancel}
+    error = TimeoutError if how == "timeout" else em.Cancelled
+    with pytest.raises(error, match=r"wheel\.stl was taken apart"):
+        Mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01, **limit)  # a minute
+    assert started[-1].poll() == -signal.SIGKILL
+
+
 def test_a_failure_of_the_decomposition_names_the_file_and_the_way_out(tmp_path, monkeypatch):
     monkeypatch.setitem(decomposition.SEARCH, "no_such_setting", 1)
     with pytest.raises(RuntimeError, match=r"angle\.stl.*no_such_setting.*decompose=False"):

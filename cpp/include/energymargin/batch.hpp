@@ -1,13 +1,14 @@
 #pragma once
 // Many problems on a pool of threads, one World each. The same bits for any number of threads.
 
-#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 
 namespace energymargin {
@@ -30,7 +31,18 @@ struct BatchOptions {
   int threads = 1;
   //! Stream index of each problem, so that a run that goes on gives the same bits; empty: 0, 1, 2, ...
   std::vector<std::size_t> indices{};
+  Limit limit{};  //!< ends the batch as `cancel` does
 };
+
+namespace search {
+
+//! The scores of a problem are not finished: the limit was reached.
+class Stopped : public std::runtime_error {
+ public:
+  Stopped() : std::runtime_error("the search was stopped") {}
+};
+
+}  // namespace search
 
 //! A running batch: threads take the next problem from one queue.
 class Batch {
@@ -47,7 +59,7 @@ class Batch {
   //! Rows finished since the last call; waits up to `timeout` [s] for the first of them.
   std::vector<ScoreRow> take(double timeout);
 
-  //! All rows are computed, or the batch was cancelled, and all are taken.
+  //! All rows are computed, or the batch has ended before, and all are taken.
   bool finished() const;
 
   //! Stops within one rollout and joins the threads; unfinished problems give no row.
@@ -58,8 +70,7 @@ class Batch {
   std::unique_ptr<Pool> pool_;
 };
 
-//! Scores one problem on the calling thread; `stop`, set from another thread, makes it throw search::Stopped.
-ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options,
-               const std::atomic<bool>* stop = nullptr);
+//! Scores one problem on the calling thread. Throws search::Stopped if it reaches the limit: there are no half rows.
+ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options);
 
 }  // namespace energymargin

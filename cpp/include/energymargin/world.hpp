@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "energymargin/audit.hpp"
+#include "energymargin/limit.hpp"
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
 
@@ -75,20 +76,26 @@ class World {
 
   //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums. With
   //! `audit` it also balances the energy: nothing else changes, to the last bit, but the time that it takes.
-  //! Throws std::invalid_argument on a bad state, wrench or duration; std::runtime_error if the simulation diverges.
-  Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false);
+  //! Throws std::invalid_argument on a bad state, wrench or duration; std::runtime_error if the simulation diverges;
+  //! Cancelled or TimedOut if it reaches the limit.
+  Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false,
+                  const Limit& limit = {});
 
   //! The same for a scene with one object.
-  Rollout rollout(const State& state, const Wrench& wrench, double duration, bool audit = false) {
-    return rollout(state, Disturbance{wrench}, duration, audit);
+  Rollout rollout(const State& state, const Wrench& wrench, double duration, bool audit = false,
+                  const Limit& limit = {}) {
+    return rollout(state, Disturbance{wrench}, duration, audit, limit);
   }
 
-  //! The same without the checks and without the energy, for callers that made the arguments themselves.
-  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps);
+  //! The same without the checks and without the energy, for callers that made the arguments themselves. It ends with
+  //! fewer steps if it reaches the limit.
+  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {});
 
   //! One unbroken simulation of `steps` steps under a script, recorded after the steps in `record` (ascending, from 0,
-  //! the start, to `steps`). The start's contacts are those of `contacts`.
-  std::vector<Frame> simulate(const State& state, const Script& script, int steps, const std::vector<int>& record);
+  //! the start, to `steps`). The start's contacts are those of `contacts`. Throws Cancelled or TimedOut if it reaches
+  //! the limit.
+  std::vector<Frame> simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
+                              const Limit& limit = {});
 
   //! Mechanical energy: the kinetic energy of all bodies that move, links included; the potential energy of gravity and
   //! of the bodies' constant forces, with its zero at the world's origin; the energy of the springs, and of the joints'

@@ -15,13 +15,19 @@
 
 namespace energymargin {
 
+namespace {
+
+constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us to, in large scenes, some ms
+
+}  // namespace
+
 class World::Bullet {
  public:
   explicit Bullet(const Scene& scene) : simulation(scene), energy(scene) {}
 
   //! From where the simulation is; `auditor` may be null.
-  Rollout rollout(const Disturbance& wrenches, int steps, Auditor* auditor);
-  Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps);
+  Rollout rollout(const Disturbance& wrenches, int steps, const Limit& limit, Auditor* auditor);
+  Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit);
 
   Simulation simulation;
   Energy energy;
@@ -98,7 +104,8 @@ World& World::operator=(World&&) noexcept = default;
 const Scene& World::scene() const { return bullet_->simulation.scene(); }
 const StateLayout& World::layout() const { return bullet_->simulation.layout(); }
 
-Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit) {
+Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit,
+                       const Limit& limit) {
   validate(scene(), state);
   const std::size_t objects = bullet_->simulation.objects().size();
   if (wrenches.size() != objects) {
@@ -113,24 +120,25 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
     reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
   }
   const int steps = bullet_->simulation.whole_steps(duration);
-  if (audit) return bullet_->audited_rollout(state, wrenches, steps);
-  Rollout result = rollout_unchecked(state, wrenches, steps);
+  Rollout result = audit ? bullet_->audited_rollout(state, wrenches, steps, limit)
+                         : rollout_unchecked(state, wrenches, steps, limit);
+  if (result.steps < steps) limit.require();
   result.energy = bullet_->energy(result.state);
   return result;
 }
 
-Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps) {
+Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
   bullet_->simulation.restore(state);
-  return bullet_->rollout(wrenches, steps, nullptr);
+  return bullet_->rollout(wrenches, steps, limit, nullptr);
 }
 
-Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, Auditor* auditor) {
+Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Limit& limit, Auditor* auditor) {
   const double step = simulation.scene().stepping().step;
   std::vector<Push> pushes;
   for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench, step);
   Rollout result;
-  result.steps = steps;
-  for (int i = 0; i < steps; ++i) {
+  for (; result.steps < steps; ++result.steps) {
+    if (result.steps % steps_between_looks == 0 && limit.reached()) break;
     if (auditor) auditor->begin_step();
     for (Push& push : pushes) push.apply();
     simulation.step();
@@ -145,10 +153,10 @@ Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, Auditor* 
   return result;
 }
 
-Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps) {
+Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
   simulation.restore(state);
   Auditor auditor(simulation);
-  Rollout result = rollout(wrenches, steps, &auditor);
+  Rollout result = rollout(wrenches, steps, limit, &auditor);
   result.energy = energy(result.state);
   result.audit = auditor.audit();
   result.audit->energy_change = result.energy - energy(state);
@@ -159,8 +167,8 @@ Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wr
   return result;
 }
 
-std::vector<Frame> World::simulate(const State& state, const Script& script, int steps,
-                                   const std::vector<int>& record) {
+std::vector<Frame> World::simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
+                                   const Limit& limit) {
   validate(scene(), state);
   require_at_least("steps", steps, 1);
   if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
@@ -184,6 +192,7 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   }
   simulation.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
+    if (i % steps_between_looks == 0) limit.require();
     for (const auto& [body, wrenches] : drives) {
       simulation.apply(body, to_bullet(Vector3(wrenches.row(i - 1).head<3>())),
                        to_bullet(Vector3(wrenches.row(i - 1).tail<3>())));

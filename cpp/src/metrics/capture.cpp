@@ -1,6 +1,11 @@
 #include "energymargin/metrics/capture.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <utility>
 
 #include "../check.hpp"
 #include "energymargin/membership.hpp"
@@ -11,12 +16,21 @@
 namespace energymargin {
 namespace {
 
+// A tree, and what it says of each set.
+struct Grown {
+  Tree tree;
+  bool complete = false;
+  std::vector<double> scores{};
+  double heaviest = 0.0;  // likelihood of a node
+};
+
 // Line 3 of Algorithm 2: EST(P_inf, M).
-Tree energy_cost_field(const Problem& problem, int nodes, std::uint64_t seed, const std::atomic<bool>* stop) {
-  search::BoundedProblem bounded(problem, nullptr, nodes, seed, stop);
+Grown energy_cost_field(const Problem& problem, int nodes, std::uint64_t seed, const Limit& limit) {
+  search::BoundedProblem bounded(problem, nullptr, nodes, seed, limit);
   search::Est est(bounded, stream(seed, 0));
   est.solve(bounded.termination());
-  return bounded.take_tree();
+  const bool complete = bounded.nodes_are_spent();
+  return {bounded.take_tree(), complete};
 }
 
 // Eq. 5 and 6: the likelihood that falls into a set.
@@ -32,10 +46,114 @@ double likelihood_inside(const Region& region, const Scene& scene, const Tree& t
   return sum / total;
 }
 
-std::optional<double> standard_error(const Eigen::VectorXd& values) {
-  if (values.size() < 2) return std::nullopt;
+double standard_error(const Eigen::VectorXd& values) {
   const double n = static_cast<double>(values.size());
   return std::sqrt((values.array() - values.mean()).square().sum() / (n * (n - 1.0)));
+}
+
+// The sets that a problem has.
+std::vector<const Region*> sets_of(const Problem& problem) {
+  std::vector<const Region*> sets{&problem.captured};
+  for (const auto* set : {&problem.succeeded, &problem.captured_any, &problem.succeeded_any}) {
+    if (*set) sets.push_back(&**set);
+  }
+  return sets;
+}
+
+// Trees by their number. Those that count are the first ones, up to one that is not complete, or up to where the
+// tolerance is met: so which they are does not depend on the threads.
+class Forest {
+ public:
+  Forest(const Problem& problem, const CaptureOptions& options)
+      : problem_(problem),
+        options_(options),
+        rate_(options.rate.value_or(problem.rate)),
+        sets_(sets_of(problem)),
+        most_(static_cast<std::size_t>(options.trees.value_or(options.tolerance ? most_trees : 1))) {}
+
+  void grow() {
+    const Limit enough = options_.limit.or_when(done_);
+    parallel_for(most_, options_.threads, [&](std::size_t i) { grow_tree(i, enough); }, enough);
+    if (grown_.count(0) == 0) grow_tree(0, enough);  // its root alone
+  }
+
+  CaptureScore score() {
+    const std::size_t count = std::max<std::size_t>(counted_, 1);
+    CaptureScore score;
+    score.complete = options_.tolerance ? done_.load() : counted_ == most_;
+    score.likelihoods = likelihoods(grown_.at(0).tree.costs, rate_);
+    const auto take = [&](std::size_t set, auto& mean, std::optional<double>& error, Eigen::VectorXd& by_tree) {
+      by_tree = scores(set, count);
+      mean = by_tree.mean();
+      if (count > 1) error = standard_error(by_tree);
+    };
+    std::size_t set = 0;
+    take(set++, score.capture, score.capture_stderr, score.capture_by_tree);
+    if (problem_.succeeded) take(set++, score.success, score.success_stderr, score.success_by_tree);
+    if (problem_.captured_any) take(set++, score.capture_any, score.capture_any_stderr, score.capture_any_by_tree);
+    if (problem_.succeeded_any) take(set++, score.success_any, score.success_any_stderr, score.success_any_by_tree);
+    for (std::size_t i = 0; i < count; ++i) {
+      score.resolution += grown_.at(i).heaviest / static_cast<double>(count);
+      score.trees.push_back(std::move(grown_.at(i).tree));
+    }
+    return score;
+  }
+
+ private:
+  void grow_tree(std::size_t index, const Limit& limit) {
+    Grown grown = energy_cost_field(problem_, options_.nodes, stream(options_.seed, index), limit);
+    if (!grown.complete && index > 0) return;
+    const Eigen::VectorXd weights = likelihoods(grown.tree.costs, rate_);
+    for (const Region* set : sets_) {
+      grown.scores.push_back(likelihood_inside(*set, problem_.scene, grown.tree, weights));
+    }
+    grown.heaviest = weights.maxCoeff();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    grown_.emplace(index, std::move(grown));
+    count_trees();
+  }
+
+  void count_trees() {
+    for (auto next = grown_.find(counted_); !done_ && next != grown_.end() && next->second.complete;
+         next = grown_.find(counted_)) {
+      ++counted_;
+      if (options_.tolerance && counted_ >= fewest_trees && is_met(*options_.tolerance)) done_ = true;
+    }
+  }
+
+  bool is_met(double tolerance) const {
+    for (std::size_t set = 0; set < sets_.size(); ++set) {
+      if (!(standard_error(scores(set, counted_)) <= tolerance)) return false;
+    }
+    return true;
+  }
+
+  // Of the first `count` trees.
+  Eigen::VectorXd scores(std::size_t set, std::size_t count) const {
+    Eigen::VectorXd values(static_cast<Eigen::Index>(count));
+    for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = grown_.at(i).scores[set];
+    return values;
+  }
+
+  const Problem& problem_;
+  const CaptureOptions& options_;
+  double rate_;
+  std::vector<const Region*> sets_;
+  std::size_t most_;
+  std::mutex mutex_;
+  std::map<std::size_t, Grown> grown_;
+  std::size_t counted_ = 0;
+  std::atomic<bool> done_{false};  //!< the tolerance is met
+};
+
+void validate(const CaptureOptions& options) {
+  require_at_least("nodes", options.nodes, 1);
+  if (options.tolerance) require_positive("tolerance", *options.tolerance);
+  if (options.trees)
+    require_at_least(options.tolerance ? "trees with a tolerance" : "trees", *options.trees,
+                     options.tolerance ? fewest_trees : 1);
+  require_at_least("threads", options.threads, 1);
+  if (options.rate) require_not_negative("rate", *options.rate);
 }
 
 }  // namespace
@@ -46,34 +164,11 @@ Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate) {
 }
 
 CaptureScore capture_score(const Problem& problem, const CaptureOptions& options) {
-  require_at_least("nodes", options.nodes, 1);
-  require_at_least("trees", options.trees, 1);
-  require_at_least("threads", options.threads, 1);
-  const double rate = options.rate.value_or(problem.rate);
-  require_not_negative("rate", rate);
+  validate(options);
   validate(problem);
-
-  const auto count = static_cast<std::size_t>(options.trees);
-  CaptureScore score;
-  score.trees.resize(count);
-  parallel_for(count, options.threads, [&](std::size_t i) {
-    score.trees[i] = energy_cost_field(problem, options.nodes, stream(options.seed, i), options.stop);
-  });
-  score.likelihoods = likelihoods(score.trees.front().costs, rate);
-  const auto weigh = [&](const Region& region, auto& mean, std::optional<double>& error) {
-    Eigen::VectorXd inside(options.trees);
-    for (Eigen::Index i = 0; i < inside.size(); ++i) {
-      const Tree& tree = score.trees[static_cast<std::size_t>(i)];
-      inside[i] = likelihood_inside(region, problem.scene, tree, likelihoods(tree.costs, rate));
-    }
-    mean = inside.mean();
-    error = standard_error(inside);
-  };
-  weigh(problem.captured, score.capture, score.capture_stderr);
-  if (problem.succeeded) weigh(*problem.succeeded, score.success, score.success_stderr);
-  if (problem.captured_any) weigh(*problem.captured_any, score.capture_any, score.capture_any_stderr);
-  if (problem.succeeded_any) weigh(*problem.succeeded_any, score.success_any, score.success_any_stderr);
-  return score;
+  Forest forest(problem, options);
+  forest.grow();
+  return forest.score();
 }
 
 }  // namespace energymargin

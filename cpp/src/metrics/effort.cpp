@@ -30,7 +30,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.stop, options.sampling);
+                                 options.limit, options.sampling);
   search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
   search::Shortening* const polish = options.shorten ? &shortening : nullptr;
   const std::uint64_t planner_seed = stream(options.seed, planner_stream);

@@ -5,7 +5,6 @@
 
 #include "../check.hpp"
 #include "energymargin/search/bit_star.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/rrt_star.hpp"
 
 namespace energymargin {
@@ -27,6 +26,8 @@ EscapeEnergy result(search::QuasistaticProblem& problem) {
   EscapeEnergy escape;
   escape.energy = problem.energy();
   escape.history = problem.history();
+  escape.samples = problem.samples();
+  escape.complete = problem.finished();
   const Path& path = problem.path();
   if (path.empty()) return escape;
   Quasistatics& statics = problem.statics();
@@ -55,13 +56,13 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   if (!std::isfinite(smallest_half_extent(body.shape))) {
     reject("object", "'" + body.name + "', which has no parts", "one that can collide with something");
   }
-  search::QuasistaticProblem quasistatic(problem, object, {options.samples, options.seed, options.reach, options.stop});
+  search::QuasistaticProblem quasistatic(problem, object,
+                                         {options.samples, options.seed, options.reach, options.limit});
   if (options.planner == "bit*") {
     search::bit_star(quasistatic);
   } else {
     search::rrt_star(quasistatic);
   }
-  if (!quasistatic.finished()) throw search::Stopped();
   return result(quasistatic);
 }
 

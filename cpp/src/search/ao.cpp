@@ -49,6 +49,7 @@ class Search {
   }
 
   Escape result() {
+    escape_.complete = problem_.nodes_are_spent() || escape_.effort == 0.0;
     escape_.tree = problem_.take_tree();
     escape_.path = escape_.tree.path_to(last_);
     return std::move(escape_);

@@ -49,14 +49,14 @@ class NoTarget : public ompl::base::ValidStateSampler {
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                               const std::atomic<bool>* stop, Sampling sampling)
-    : most_nodes_(nodes), stop_(stop) {
+                               const Limit& limit, Sampling sampling)
+    : most_nodes_(nodes), limit_(limit) {
   require_at_least("nodes", nodes, 1);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, sampler_stream));
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream), sampling);
   si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
-  propagator_ = std::make_shared<Propagator>(si_, problem, nodes);
+  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit);
   si_->setStatePropagator(propagator_);
   // The control carries its own duration, so OMPL's counts as one.
   si_->setPropagationStepSize(1.0);
@@ -81,16 +81,13 @@ ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) c
 }
 
 bool BoundedProblem::allowed(int node) const {
-  return cost(node) < bound() && (!within_ || (*within_)(State(propagator_->state(node))));
+  return node >= 0 && cost(node) < bound() && (!within_ || (*within_)(State(propagator_->state(node))));
 }
 
-bool BoundedProblem::escaped(int node) const { return captured_ && !(*captured_)(State(propagator_->state(node))); }
-
-bool BoundedProblem::spent() const { return nodes() >= most_nodes_ || (stop_ != nullptr && stop_->load()); }
-
-Tree BoundedProblem::take_tree() {
-  if (stop_ != nullptr && stop_->load() && nodes() < most_nodes_) throw Stopped();
-  return propagator_->take_tree();
+bool BoundedProblem::escaped(int node) const {
+  return node >= 0 && captured_ && !(*captured_)(State(propagator_->state(node)));
 }
+
+bool BoundedProblem::spent() const { return nodes_are_spent() || limit_.reached(); }
 
 }  // namespace energymargin::search

@@ -41,7 +41,7 @@ class Projection : public ompl::base::ProjectionEvaluator {
 
 }  // namespace
 
-Est::Est(const BoundedProblem& problem, std::uint64_t seed) : EST(problem.space_information()) {
+Est::Est(const BoundedProblem& problem, std::uint64_t seed) : EST(problem.space_information()), problem_(problem) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
   setProblemDefinition(problem.definition());
   setProjectionEvaluator(std::make_shared<Projection>(problem.space_information()->getStateSpace()));
@@ -63,7 +63,8 @@ void Est::prune(double bound) {
     return a->state->as<CostSpace::StateType>()->node < b->state->as<CostSpace::StateType>()->node;
   });
   for (Motion* motion : motions) {
-    if (motion->state->as<CostSpace::StateType>()->cost < bound) {
+    // A search that is over needs no tree: in a large one it would take seconds.
+    if (motion->state->as<CostSpace::StateType>()->cost < bound && !problem_.spent()) {
       addMotion(motion);
     } else {
       forget(motion);

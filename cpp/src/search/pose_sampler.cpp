@@ -17,13 +17,13 @@ constexpr double pi = 3.14159265358979323846;
 
 }  // namespace
 
-PoseSampler::PoseSampler(Quasistatics& statics, std::uint64_t seed, const std::atomic<bool>* stop)
-    : statics_(statics), stop_(stop) {
+PoseSampler::PoseSampler(Quasistatics& statics, std::uint64_t seed, const Limit& limit)
+    : statics_(statics), limit_(limit) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
 }
 
 std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector<Pose>& known) {
-  for (int i = 0; i < most_tries && !(stop_ != nullptr && stop_->load()); ++i) {
+  for (int i = 0; i < most_tries && !limit_.reached(); ++i) {
     Pose pose = rng_.uniform01() < local_share ? along(known) : anywhere(bound);
     if (statics_.energy(pose) >= bound) continue;
     if (side != Side::any && statics_.outside(pose) != (side == Side::outside)) continue;

@@ -3,9 +3,12 @@
 #include <ompl/control/SpaceInformation.h>
 
 #include <cmath>
+#include <limits>
 
 namespace energymargin::search {
 namespace {
+
+constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made
 
 Disturbance disturbance(const Eigen::VectorXd& wrenches) {
   Disturbance made;
@@ -17,12 +20,17 @@ Disturbance disturbance(const Eigen::VectorXd& wrenches) {
 
 }  // namespace
 
-Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes)
-    : StatePropagator(si), world_(problem.scene), edge_start_(problem), step_(problem.scene.stepping().step) {
+Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes,
+                       const Limit& limit)
+    : StatePropagator(si),
+      limit_(limit),
+      world_(problem.scene),
+      edge_start_(problem),
+      step_(problem.scene.stepping().step) {
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
     objects_.push_back(world_.layout().offset(object));
   }
-  make_room(nodes + 1);
+  make_room(std::min(nodes, first_room) + 1);
   tree_.states.row(0) = problem.state.transpose();
   tree_.costs[0] = 0.0;
   tree_.parents[0] = -1;
@@ -33,14 +41,19 @@ Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Probl
 void Propagator::propagate(const ompl::base::State* from, const ompl::control::Control* control, double,
                            ompl::base::State* to) const {
   const Edge edge = si_->getControlSpace()->as<WrenchSpace>()->edge(control);
-  describe(extend(from->as<CostSpace::StateType>()->node, edge), *to->as<CostSpace::StateType>());
+  const int node = extend(from->as<CostSpace::StateType>()->node, edge);
+  auto& result = *to->as<CostSpace::StateType>();
+  if (node >= 0) return describe(node, result);
+  result.cost = std::numeric_limits<double>::infinity();
+  result.node = node;
 }
 
 int Propagator::extend(int from, const Edge& edge) const {
   const Rollout rollout =
-      world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps);
+      world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps, limit_);
+  if (rollout.steps < edge.steps) return -1;
   const int node = ++nodes_;
-  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());  // some planners go on a little after the end
+  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
   tree_.states.row(node) = rollout.state.transpose();
   tree_.costs[node] = tree_.costs[from] + rollout.effort;
   tree_.parents[node] = from;

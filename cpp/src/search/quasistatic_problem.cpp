@@ -12,7 +12,6 @@
 
 #include "../check.hpp"
 #include "energymargin/random.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/relax.hpp"
 
 namespace energymargin::search {
@@ -150,7 +149,7 @@ class Outside : public ob::GoalSampleableRegion {
 QuasistaticProblem::QuasistaticProblem(const Problem& problem, std::size_t object, const QuasistaticBudget& budget)
     : budget_(budget),
       statics_(problem, object),
-      sampler_(statics_, stream(budget.seed, 1), budget.stop),
+      sampler_(statics_, stream(budget.seed, 1), budget.limit),
       energy_(infinity) {
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   if (statics_.outside(statics_.start())) {
@@ -160,6 +159,7 @@ QuasistaticProblem::QuasistaticProblem(const Problem& problem, std::size_t objec
     return;
   }
   find_reach();
+  if (spent()) return;
   const auto space = std::make_shared<PoseSpace>(statics_, sampler_.reach());
   space->setStateSamplerAllocator([this](const ob::StateSpace* of) { return std::make_shared<Draws>(of, *this); });
   si_ = std::make_shared<ob::SpaceInformation>(space);
@@ -187,7 +187,7 @@ void QuasistaticProblem::find_reach() {
     best = reach;
     outside_.poses = std::move(outside);
   }
-  if (spent()) throw Stopped();
+  if (spent()) return;
   if (share == 0.0) {
     reject("reach", budget_.reach ? text(*budget_.reach) : "not given, and nothing is found up to " + text(reach),
            "one in which poses of the object outside of its capture set are free");
@@ -238,7 +238,7 @@ bool QuasistaticProblem::draw(PoseSampler::Side side, Pose& pose) {
 void QuasistaticProblem::count_sample() {
   ++samples_;
   if (path_.empty() || samples_ < first_polish || (samples_ & (samples_ - 1)) != 0) return;
-  keep(relax(path_, statics_, sampler_, std::min(2 * samples_, most_polish), budget_.stop));
+  keep(relax(path_, statics_, sampler_, std::min(2 * samples_, most_polish), budget_.limit));
 }
 
 std::size_t QuasistaticProblem::most_goals() const {
@@ -252,7 +252,7 @@ void QuasistaticProblem::take(ob::ProblemDefinition& definition) {
     found.push_back(pose_of(state));
   }
   definition.clearSolutionPaths();
-  keep(relax(found, statics_, sampler_, first_trials, budget_.stop));
+  keep(relax(found, statics_, sampler_, first_trials, budget_.limit));
 }
 
 void QuasistaticProblem::keep(Path path) {

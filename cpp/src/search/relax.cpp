@@ -148,7 +148,7 @@ Path cut(const Path& path, Quasistatics& statics) {
   return inside;
 }
 
-Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int trials, const std::atomic<bool>* stop) {
+Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int trials, const Limit& limit) {
   Path relaxed = cut(straightened(simplest(cut(path, statics), sampler.reach(), statics), statics), statics);
   double scale = 0.0;
   double spacing = first_spacing * statics.radius();
@@ -158,7 +158,7 @@ Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int tr
       relaxed = divided(relaxed, spacing, statics);
       spacing = std::max(0.5 * spacing, least_spacing * statics.radius());
     }
-    if (stop != nullptr && stop->load()) break;
+    if (limit.reached()) break;
     const Barrier highest = barrier(relaxed, statics);
     if (highest.energy <= statics.negligible()) break;
     const std::size_t index = top(relaxed, highest, statics);

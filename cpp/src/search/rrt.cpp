@@ -31,7 +31,7 @@ class FirstNearest : public ompl::NearestNeighborsGNAT<Motion> {
 
 }  // namespace
 
-Rrt::Rrt(const BoundedProblem& problem, std::uint64_t seed) : RRT(problem.space_information()) {
+Rrt::Rrt(const BoundedProblem& problem, std::uint64_t seed) : RRT(problem.space_information()), problem_(problem) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
   setProblemDefinition(problem.definition());
   setNearestNeighbors<FirstNearest>();
@@ -43,7 +43,8 @@ void Rrt::prune(double bound) {
   nn_->clear();
   lastGoalMotion_ = nullptr;
   for (Motion* motion : motions) {
-    if (motion->state->as<CostSpace::StateType>()->cost < bound) {
+    // A search that is over needs no tree: in a large one it would take seconds.
+    if (motion->state->as<CostSpace::StateType>()->cost < bound && !problem_.spent()) {
       nn_->add(motion);
     } else {
       si_->freeState(motion->state);

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from energymargin.convex import cache
 from energymargin.convex.hulls import corners, hull_volume
+from energymargin.limits import Limit
 
 __all__ = ["decomposed"]
 
@@ -40,11 +41,13 @@ def decomposed(
     max_points: int,
     seed: int,
     name: str,
+    limit: Limit,
 ) -> list[NDArray[np.float64]]:
     """Points of convex parts of a mesh, shapes (k, 3) with k up to `max_points`.
 
     A mesh that is not `closed` is made so first. `threshold`: the concavity that a part may keep,
-    as a share of the mesh's size. `name` is for messages. Raises RuntimeError if coacd fails.
+    as a share of the mesh's size. `name` is for messages. Raises RuntimeError if coacd fails,
+    and TimeoutError or Cancelled if it reaches the limit.
     """
     settings = {
         **SEARCH,
@@ -60,7 +63,7 @@ def decomposed(
     parts = cache.load(kept)
     if parts is None:
         log.info("taking %s apart into convex parts", name)
-        raw = _run(vertices, faces, settings, name)
+        raw = _run(vertices, faces, settings, name, limit)
         least = NOTHING * hull_volume(vertices)
         parts = [corners(points, max_points) for points in raw if hull_volume(points) > least]
         if not parts:
@@ -74,6 +77,7 @@ def _run(
     faces: NDArray[np.int64],
     settings: dict[str, Any],
     name: str,
+    limit: Limit,
 ) -> list[NDArray[np.float64]]:
     """The parts that coacd makes, in a process that ends with this call, whatever ends it."""
     script = Path(__file__).with_name("coacd_process.py")
@@ -91,7 +95,7 @@ def _run(
                 stderr=messages,
             )
             try:
-                _wait(process, name)
+                _wait(process, name, limit)
             except BaseException:
                 process.kill()
                 process.wait()
@@ -104,12 +108,13 @@ def _run(
             return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
 
 
-def _wait(process: subprocess.Popen[bytes], name: str) -> None:
+def _wait(process: subprocess.Popen[bytes], name: str, limit: Limit) -> None:
     """Until the process ends; says so if that takes long."""
     start = time.monotonic()
     told = False
     while process.poll() is None:
         time.sleep(POLL)
+        limit.require(f"{name} was taken apart")
         if not told and time.monotonic() - start > PATIENCE:
             log.warning(
                 "%s is still being taken apart into convex parts, once: they are kept in %s. A "

@@ -144,7 +144,8 @@ def reproduce(
 ) -> Bowl:
     """Takes the bowl apart, lets the ball roll in it, and searches for its way out.
 
-    The folder gets bowl.obj and problem.json. `progress(done, total)` is called after each search.
+    The folder gets bowl.obj, problem.json and, after each search, bowl.md and bowl.csv of those so
+    far. `progress(done, total)` is called after each search.
     """
     mesh = folder / "bowl.obj"
     write_mesh(mesh)
@@ -158,6 +159,8 @@ def reproduce(
         for seed in range(seeds):
             found = escape_energy(made, planner=planner, samples=samples, seed=seed)
             bowl.runs.append(Run(planner, seed, found))
+            (folder / "bowl.md").write_text(bowl.to_markdown())
+            (folder / "bowl.csv").write_text(bowl.to_csv())
             if progress is not None:
                 progress(len(bowl.runs), total)
     return bowl

@@ -10,7 +10,6 @@ With several objects there is a share for all of them, and one for at least one.
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -20,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import World, stream
+from energymargin._core import Cancel, World, stream
 from energymargin.datasets import Dataset
 from energymargin.evaluation import (
     HORIZONS,
@@ -29,6 +28,7 @@ from energymargin.evaluation import (
     LabelledScores,
     evaluate,
 )
+from energymargin.limits import Limit
 from energymargin.scoring import ANY, POLL, held_interrupts, thread_count
 from energymargin.store import ScoreStore
 from energymargin.tasks.base import ScriptedTask, Trajectory, whole_number
@@ -56,10 +56,6 @@ class _Row:
     scores: dict[str, float]
 
 
-class _Stopped(Exception):
-    """The run was interrupted; this state is left for the next."""
-
-
 def ceiling_dataset(
     dataset: Dataset,
     path: str | os.PathLike[str],
@@ -68,25 +64,30 @@ def ceiling_dataset(
     *,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> None:
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> bool:
     """The shares of every state of a dataset, kept in the file at `path` as soon as they are there.
 
-    The file is a ScoreStore: "captured/h" for each horizon h, and "success". On KeyboardInterrupt,
-    or any other error, all that was finished is in it, and the same call goes on to the same bits,
-    on any number of threads. Raises ValueError on a task without a script, numbers out of range, or
-    a file of other settings. `progress(done, total)` counts all states of the dataset.
+    The file is a ScoreStore: "captured/h" for each horizon h, and "success". Returns whether all
+    are there: False if `timeout` [s] was over, or `cancel` was set, before. Then, or on
+    KeyboardInterrupt, or any other error, all that was finished is in it, and the same call goes on
+    to the same bits, on any number of threads. Raises ValueError on a task without a script,
+    numbers out of range, or a file of other settings. `progress(done, total)` counts all states of
+    the dataset.
     """
+    limit = Limit(timeout, cancel)
     task = scripted(dataset)
     threads = thread_count(threads)
     frames = dataset.frames()
     advance = progress or (lambda _done, _total: None)
-    stop = threading.Event()
+    stop = Cancel()
 
     def row(index: int) -> _Row:
         start = time.perf_counter()
         t, k = frames[index]
         shares = state_ceiling(
-            task, dataset.trajectories[t], k, continuations, stream(seed, index), stop=stop
+            task, dataset.trajectories[t], k, continuations, stream(seed, index), cancel=stop
         )
         return _Row(index, time.perf_counter() - start, shares)
 
@@ -98,7 +99,7 @@ def ceiling_dataset(
         running = {pool.submit(row, index) for index in store.missing()}
         try:
             advance(*store.counts())
-            while running and not interrupted.is_set():
+            while running and not (interrupted.is_set() or limit.reached):
                 done, running = wait(running, POLL, FIRST_COMPLETED)
                 store.add([future.result() for future in done if not future.exception()])
                 advance(*store.counts())
@@ -108,8 +109,10 @@ def ceiling_dataset(
             stop.set()
             pool.shutdown(cancel_futures=True)
             store.add([f.result() for f in running if not (f.cancelled() or f.exception())])
+        scored, total = store.counts()
     if interrupted.is_set():
         raise KeyboardInterrupt
+    return scored == total
 
 
 def ceiling_store(
@@ -137,14 +140,17 @@ def state_ceiling(
     continuations: int = CONTINUATIONS,
     seed: int = 0,
     *,
-    stop: threading.Event | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
 ) -> dict[str, float]:
     """Shares of the continuations of one recorded state that stay captured, and that succeed.
 
     "captured/h": over the next h frames, or to the last frame if it comes first; so for h = 0 it is
     the label itself. "success": at the end; for the last frame, the label itself. If there are
-    labels of at least one object, their shares have the same names with "/any" at the end.
+    labels of at least one object, their shares have the same names with "/any" at the end. Raises
+    TimeoutError after `timeout` [s], and Cancelled once `cancel` is set: there are no half shares.
     """
+    limit = Limit(timeout, cancel)
     state, params = trajectory.states[frame], trajectory.params
     now, *later = trajectory.times[frame:].tolist()
     scene = task.scene(params)
@@ -152,9 +158,10 @@ def state_ceiling(
     several = not (trajectory.captured_any is None and trajectory.success_any is None)
     of_all, of_any = [], []  # labels of each continuation: captured, and succeeded
     for number in range(continuations if later else 0):
-        if stop is not None and stop.is_set():
-            raise _Stopped
-        states = task.resume(state, now, params, stream(seed, number), later, world=world)
+        limit.require("the shares were done")
+        states = task.resume(
+            state, now, params, stream(seed, number), later, world=world, **limit.rest()
+        )
         of_all.append(task.labels(states, params, scene=scene))
         if several:
             of_any.append(task.labels_any(states, params, scene=scene))

@@ -120,7 +120,7 @@ class _Stage:
     what: str
     work: float
     """How long it may take [s]; what counts is its ratio to the others'."""
-    run: Callable[[Callable[[int, int], None]], None]
+    run: Callable[[Callable[[int, int], None]], object]
     """Takes a `progress(done, total)`."""
 
 

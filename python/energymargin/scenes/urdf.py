@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from energymargin._core import Scene
+from energymargin._core import Cancel, Scene
+from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD, needs_extra
 from energymargin.scenes.poses import place, pose
 from energymargin.scenes.urdf_bodies import Shaping, body
@@ -56,6 +57,8 @@ def from_urdf(
     disable_collisions: Iterable[Sequence[str]] = (),
     packages: Sequence[str | Path] = (),
     ignore: Iterable[str] = (),
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
 ) -> Scene:
     """A robot, or an object, from a URDF file: a new scene with it, or the given one with it added.
 
@@ -73,8 +76,9 @@ def from_urdf(
     damping acts there, and its limits have to hold wherever the other joint may go.
 
     inertia: "file", or "shapes" to spread the file's masses evenly over the collision shapes.
-    decompose, threshold: as in `Mesh`. A link without mass is a frame: what it carries is part of
-    the link it is fixed to, and it is no body; a root without mass is a body only if it is fixed.
+    decompose, threshold, timeout, cancel: as in `Mesh`. A link without mass is a frame: what it
+    carries is part of the link it is fixed to, and it is no body; a root without mass is a body
+    only if it is fixed.
 
     Links that a joint connects, or that fixed joints hold together, never collide. Others do if
     self_collision, but for the pairs `disable_collisions`; then none may overlap at the start.
@@ -85,8 +89,9 @@ def from_urdf(
     attributes as "tag.attribute", which are then left out everywhere.
 
     Raises FileNotFoundError, ImportError without the extra [urdf], and ValueError that names what
-    is wrong; a given scene is then as it was.
+    is wrong, and as `Mesh` does; a given scene is then as it was.
     """
+    limit = Limit(timeout, cancel)
     _check_choices(base, inertia, ignore=ignore, packages=packages)
     root = pose(position, orientation)
     with needs_extra():
@@ -95,7 +100,7 @@ def from_urdf(
     roles, frictions, disabled = roles or {}, frictions or {}, _pairs(disable_collisions)
     apart_names = [name for pair in disabled for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=apart_names)
-    shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages))
+    shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages), limit)
     bodies = []
     for name, link in robot.links.items():
         fixed = base == "fixed" and name == robot.root

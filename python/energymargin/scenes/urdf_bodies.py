@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Compound, Inertial
+from energymargin.limits import Limit
 from energymargin.meshes import Mesh
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place
@@ -26,6 +27,7 @@ class Shaping:
     decompose: bool
     threshold: float
     packages: tuple[str | Path, ...]
+    limit: Limit
 
 
 def body(link: Link, how: Shaping, *, fixed: bool) -> dict[str, Any]:
@@ -70,5 +72,11 @@ def _placed(geometry: Geometry, how: Shaping) -> Compound:
     if not isinstance(shape, MeshFile):
         return moved(Compound([shape]), geometry.pose)
     file = found(shape.filename, how.path, how.packages)
-    mesh = Mesh(file, scale=shape.scale, decompose=how.decompose, threshold=how.threshold)
+    mesh = Mesh(
+        file,
+        scale=shape.scale,
+        decompose=how.decompose,
+        threshold=how.threshold,
+        **how.limit.rest(),
+    )
     return moved(mesh, geometry.pose)

@@ -21,7 +21,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Contact, Problem, Region, Scene, Simulation, World
+from energymargin._core import Cancel, Contact, Problem, Region, Scene, Simulation, World
+from energymargin.limits import Limit
 
 __all__ = [
     "Drive",
@@ -238,12 +239,21 @@ class ScriptedTask(ABC):
         """Simulation steps of a trajectory."""
         return round(self.length / self.step)
 
-    def rollout(self, seed: int, frames: int = 10) -> Trajectory:
+    def rollout(
+        self,
+        seed: int,
+        frames: int = 10,
+        *,
+        timeout: float | None = None,
+        cancel: Cancel | None = None,
+    ) -> Trajectory:
         """One trajectory, with frames evenly spaced over it, from its start to its end.
 
         The same for the same seed. Raises ValueError on a negative seed, or frames that are not
-        from 2 to the number of steps and the start.
+        from 2 to the number of steps and the start; TimeoutError after `timeout` [s], Cancelled
+        once `cancel` is set.
         """
+        limit = Limit(timeout, cancel)
         random = np.random.default_rng(whole_number("seed", seed, 0))
         frames = whole_number("frames", frames, 2, self.steps + 1)
         params = self.draw(random)
@@ -252,7 +262,7 @@ class ScriptedTask(ABC):
         drive = self.drive(params, random)
 
         recorded = np.round(np.linspace(0, self.steps, frames)).astype(int)
-        simulation = _simulate(world, start, drive, recorded)
+        simulation = _simulate(world, start, drive, recorded, limit)
         captured, succeeded = self.labels(simulation.states, params)
         captured_any, succeeded_any = self.labels_any(simulation.states, params)
         return Trajectory(
@@ -276,14 +286,18 @@ class ScriptedTask(ABC):
         times: ArrayLike,
         *,
         world: World | None = None,
+        timeout: float | None = None,
+        cancel: Cancel | None = None,
     ) -> NDArray[np.float64]:
         """The script goes on from a state, shape (n,), at a time [s], with fresh noise.
 
         Returns the states at `times` [s], shape (K, n). The noise is that of the seed: a drive is
         drawn for the whole trajectory, and what comes after `time` is used. `world`, of the scene
         of these params, saves making one. Raises ValueError on times that do not rise from `time`
-        to at most the task's length.
+        to at most the task's length; TimeoutError after `timeout` [s], Cancelled once `cancel` is
+        set.
         """
+        limit = Limit(timeout, cancel)
         first, *recorded = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
         rising = np.diff([first, *recorded]) > 0
         if not (recorded and rising.all() and first >= 0 and recorded[-1] <= self.steps):
@@ -297,6 +311,7 @@ class ScriptedTask(ABC):
             state,
             drive.between(first, recorded[-1]),
             np.array(recorded) - first,
+            limit,
         ).states
 
     def labels(
@@ -418,7 +433,11 @@ def _check_shape(
 
 
 def _simulate(
-    world: World, state: NDArray[np.float64], drive: Drive, record: NDArray[np.int64]
+    world: World,
+    state: NDArray[np.float64],
+    drive: Drive,
+    record: NDArray[np.int64],
+    limit: Limit,
 ) -> Simulation:
     """One simulation to the last of the steps that are recorded, from 0, the state itself."""
     return world.simulate(
@@ -427,4 +446,5 @@ def _simulate(
         drives=drive.wrenches,
         targets=drive.targets,
         record=record.tolist(),
+        **limit.rest(),
     )

@@ -1,10 +1,10 @@
 #pragma once
 // Effort of escape, Section IV-A and Algorithm 1.
 
-#include <atomic>
 #include <cstdint>
 #include <string>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/escape.hpp"
 #include "energymargin/search/sampling.hpp"
@@ -15,16 +15,17 @@ struct EffortOptions {
   std::string planner = "est";  //!< "est" or "rrt": the x of AO-x
   int nodes = 1000;             //!< nodes of the tree besides its root, over all iterations of AO-x
   std::uint64_t seed = 0;
-  const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
-  Captured captured = Captured::all;        //!< of several objects, which have to leave
-  Sampling sampling = Sampling::mixed;      //!< how controls are drawn
-  bool shorten = true;                      //!< spend half of the nodes on making the best escape cheaper
+  Captured captured = Captured::all;    //!< of several objects, which have to leave
+  Limit limit{};                        //!< ends the search early; what it has found counts
+  Sampling sampling = Sampling::mixed;  //!< how controls are drawn
+  bool shorten = true;                  //!< spend half of the nodes on making the best escape cheaper
 };
 
 //! The same search as it was published: controls drawn evenly, nothing shortened.
 EffortOptions as_published(EffortOptions options);
 
-//! Least effort found that leads out of the capture set; inf if none was. Throws std::invalid_argument on bad input.
+//! Least effort found that leads out of the capture set; inf if none was. A search that reaches its limit gives the
+//! tree as far as it is, the bits of one of so many nodes. Throws std::invalid_argument on bad input.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

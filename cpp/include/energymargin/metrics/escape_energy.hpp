@@ -1,13 +1,13 @@
 #pragma once
 // Escape energy of a quasi-static object, Definitions 1 and 2.
 
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 
 namespace energymargin {
@@ -18,19 +18,22 @@ struct EscapeEnergyOptions {
   std::uint64_t seed = 0;
   std::optional<double> reach{};  //!< half the edge of the box around the start to search in [m]; unset: found
   std::string object{};           //!< the one that escapes; empty: the only one
-  const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
+  Limit limit{};                  //!< ends the search early; what it has found counts
 };
 
 struct EscapeEnergy {
   double energy = 0.0;  //!< lowest barrier found, from above [J]; inf: none found, as for a cage
   std::vector<std::pair<int, double>> history;  //!< (samples so far, best energy) at each improvement
-  States path;       //!< the way over it, at rest, from the start to the first state outside (P, n); empty if none
-  int barrier = -1;  //!< row of the path's highest energy; -1 if none was found
+  States path;           //!< the way over it, at rest, from the start to the first state outside (P, n); empty if none
+  int barrier = -1;      //!< row of the path's highest energy; -1 if none was found
+  int samples = 0;       //!< poses drawn
+  bool complete = true;  //!< all poses are drawn, or nothing is left to gain
 };
 
 //! The least potential energy above that of the start that an object has to be given to leave the capture set, slowly,
 //! while everything else stays where it is. Supports carry it without friction. An upper bound that falls with the
-//! samples. Throws std::invalid_argument on a bad problem or option.
+//! samples. Of a search that reaches its limit, the best so far. Throws std::invalid_argument on a bad problem or
+//! option.
 EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& options = {});
 
 }  // namespace energymargin

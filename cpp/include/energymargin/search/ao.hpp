@@ -11,8 +11,7 @@ namespace energymargin::search {
 
 //! Runs any OMPL control planner on the problem until its nodes are spent. The planner keeps its tree between
 //! iterations, and prunes it if it is Prunable. With `shortening`, the planner and it take turns once there is an
-//! escape; the planner's share of the nodes does not shrink, so AO-x stays asymptotically optimal. Throws Stopped if
-//! the search was ended from outside.
+//! escape; the planner's share of the nodes does not shrink, so AO-x stays asymptotically optimal.
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening = nullptr);
 
 }  // namespace energymargin::search

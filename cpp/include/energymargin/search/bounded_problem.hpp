@@ -5,13 +5,12 @@
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/control/SpaceInformation.h>
 
-#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/cost_space.hpp"
@@ -19,25 +18,19 @@
 
 namespace energymargin::search {
 
-//! A search was stopped from another thread.
-class Stopped : public std::runtime_error {
- public:
-  Stopped() : std::runtime_error("the search was stopped") {}
-};
-
 class BoundedProblem {
  public:
-  //! At most `nodes` rollouts; `stop`, if given, ends the search early. The goal is the complement of `captured`,
+  //! At most `nodes` rollouts, fewer if the limit is reached. The goal is the complement of `captured`,
   //! within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only
   //! grows (Algorithm 2).
-  BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                 const std::atomic<bool>* stop, Sampling sampling = Sampling::uniform);
+  BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
+                 Sampling sampling = Sampling::uniform);
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }
   const CostSpace& space() const { return *space_; }
 
-  //! True once there are `nodes`, or all are spent, or the search was stopped.
+  //! True once there are `nodes`, or all are spent, or the limit is reached.
   ompl::base::PlannerTerminationCondition termination(int nodes = std::numeric_limits<int>::max()) const;
   bool spent() const;
 
@@ -45,11 +38,12 @@ class BoundedProblem {
   void lower_bound(double cost) { space_->lower_bound(cost); }
 
   int nodes() const { return propagator_->nodes(); }
+  bool nodes_are_spent() const { return nodes() >= most_nodes_; }
 
-  //! The node that an edge from `node` leads to; it counts as one of the nodes.
+  //! The node that an edge from `node` leads to; it counts as one of the nodes. -1 if the limit was reached first.
   int extend(int node, const Edge& edge) { return propagator_->extend(node, edge); }
 
-  //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set.
+  //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   bool allowed(int node) const;
   bool escaped(int node) const;
 
@@ -57,12 +51,11 @@ class BoundedProblem {
   Edge edge(int node) const { return propagator_->edge(node); }
   std::vector<int> path_to(int node) const { return propagator_->path_to(node); }
 
-  //! Throws Stopped if the search was ended from outside.
-  Tree take_tree();
+  Tree take_tree() { return propagator_->take_tree(); }
 
  private:
   int most_nodes_;
-  const std::atomic<bool>* stop_;
+  Limit limit_;
   std::shared_ptr<CostSpace> space_;
   ompl::control::SpaceInformationPtr si_;
   std::shared_ptr<Propagator> propagator_;

@@ -13,6 +13,9 @@ struct Escape {
   std::vector<std::pair<int, double>> history;  //!< (nodes so far, best effort) at each improvement
   std::vector<int> path;                        //!< nodes of the tree from the root to the escape; empty if none
   Tree tree;                                    //!< all rollouts, also those above the bound
+  bool complete = true;                         //!< the nodes are spent, or nothing is left to gain
+
+  int nodes() const { return tree.size() - 1; }
 };
 
 }  // namespace energymargin

@@ -20,6 +20,8 @@ class Est : public ompl::control::EST, public Prunable {
 
  private:
   void forget(Motion* motion);
+
+  const BoundedProblem& problem_;
 };
 
 }  // namespace energymargin::search

@@ -3,19 +3,19 @@
 
 #include <ompl/util/RandomNumbers.h>
 
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/quasistatics.hpp"
 
 namespace energymargin::search {
 
 class PoseSampler {
  public:
-  //! `stop`, if given, ends a draw without a result.
-  PoseSampler(Quasistatics& statics, std::uint64_t seed, const std::atomic<bool>* stop);
+  //! A draw that reaches the limit ends without a result.
+  PoseSampler(Quasistatics& statics, std::uint64_t seed, const Limit& limit);
 
   //! Half the edge of the box around the start that positions are drawn from [m].
   double reach() const { return reach_; }
@@ -49,7 +49,7 @@ class PoseSampler {
 
   Quasistatics& statics_;
   ompl::RNG rng_;
-  const std::atomic<bool>* stop_;
+  Limit limit_;
   double reach_ = 0.0;
   bool may_grow_ = false;
 };

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/cost_space.hpp"
 #include "energymargin/search/tree.hpp"
@@ -16,15 +17,16 @@ namespace energymargin::search {
 //! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout.
 class Propagator : public ompl::control::StatePropagator {
  public:
-  //! Room for `nodes` rollouts; the world is built here.
-  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes);
+  //! Of about `nodes` rollouts; the world is built here.
+  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit);
 
-  //! `duration` is not looked at: the control carries its own.
+  //! `duration` is not looked at: the control carries its own. A rollout that reaches the limit leads to no node, and
+  //! to an infinite cost, which is valid nowhere.
   void propagate(const ompl::base::State* from, const ompl::control::Control* control, double duration,
                  ompl::base::State* to) const override;
   bool canPropagateBackward() const override { return false; }
 
-  //! The node that an edge from `node` leads to.
+  //! The node that an edge from `node` leads to; -1 if the limit was reached before its end.
   int extend(int node, const Edge& edge) const;
 
   //! A node as planners see it.
@@ -47,6 +49,7 @@ class Propagator : public ompl::control::StatePropagator {
  private:
   void make_room(Eigen::Index rows) const;
 
+  Limit limit_;
   mutable World world_;
   EdgeStart edge_start_;
   mutable Tree tree_;

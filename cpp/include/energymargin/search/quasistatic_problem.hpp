@@ -5,12 +5,12 @@
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/base/SpaceInformation.h>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/pose_sampler.hpp"
 #include "energymargin/search/pose_space.hpp"
@@ -22,7 +22,7 @@ struct QuasistaticBudget {
   int samples = 0;  //!< poses to draw
   std::uint64_t seed = 0;
   std::optional<double> reach{};  //!< half the edge of the box around the start to draw from [m]; unset: found
-  const std::atomic<bool>* stop = nullptr;  //!< set from another thread: the search ends early
+  Limit limit{};                  //!< ends the search early
 };
 
 class QuasistaticProblem {
@@ -43,8 +43,8 @@ class QuasistaticProblem {
   //! True once the samples are spent, or nothing is left to improve.
   bool finished() const;
 
-  //! True once it is finished, or was stopped.
-  bool spent() const { return finished() || (budget_.stop != nullptr && budget_.stop->load()); }
+  //! True once it is finished, or the limit is reached.
+  bool spent() const { return finished() || budget_.limit.reached(); }
 
   //! Highest energy on the best way so far; inf if there is none [J].
   double energy() const { return energy_; }

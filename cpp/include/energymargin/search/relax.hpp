@@ -2,8 +2,7 @@
 // Makes a way out that a planner found as cheap as it gets nearby. A planner finds which way leads out; how closely it
 // passes a rim is a matter of luck, that of a local search is not.
 
-#include <atomic>
-
+#include "energymargin/limit.hpp"
 #include "energymargin/quasistatics.hpp"
 #include "energymargin/search/pose_sampler.hpp"
 
@@ -22,6 +21,6 @@ Path cut(const Path& path, Quasistatics& statics);
 
 //! A path with the same start and a barrier as low or lower, which ends where it leaves the capture set, and takes no
 //! detours that do not pay.
-Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int trials, const std::atomic<bool>* stop);
+Path relax(const Path& path, Quasistatics& statics, PoseSampler& sampler, int trials, const Limit& limit);
 
 }  // namespace energymargin::search

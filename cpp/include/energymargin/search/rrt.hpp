@@ -15,6 +15,9 @@ class Rrt : public ompl::control::RRT, public Prunable {
   Rrt(const BoundedProblem& problem, std::uint64_t seed);
 
   void prune(double bound) override;
+
+ private:
+  const BoundedProblem& problem_;
 };
 
 }  // namespace energymargin::search

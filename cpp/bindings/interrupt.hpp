@@ -1,0 +1,52 @@
+#pragma once
+// Long calls from Python: they end at a time, when another thread says so, or on Ctrl-C.
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <optional>
+
+#include "door.hpp"
+#include "energymargin/limit.hpp"
+
+namespace energymargin::door {
+
+//! What `cancel` is in Python.
+struct Cancel {
+  std::atomic<bool> is_set{false};
+};
+
+using TimeoutArgument = std::optional<Number>;
+using CancelArgument = std::optional<std::shared_ptr<Cancel>>;
+
+//! Of a call that begins now; `cancel` has to outlive it.
+inline Limit limit_of(const TimeoutArgument& timeout, const CancelArgument& cancel) {
+  return Limit(cancel ? &(*cancel)->is_set : nullptr, real("timeout", timeout));
+}
+
+//! Runs `search(limit)` on a thread of its own while this one looks for Ctrl-C. Without the GIL: `search` may not touch
+//! Python objects.
+template <typename Search>
+auto interruptible(const Limit& limit, const Search& search) {
+  constexpr auto signal_interval = std::chrono::milliseconds(20);
+  std::atomic<bool> stop{false};
+  const Limit either = limit.or_when(stop);
+  auto result = std::async(std::launch::async, [&] { return search(either); });
+  const auto ready = [&] {
+    const py::gil_scoped_release release;
+    return result.wait_for(signal_interval) == std::future_status::ready;
+  };
+  while (!ready()) {
+    if (PyErr_CheckSignals() == 0) continue;
+    stop = true;
+    {
+      const py::gil_scoped_release release;
+      result.wait();
+    }
+    throw py::error_already_set();
+  }
+  return result.get();
+}
+
+}  // namespace energymargin::door

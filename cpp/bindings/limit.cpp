@@ -1,0 +1,27 @@
+// Timeouts and cancels for Python.
+
+#include "interrupt.hpp"
+
+namespace energymargin::door {
+
+void bind_limit(py::module_& module) {
+  py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError);
+  py::register_exception_translator([](std::exception_ptr error) {
+    try {
+      if (error) std::rethrow_exception(error);
+    } catch (const TimedOut& late) {
+      PyErr_SetString(PyExc_TimeoutError, late.what());
+    }
+  });
+  py::class_<Cancel, std::shared_ptr<Cancel>>(
+      module, "Cancel", "Ends the long calls that it is given to, from any thread. Once set it stays so.")
+      .def(py::init<>())
+      .def(
+          "set", [](Cancel& cancel) { cancel.is_set = true; }, "Ends them, and those that come.")
+      .def_property_readonly("is_set", [](const Cancel& cancel) { return cancel.is_set.load(); })
+      .def("__repr__", [](const Cancel& cancel) {
+        return std::string("Cancel(is_set=") + (cancel.is_set ? "True" : "False") + ")";
+      });
+}
+
+}  // namespace energymargin::door

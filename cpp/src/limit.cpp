@@ -1,0 +1,31 @@
+#include "energymargin/limit.hpp"
+
+#include "check.hpp"
+
+namespace energymargin {
+namespace {
+
+constexpr double ages = 1e9;  // [s]; a later end is none
+
+}  // namespace
+
+Limit::Limit(const std::atomic<bool>* cancel, std::optional<double> timeout) {
+  if (cancel != nullptr) cancels_.push_back(cancel);
+  if (!timeout) return;
+  require_positive("timeout", *timeout);
+  if (*timeout > ages) return;
+  end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*timeout));
+}
+
+Limit Limit::or_when(const std::atomic<bool>& cancel) const {
+  Limit either = *this;
+  either.cancels_.push_back(&cancel);
+  return either;
+}
+
+void Limit::require() const {
+  if (cancelled()) throw Cancelled();
+  if (late()) throw TimedOut();
+}
+
+}  // namespace energymargin

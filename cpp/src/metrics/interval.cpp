@@ -1,0 +1,62 @@
+#include "energymargin/metrics/interval.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <utility>
+
+#include "../check.hpp"
+
+namespace energymargin {
+namespace {
+
+const Eigen::VectorXd& by_tree(const CaptureScore& score, const std::string& which) {
+  const std::pair<const char*, const Eigen::VectorXd&> all[] = {{"capture", score.capture_by_tree},
+                                                                {"success", score.success_by_tree},
+                                                                {"capture_any", score.capture_any_by_tree},
+                                                                {"success_any", score.success_any_by_tree}};
+  for (const auto& [name, values] : all) {
+    if (which != name) continue;
+    if (values.size() == 0) reject("which", "'" + which + "'", "a set that the problem has");
+    return values;
+  }
+  reject("which", "'" + which + "'", "'capture', 'success', 'capture_any' or 'success_any'");
+}
+
+// Nodes on the side of a set that a tree has not seen come in clusters: they weigh as much as so many heavy ones.
+constexpr double cluster = 2.0;
+
+// Variance of the trees' scores in units of mean * (1 - mean), that of a share of single draws.
+double dispersion(const Eigen::VectorXd& scores, double mean, double variance, double resolution) {
+  const double single = mean * (1.0 - mean);
+  const double seen = single > 0.0 ? variance / single : 0.0;
+  const bool some_saw_one_side = (scores.array() == 0.0 || scores.array() == 1.0).any();
+  return some_saw_one_side ? std::max(seen, cluster * resolution) : seen;
+}
+
+// Wilson's interval: the shares p with (mean - p)^2 <= width * p * (1 - p).
+Interval share_interval(double mean, double width) {
+  const double middle = mean + 0.5 * width;
+  const double half = std::sqrt(width * (mean * (1.0 - mean) + 0.25 * width));
+  return {(middle - half) / (1.0 + width), (middle + half) / (1.0 + width)};
+}
+
+}  // namespace
+
+Interval interval(const Eigen::VectorXd& scores, double resolution, double confidence) {
+  if (!(confidence > 0.0 && confidence < 1.0)) reject("confidence", text(confidence), "a number between 0 and 1");
+  if (scores.size() < 2) reject("trees", std::to_string(scores.size()), "two or more for an interval");
+  const double n = static_cast<double>(scores.size());
+  const double mean = scores.mean();
+  const double variance = (scores.array() - mean).square().sum() / (n - 1.0);
+  const double t = quantile(boost::math::students_t(n - 1.0), 0.5 + 0.5 * confidence);
+  const Interval shares = share_interval(mean, dispersion(scores, mean, variance, resolution) * t * t / n);
+  const double half = t * std::sqrt(variance / n);
+  return {std::max(std::min(shares.low, mean - half), 0.0), std::min(std::max(shares.high, mean + half), 1.0)};
+}
+
+Interval interval(const CaptureScore& score, const std::string& which, double confidence) {
+  return interval(by_tree(score, which), score.resolution, confidence);
+}
+
+}  // namespace energymargin
