@@ -13,9 +13,15 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
   throw std::invalid_argument(name + " is " + value + ", expected " + expected);
 }
 
-std::string repr(const py::object& value) {
-  const std::string text = py::repr(value).cast<std::string>();
-  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+// Any str: what UTF-8 does not know is escaped.
+std::string escaped(const py::handle& text) {
+  return py::bytes(text.attr("encode")("utf-8", "backslashreplace")).cast<std::string>();
+}
+
+std::string repr(const py::handle& value) {
+  const py::str text = py::repr(value);
+  if (py::len(text) <= 60) return escaped(text);
+  return escaped(text[py::slice(0, 57, 1)]) + "...";
 }
 
 std::string shape_text(const Numbers& numbers) {
@@ -49,6 +55,14 @@ Value named(const std::string& what, const std::string& name, const std::vector<
 }
 
 }  // namespace
+
+std::string word(const std::string& what, const py::handle& value) {
+  if (!py::isinstance<py::str>(value)) reject(what, repr(value), "a str");
+  const char* const text = PyUnicode_AsUTF8(value.ptr());
+  if (text != nullptr) return value.cast<std::string>();
+  PyErr_Clear();
+  reject(what, repr(value), "a str that UTF-8 knows");
+}
 
 double real(const std::string& name, const Number& number) {
   const double value = py::isinstance<py::str>(number.value) ? 0.0 : PyFloat_AsDouble(number.value.ptr());

@@ -55,7 +55,7 @@ std::optional<Region> any_of(const std::string& name, const Scene& scene, const 
 }
 
 std::string file_path(const py::object& path) {
-  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
+  return word("path", py::module_::import("os").attr("fsdecode")(path));
 }
 
 Meshes meshes(const std::string& name) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -82,13 +83,14 @@ class Mutator {
   }
 
   void change_items(Json& value, const Json& other) {
-    const auto at = value.begin() + static_cast<std::ptrdiff_t>(below(value.size()));
+    const auto at = std::next(value.begin(), static_cast<std::ptrdiff_t>(below(value.size())));
+    const Json item = *at;
     if (one_in(2)) {
       value.erase(at);
     } else if (value.is_array()) {
-      value.push_back(one_in(3) ? other : Json(*at));
+      value.push_back(one_in(3) ? other : item);
     } else {
-      value[other.is_string() ? other.get<std::string>() : "type"] = *at;
+      value[other.is_string() ? other.get<std::string>() : "type"] = item;
     }
   }
 

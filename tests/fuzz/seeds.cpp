@@ -1,4 +1,4 @@
-// Writes what fuzzing starts from, into the folders of a corpus: fuzz_seeds FOLDER.
+// Writes what fuzzing starts from, and nothing else, into a folder: fuzz_seeds FOLDER.
 
 #include <filesystem>
 #include <fstream>
@@ -63,5 +63,6 @@ int main(int count, char** arguments) {
     std::cerr << "fuzz_seeds FOLDER\n";
     return 2;
   }
+  std::filesystem::remove_all(arguments[1]);  // what a run before has left there
   energymargin::write_all(arguments[1]);
 }

@@ -60,6 +60,10 @@ Compound read_mesh_file(const Place& place, const std::string& folder) {
     place.fail("an absolute path, or the folder that it is relative to: this text is of no file");
   }
   const std::string path = (folder / file).lexically_normal().string();
+  std::error_code ignored;
+  if (std::filesystem::is_other(std::filesystem::status(path, ignored))) {
+    place.fail("a file: this is a device or a pipe, which may have no end");
+  }
   try {
     return read_mesh(read_file("mesh file", path));
   } catch (const FileError& error) {
