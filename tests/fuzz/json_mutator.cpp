@@ -20,8 +20,8 @@ constexpr int deepest = 100;  // levels that are looked into
 
 // Limits of types, of formats and of what bodies can be.
 constexpr std::array<double, 26> numbers{
-    0.0,    -0.0,   1.0,    -1.0,  2.0,   0.5,   1e-3,       1e-7,          1e-20,        1e-160, 5e-324, 1e3,    1e7,
-    1e10,   1e20,   1e100,  1e155, 1e200, 1e308, 2147483647, -2147483648.0, 4294967296.0, 9.3e18, 1.9e19, 3.1416, -1e308};
+    0.0,  -0.0, 1.0,   -1.0,  2.0,   0.5,   1e-3,       1e-7,          1e-20,        1e-160, 5e-324, 1e3,    1e7,
+    1e10, 1e20, 1e100, 1e155, 1e200, 1e308, 2147483647, -2147483648.0, 4294967296.0, 9.3e18, 1.9e19, 3.1416, -1e308};
 
 class Mutator {
  public:

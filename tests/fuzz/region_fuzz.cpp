@@ -95,9 +95,20 @@ class Generator {
 
   double number() {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    constexpr std::array<double, 14> special{
-        0.0, -0.0, 1.0, -1.0, 1e-300, 5e-324, 1e154, 1e155, 1e300, -1e300, 6.283185307179586, infinity, -infinity,
-        std::numeric_limits<double>::quiet_NaN()};
+    constexpr std::array<double, 14> special{0.0,
+                                             -0.0,
+                                             1.0,
+                                             -1.0,
+                                             1e-300,
+                                             5e-324,
+                                             1e154,
+                                             1e155,
+                                             1e300,
+                                             -1e300,
+                                             6.283185307179586,
+                                             infinity,
+                                             -infinity,
+                                             std::numeric_limits<double>::quiet_NaN()};
     switch (bytes_.ConsumeIntegralInRange(0, 5)) {
       case 0:
         return bytes_.PickValueInArray(special);

@@ -125,13 +125,13 @@ def test_a_body_of_anything_is_finite_or_refused(keyword, value):
 
 
 SHAPES = (
-    lambda value: em.Box(value),
-    lambda value: em.Sphere(value),
+    em.Box,
+    em.Sphere,
     lambda value: em.Cylinder(value, 0.1),
     lambda value: em.Capsule(0.1, value),
-    lambda value: em.ConvexHull(value),
+    em.ConvexHull,
     lambda value: em.ConvexHull(np.resize(value, (5, 3))),
-    lambda value: em.Compound(value),
+    em.Compound,
     lambda value: em.Part(em.Sphere(0.1), position=value),
     lambda value: em.Inertial(center=(0, 0, 0), inertia=value),
 )

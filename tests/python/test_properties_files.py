@@ -23,12 +23,50 @@ settings.register_profile(
 one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 WORDS = st.sampled_from(
-    ["", "0", "-1", "1e400", "1e308", "1_0", "٣", "nan", "0 0", "0 0 1", "0 0 0", "1 2 3 4", "a"]
-    + ["base", "arm", "shoulder", "fixed", "continuous", "prismatic", "floating", "x\u0000y"]
+    [
+        "",
+        "0",
+        "-1",
+        "1e400",
+        "1e308",
+        "1_0",
+        "٣",
+        "nan",
+        "0 0",
+        "0 0 1",
+        "0 0 0",
+        "1 2 3 4",
+        "a",
+        "base",
+        "arm",
+        "shoulder",
+        "fixed",
+        "continuous",
+        "prismatic",
+        "floating",
+        "x\x00y",
+    ]
 )
 TAGS = st.sampled_from(
-    ["link", "joint", "inertial", "mass", "inertia", "origin", "collision", "geometry", "box"]
-    + ["sphere", "mesh", "contact", "lateral_friction", "axis", "limit", "mimic", "transmission"]
+    [
+        "link",
+        "joint",
+        "inertial",
+        "mass",
+        "inertia",
+        "origin",
+        "collision",
+        "geometry",
+        "box",
+        "sphere",
+        "mesh",
+        "contact",
+        "lateral_friction",
+        "axis",
+        "limit",
+        "mimic",
+        "transmission",
+    ]
 )
 
 
@@ -96,7 +134,9 @@ VALUES = st.one_of(
     st.floats(),
     st.integers(-(2**63), 2**63 - 1),
     st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\0"), max_size=5),
-    st.sampled_from(["{}", "[]", '{"friction": 1e400}', "{" * 2000, "push", np.ones(2), h5py.Empty("f")]),
+    st.sampled_from(
+        ["{}", "[]", '{"friction": 1e400}', "{" * 2000, "push", np.ones(2), h5py.Empty("f")]
+    ),
 )
 
 
