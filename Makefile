@@ -1,5 +1,5 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
-# make test   all tests, C++ and Python
+# make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
 # make check  formats and types        make format  put them right
 # make bench  speed                    make clean   forget everything built
 #
@@ -27,9 +27,10 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 demo: .venv/built
 	$(BIN)/energymargin demo
 
-test: .venv/built
+test: .venv/built build/asan/built
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
 	$(BIN)/python -m pytest
+	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2
 
 sanitize: .venv/built build/asan/built build/tsan/built
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2
