@@ -1,26 +1,45 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
-# make test   all tests, C++ and Python
+# make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
 # make check  formats and types        make format  put them right
 # make bench  speed                    make clean   forget everything built
+#
+# make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/safety.md
+# make fuzz SECONDS=600   new inputs for every door, each for so long
 #
 # Each target installs what is missing first: Debian packages with apt, the rest in .venv.
 
 PYTHON ?= python3
 PACKAGES := cmake g++ ninja-build libbullet-dev libompl-dev libeigen3-dev nlohmann-json3-dev libvalijson-dev libgtest-dev \
             libbenchmark-dev python3-venv python3-dev
+SANITIZERS := clang libclang-rt-14-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
-SOURCES := $(shell find cpp cmake tests/cpp -type f) CMakeLists.txt python/energymargin/problem.schema.json
+SOURCES := $(shell find cpp cmake tests/cpp tests/fuzz -type f) CMakeLists.txt python/energymargin/problem.schema.json
 
-.PHONY: demo test bench check format stubs clean
+SECONDS ?= 600
+# Python tests that run C++; the others are of text, tables and pictures.
+SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf tasks tasks_scripted push push_multi \
+             balance topple grasp scoop escape_energy datasets store properties_door properties_files
+
+.PHONY: demo test sanitize fuzz bench check format stubs clean
 .DELETE_ON_ERROR:
 
 demo: .venv/built
 	$(BIN)/energymargin demo
 
-test: .venv/built
+test: .venv/built build/asan/built
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
 	$(BIN)/python -m pytest
+	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2
+
+sanitize: .venv/built build/asan/built build/tsan/built
+	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2
+	tests/sanitize/python build/asan $(SANITIZED:%=tests/python/test_%.py)
+	tests/sanitize/threads build/tsan
+
+fuzz: .venv/built build/asan/built
+	tests/fuzz/run build/asan $(SECONDS)
+	$(BIN)/python -m pytest --hypothesis-profile=fuzz tests/python/test_properties_*.py
 
 bench: .venv/built
 	build/cpp/bench/energymargin_bench
@@ -42,15 +61,36 @@ stubs: .venv/built
 clean:
 	rm -rf .venv build
 
+# clang, for the sanitizers alone: one build serves the tests and the fuzz targets. Without NDEBUG, so that Eigen checks
+# sizes and indices too.
+sanitized = @cmake -S . -B $(@D) -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-O1 -DCMAKE_CXX_COMPILER=clang++ \
+  -DENERGYMARGIN_TESTS=ON -DENERGYMARGIN_SANITIZE='$(1)' $(2) >/dev/null && cmake --build $(@D) -- --quiet && touch $@
+
+build/asan/built: .venv/clang $(SOURCES)
+	@echo "Building with address and undefined behaviour sanitizers"
+	$(call sanitized,address;undefined,-DENERGYMARGIN_FUZZ=ON)
+
+build/tsan/built: .venv/clang $(SOURCES)
+	@echo "Building with the thread sanitizer"
+	$(call sanitized,thread)
+
+# Installs those of the Debian packages that are missing: $(call debian,PACKAGES,OPTIONS)
+debian = @missing=$$(for package in $(1); do \
+    dpkg-query -W -f '$${Status}' $$package 2>/dev/null | grep -q ' installed$$' || echo $$package; done); \
+  if [ -n "$$missing" ]; then \
+    echo "Installing Debian packages:" $$missing; \
+    $(SUDO) apt-get update -qq && \
+    $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(2) $$missing >/dev/null; \
+  fi
+
 .venv/packages: Makefile
-	@missing=$$(dpkg-query -W -f '$${Package} $${Status}\n' $(PACKAGES) 2>/dev/null | awk '$$4 == "installed" {print $$1}' \
-	  | sort > /tmp/energymargin-have.$$$$; printf '%s\n' $(PACKAGES) | sort | comm -23 - /tmp/energymargin-have.$$$$; \
-	  rm -f /tmp/energymargin-have.$$$$); \
-	if [ -n "$$missing" ]; then \
-	  echo "Installing Debian packages:" $$missing; \
-	  $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $$missing >/dev/null; \
-	fi
+	$(call debian,$(PACKAGES))
 	@mkdir -p .venv && touch $@
+
+# What clang recommends is three times its size, and not needed.
+.venv/clang: .venv/packages
+	$(call debian,$(SANITIZERS),--no-install-recommends)
+	@touch $@
 
 .venv/environment: .venv/packages pyproject.toml
 	@echo "Setting up .venv"

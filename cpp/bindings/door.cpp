@@ -13,9 +13,15 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
   throw std::invalid_argument(name + " is " + value + ", expected " + expected);
 }
 
-std::string repr(const py::object& value) {
-  const std::string text = py::repr(value).cast<std::string>();
-  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+// Any str: what UTF-8 does not know is escaped.
+std::string escaped(const py::handle& text) {
+  return py::bytes(text.attr("encode")("utf-8", "backslashreplace")).cast<std::string>();
+}
+
+std::string shown(const py::handle& value) {
+  const py::str text = py::repr(value);
+  if (py::len(text) <= 60) return escaped(text);
+  return escaped(text[py::slice(0, 57, 1)]) + "...";
 }
 
 std::string shape_text(const Numbers& numbers) {
@@ -33,7 +39,7 @@ Numbers numbers(const std::string& name, const ArrayLike& array) {
   const py::array seen = py::array::ensure(array.value);
   PyErr_Clear();
   if (!seen || std::string("iuf").find(seen.dtype().kind()) == std::string::npos) {
-    reject(name, repr(array.value), "an array of real numbers");
+    reject(name, shown(array.value), "an array of real numbers");
   }
   return Numbers::ensure(seen);
 }
@@ -50,11 +56,19 @@ Value named(const std::string& what, const std::string& name, const std::vector<
 
 }  // namespace
 
+std::string word(const std::string& what, const py::handle& value) {
+  if (!py::isinstance<py::str>(value)) reject(what, shown(value), "a str");
+  const char* const text = PyUnicode_AsUTF8(value.ptr());
+  if (text != nullptr) return value.cast<std::string>();
+  PyErr_Clear();
+  reject(what, shown(value), "a str that UTF-8 knows");
+}
+
 double real(const std::string& name, const Number& number) {
   const double value = py::isinstance<py::str>(number.value) ? 0.0 : PyFloat_AsDouble(number.value.ptr());
   if (PyErr_Occurred() == nullptr && !py::isinstance<py::str>(number.value)) return value;
   PyErr_Clear();
-  reject(name, repr(number.value), "a real number");
+  reject(name, shown(number.value), "a real number");
 }
 
 std::optional<double> real(const std::string& name, const std::optional<Number>& number) {
@@ -67,7 +81,7 @@ std::uint64_t seed(const std::string& name, const WholeNumber& number) {
   const std::uint64_t value = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;
   if (PyErr_Occurred() == nullptr) return value;
   PyErr_Clear();
-  reject(name, repr(number.value), "a whole number from 0 to 2^64 - 1");
+  reject(name, shown(number.value), "a whole number from 0 to 2^64 - 1");
 }
 
 int count(const std::string& name, const WholeNumber& number, int least) {
@@ -75,7 +89,7 @@ int count(const std::string& name, const WholeNumber& number, int least) {
   const long value = index ? PyLong_AsLong(index.ptr()) : 0;
   const bool fits = PyErr_Occurred() == nullptr && value >= least && value <= std::numeric_limits<int>::max();
   PyErr_Clear();
-  if (!fits) reject(name, repr(number.value), "a whole number of at least " + std::to_string(least));
+  if (!fits) reject(name, shown(number.value), "a whole number of at least " + std::to_string(least));
   return static_cast<int>(value);
 }
 

@@ -42,6 +42,9 @@ struct BodyDicts {
   py::dict value;
 };
 
+//! Throws std::invalid_argument that says `what` it is unless it is text, and UTF-8 knows it.
+std::string word(const std::string& what, const py::handle& value);
+
 //! Throws std::invalid_argument that names the argument unless it is a real number.
 double real(const std::string& name, const Number& number);
 std::optional<double> real(const std::string& name, const std::optional<Number>& number);

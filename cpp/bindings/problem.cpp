@@ -55,7 +55,9 @@ std::optional<Region> any_of(const std::string& name, const Scene& scene, const 
 }
 
 std::string file_path(const py::object& path) {
-  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
+  const std::string text = word("path", py::module_::import("os").attr("fsdecode")(path));
+  if (text.find('\0') != std::string::npos) throw std::invalid_argument("path has a zero byte, expected none");
+  return text;
 }
 
 Meshes meshes(const std::string& name) {

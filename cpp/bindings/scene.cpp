@@ -31,7 +31,7 @@ default the frame's, or those of a frame turned by this unit quaternion (x, y, z
 // A body's state from a dict of position, orientation or yaw, velocity, angular_velocity.
 BodyState body_state(const std::string& name, const py::dict& dict, BodyState state) {
   for (const auto& item : dict) {
-    const auto key = py::str(item.first).cast<std::string>();
+    const std::string key = word(name + ": key", item.first);
     if (key != "position" && key != "orientation" && key != "yaw" && key != "velocity" && key != "angular_velocity") {
       throw std::invalid_argument(name + " has '" + key +
                                   "', expected position, orientation, yaw, velocity or angular_velocity");
@@ -54,13 +54,13 @@ JointState joint_state(const std::string& name, const py::handle& given, JointSt
     state.position = real(name, Number{py::reinterpret_borrow<py::object>(given)});
     return state;
   }
-  for (const auto& [key, value] : given.cast<py::dict>()) {
-    const auto word = py::str(key).cast<std::string>();
-    if (word != "position" && word != "velocity") {
-      throw std::invalid_argument(name + " has '" + word + "', expected position or velocity");
+  for (const auto& item : given.cast<py::dict>()) {
+    const std::string key = word(name + ": key", item.first);
+    if (key != "position" && key != "velocity") {
+      throw std::invalid_argument(name + " has '" + key + "', expected position or velocity");
     }
-    (word == "position" ? state.position : state.velocity) =
-        real(name + ": " + word, Number{py::reinterpret_borrow<py::object>(value)});
+    (key == "position" ? state.position : state.velocity) =
+        real(name + ": " + key, Number{py::reinterpret_borrow<py::object>(item.second)});
   }
   return state;
 }
@@ -69,7 +69,7 @@ State pack_dicts(const Scene& scene, const std::optional<py::typing::Dict<py::st
                  const py::KWArgs<py::typing::Dict<py::str, py::object>>& bodies_given) {
   std::map<std::string, BodyState> bodies;
   for (const auto& item : bodies_given) {
-    const auto name = item.first.cast<std::string>();
+    const std::string name = word("body", item.first);
     if (!py::isinstance<py::dict>(item.second)) {
       throw std::invalid_argument(name + " is not a dict, expected dict(position=..., velocity=..., ...)");
     }
@@ -77,7 +77,7 @@ State pack_dicts(const Scene& scene, const std::optional<py::typing::Dict<py::st
   }
   std::map<std::string, JointState> joints;
   for (const auto& item : joints_given ? py::dict(*joints_given) : py::dict()) {
-    const auto name = py::str(item.first).cast<std::string>();
+    const std::string name = word("joint", item.first);
     joints[name] = joint_state("joint '" + name + "'", item.second, scene.joints()[scene.joint_index(name)].state);
   }
   return pack(scene, bodies, joints);

@@ -13,7 +13,6 @@ namespace {
 
 using namespace scenes;
 
-constexpr double step = 1.0 / 240.0;
 const Vector3 down(0.0, 0.0, -g);
 const Quaternion oblique = turn(0.7, Vector3(1.0, 0.3, 0.0).normalized());
 

@@ -53,7 +53,6 @@ TEST(Inertial, CentreOfMassFliesAlongItsParabolaHoweverTheBodyTumbles) {
 }
 
 TEST(Inertial, VelocityIsThatOfTheFramesOrigin) {
-  Stepping fine;
   const double moment = 1e-5;
   const Body block = lopsided(thrown());
   const Scene scene = alone(block, Vector3::Zero(), moment);

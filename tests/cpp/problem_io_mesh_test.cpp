@@ -1,6 +1,7 @@
 // Meshes of problem files: embedded, or in OBJ files of their own.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 
@@ -155,6 +156,20 @@ TEST(ProblemIoMesh, MeshThatCannotBeOpenedIsRejectedByItsName) {
       rejects(loading("cup.obj"), {"p.json", "scene.bodies[1].shape.file", folder / "cup.obj", "No such file"}));
   EXPECT_TRUE(rejects(loading("folder"), {folder / "folder", "Is a directory"}));
   EXPECT_TRUE(rejects(loading(""), {"scene.bodies[1].shape.file is \"\"", "path of an OBJ file"}));
+}
+
+TEST(ProblemIoMesh, DevicesAndPipesWhichMayHaveNoEndAreNotReadAsMeshes) {
+  const Folder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_TRUE(rejects([&] { from_json(with_mesh("pipe"), folder / ""); }, {"scene.bodies[1].shape.file", "a pipe"}));
+  EXPECT_TRUE(rejects([] { from_json(with_mesh("/dev/zero")); }, {"\"/dev/zero\"", "a device"}));
+}
+
+TEST(ProblemIoMesh, PathWithAZeroByteIsNotThatOfTheFileBeforeIt) {
+  const Folder folder;
+  folder.write("cup.obj", std::string("o cup\n") + corner);
+  const std::string path("cup.obj\0.txt", 12);
+  EXPECT_TRUE(rejects([&] { from_json(with_mesh(path), folder / ""); }, {"cup.obj\\u0000.txt", "path of an OBJ"}));
 }
 
 }  // namespace

@@ -21,8 +21,6 @@ namespace {
 
 using namespace scenes;
 
-constexpr double step = 1.0 / 240.0;
-
 // A block that rails let move up and down only; to escape it must be lifted by `height`.
 Body lifted(const std::string& name, double mass, double x) {
   Body block = body(name, Box{{0.2, 0.2, 0.2}}, mass, {x, 0.0, 0.1}, Role::object);

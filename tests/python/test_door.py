@@ -66,6 +66,29 @@ def test_pack_and_unpack_are_each_others_inverse(problem):
         scene.pack(cup={"yaw": 0.3})
 
 
+@pytest.mark.parametrize(
+    ("joints", "bodies"),
+    [(None, {"\ud800": {}}), (None, {"object": {"\ud800": 1}}), ({"\ud800": 1}, {}), ({3: 1}, {})],
+)
+def test_a_name_that_is_no_text_is_refused_as_what_it_is(problem, joints, bodies):
+    with pytest.raises(
+        ValueError, match=r"is ('\\ud800', expected a str that UTF-8|3, expected a str)"
+    ):
+        problem.scene.pack(joints=joints, **bodies)
+
+
+def test_the_value_in_an_error_is_cut_between_two_characters():
+    with pytest.raises(ValueError, match=r"^size is 'xé{55}\.\.\., expected an array"):
+        em.Box("x" + "é" * 80)
+
+
+def test_a_path_with_a_zero_byte_is_not_that_of_the_file_before_it(problem, tmp_path):
+    problem.save(tmp_path / "problem.json")
+    for call in (em.Problem.load, problem.save):
+        with pytest.raises(ValueError, match="path has a zero byte"):
+            call(f"{tmp_path}/problem.json\0.txt")
+
+
 def with_captured(problem, captured):
     return em.Problem(
         problem.scene,

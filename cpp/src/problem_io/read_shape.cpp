@@ -55,11 +55,16 @@ Compound read_compound(const Place& place) {
 
 Compound read_mesh_file(const Place& place, const std::string& folder) {
   const std::filesystem::path file = place.word();
-  if (file.empty()) place.fail("the path of an OBJ file");
+  const bool ends_early = file.native().find('\0') != std::string::npos;  // for the system, which would open another
+  if (file.empty() || ends_early) place.fail("the path of an OBJ file");
   if (file.is_relative() && folder.empty()) {
     place.fail("an absolute path, or the folder that it is relative to: this text is of no file");
   }
   const std::string path = (folder / file).lexically_normal().string();
+  std::error_code ignored;
+  if (std::filesystem::is_other(std::filesystem::status(path, ignored))) {
+    place.fail("a file: this is a device or a pipe, which may have no end");
+  }
   try {
     return read_mesh(read_file("mesh file", path));
   } catch (const FileError& error) {
