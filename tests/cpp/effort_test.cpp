@@ -100,8 +100,7 @@ TEST_P(Effort, StartOutsideOfTheBoundsIsRejected) {
 }
 
 TEST_P(Effort, TimeoutGivesTheBitsOfASearchOfSoManyNodes) {
-  Problem problem = push();
-  problem.captured = regions::Disc{"object", {1.0, 0.4}, 0.05};
+  const Problem problem = lift(0.2);
   Escape timed;
   for (double timeout = 0.05; timed.nodes() < 1; timeout *= 2.0) {
     timed = escape_effort(problem, {GetParam(), 1000000, 3, Captured::all, Limit(nullptr, timeout)});

@@ -7,7 +7,24 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'mass_properties', 'regions', 'stream']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
+class Cancelled(RuntimeError):
+    pass
+class Cancel:
+    """
+    Ends the long calls that it is given to, from any thread. Once set it stays so.
+    """
+    def __init__(self) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def set(self) -> None:
+        """
+        Ends them, and those that come.
+        """
+    @property
+    def is_set(self) -> bool:
+        ...
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -664,13 +681,13 @@ class World:
         """
         Mechanical energy [J]: kinetic energy of all bodies that move, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs, and of the joints' compliance, zero at their targets.
         """
-    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, audit: bool = False) -> Rollout:
+    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, *, audit: bool = False, timeout: float | None = None, cancel: Cancel | None = None) -> Rollout:
         """
-        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes.
+        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
         """
-    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> Simulation:
+    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
-        One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each.
+        One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
         """
     @property
     def scene(self) -> Scene:
@@ -868,6 +885,13 @@ class CaptureScore:
     """
     def __repr__(self) -> str:
         ...
+    def interval(self, which: str = 'capture', confidence: float = 0.95) -> tuple[float, float]:
+        """
+        (low, high), where the mean score of ever more such trees lies, with a probability of `confidence`.
+        
+        which: 'capture', 'success', 'capture_any' or 'success_any'. Student's interval of the trees' scores together with
+        Wilson's, which holds what a few trees cannot see. Raises ValueError on a single tree.
+        """
     @property
     def capture(self) -> float:
         """
@@ -879,9 +903,19 @@ class CaptureScore:
         Of several objects at least one; None if the problem has no such set.
         """
     @property
+    def capture_any_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Of each tree alone, shape (trees,); empty without such a set.
+        """
+    @property
     def capture_any_stderr(self) -> float | None:
         """
         Standard error; None for a single tree.
+        """
+    @property
+    def capture_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Of each tree alone, shape (trees,).
         """
     @property
     def capture_stderr(self) -> float | None:
@@ -889,9 +923,24 @@ class CaptureScore:
         Standard error; None for a single tree.
         """
     @property
+    def complete(self) -> bool:
+        """
+        Whether all trees are grown or, with a tolerance, as many as it takes: False if the timeout, the cancel or the largest number of trees came first.
+        """
+    @property
     def likelihoods(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Of the first tree's nodes, eq. 4, shape (M + 1,).
+        """
+    @property
+    def nodes(self) -> int:
+        """
+        Of each tree, besides its root.
+        """
+    @property
+    def resolution(self) -> float:
+        """
+        Likelihood of a tree's heaviest node, mean over the trees: no score is finer.
         """
     @property
     def success(self) -> float | None:
@@ -904,9 +953,19 @@ class CaptureScore:
         Of several objects at least one; None if the problem has no such set.
         """
     @property
+    def success_any_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Of each tree alone, shape (trees,); empty without such a set.
+        """
+    @property
     def success_any_stderr(self) -> float | None:
         """
         Standard error; None for a single tree.
+        """
+    @property
+    def success_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Of each tree alone, shape (trees,); empty without such a set.
         """
     @property
     def success_stderr(self) -> float | None:
@@ -921,7 +980,7 @@ class CaptureScore:
     @property
     def trees(self) -> list[Tree]:
         """
-        All trees.
+        All trees that count.
         """
 class EscapeEffort:
     """
@@ -929,6 +988,11 @@ class EscapeEffort:
     """
     def __repr__(self) -> str:
         ...
+    @property
+    def complete(self) -> bool:
+        """
+        Whether all nodes are grown, or nothing is left to gain: False if the timeout or the cancel came first.
+        """
     @property
     def effort(self) -> float:
         """
@@ -938,6 +1002,11 @@ class EscapeEffort:
     def history(self) -> list[tuple[int, float]]:
         """
         (nodes so far, best effort) at each improvement.
+        """
+    @property
+    def nodes(self) -> int:
+        """
+        How many there are besides the root; so many nodes give the same bits again.
         """
     @property
     def path(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -959,6 +1028,11 @@ class EscapeEnergy:
         Row of the path's highest energy; None if no way out was found.
         """
     @property
+    def complete(self) -> bool:
+        """
+        Whether all poses are drawn, or nothing is left to gain: False if the timeout or the cancel came first.
+        """
+    @property
     def energy(self) -> float:
         """
         Lowest barrier found [J]; inf if no way out was, as of a cage.
@@ -972,6 +1046,11 @@ class EscapeEnergy:
     def path(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
         States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 if no way out was found.
+        """
+    @property
+    def samples(self) -> int:
+        """
+        Poses drawn.
         """
 class ContactMargins:
     """
@@ -1056,21 +1135,47 @@ class ScoreRun:
     @property
     def finished(self) -> bool:
         ...
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int = 1, threads: int = 1) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> CaptureScore:
     """
-    Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes. rate: lambda [1/J], by default the problem's. Two or more trees give standard errors.
+    Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
+    
+    rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
+    trees are added until each standard error is at most that, from 8 trees on and up to `trees`, by default 1000. The score
+    does not depend on the threads.
+    
+    Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
+    there is none, the first tree as far as it is. `complete` says so.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', sampling: str = 'mixed', shorten: bool = True) -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEffort:
     """
-    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'. With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has. sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. Metrics of em.score search as published: sampling='uniform', shorten=False.
+    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
+    
+    With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+    
+    sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds,
+    along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
+    cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. The metrics of
+    em.score search as published: sampling='uniform', shorten=False.
+    
+    Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
+    nodes. `complete` says so.
     """
-def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None) -> EscapeEnergy:
+def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
     """
-    Least potential energy above that of the start over which the object gets out of the capture set when it is moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the edge of the box around the start to search in [m], by default found. object: which one, of several.
+    Least potential energy above that of the start over which the object gets out of the capture set.
+    
+    It is moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the edge of
+    the box around the start to search in [m], by default found. object: which one, of several.
+    
+    Ends early after timeout [s], or once cancel is set, with the lowest barrier so far. `complete` says so.
     """
 def force_score(problem: Problem, weights: ForceWeights | None = None) -> ForceScore:
     """
     The wrench-based baseline: the weighted sum of engaging score, sticking score and, taken off, distance. weights: by default the problem's.
+    """
+def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: float = 0.95) -> tuple[float, float]:
+    """
+    (low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval does.
     """
 def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0) -> MassProperties:
     """
@@ -1080,3 +1185,4 @@ def stream(seed: int, number: typing.SupportsInt | typing.SupportsIndex) -> int:
     """
     The seed of one of a seed's own streams.
     """
+FEWEST_TREES: int = 8

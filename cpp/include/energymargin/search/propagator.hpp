@@ -18,7 +18,7 @@ namespace energymargin::search {
 class Propagator : public ompl::control::StatePropagator {
  public:
   //! Of about `nodes` rollouts; the world is built here.
-  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit);
+  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit = {});
 
   //! `duration` is not looked at: the control carries its own. A rollout that reaches the limit leads to no node, and
   //! to an infinite cost, which is valid nowhere.
