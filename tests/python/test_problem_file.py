@@ -29,7 +29,7 @@ CAPTURE = [
     f"{name}{more}"
     for name in ("capture", "success", "capture_any", "success_any")
     for more in ("", "_stderr")
-]
+] + ["complete", "nodes"]
 
 
 @pytest.mark.parametrize("meshes", ["embedded", "files"])
@@ -39,7 +39,11 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
     file = tmp_path / "problem.json"
     problem.save(file, meshes=meshes)
     capture = em.capture_score(problem, nodes=80, seed=7, trees=2)
-    assert scored(file, "--trees", 2) == fields(capture, CAPTURE)
+    printed = scored(file, "--trees", 2)
+    for name in ("capture", "success"):
+        assert tuple(printed.pop(f"{name}_interval")) == capture.interval(name)
+    assert printed.pop("trees") == len(capture.trees)
+    assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
         effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
         printed = scored(file, "--metric", "effort", "--planner", planner, "--captured", captured)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import EscapeEffort, Problem, World, escape_effort
+from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
 from energymargin.experiments.known_answers import KnownAnswer, known_answers
 from energymargin.scoring import held_interrupts, thread_count
 
@@ -224,12 +224,16 @@ def _read(path: Path) -> list[Run]:
 
 def _made(jobs: Sequence[Job], known: dict[str, KnownAnswer], threads: int) -> Iterator[Run]:
     """Runs as they are finished."""
+    stop = Cancel()
     with held_interrupts() as interrupted, ThreadPoolExecutor(threads) as pool:
-        running: set[Future[Run]] = {pool.submit(_run, job, known[job.problem]) for job in jobs}
+        running: set[Future[Run]] = {
+            pool.submit(_run, known[job.problem], job, stop) for job in jobs
+        }
         while running and not interrupted.is_set():
             done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
             for future in done:
                 yield future.result()
+        stop.set()
         for future in running:
             future.cancel()
     if interrupted.is_set():
@@ -266,14 +270,15 @@ def _effort(
     return math.inf
 
 
-def _search(known: KnownAnswer, job: Job) -> EscapeEffort:
+def _search(known: KnownAnswer, job: Job, cancel: Cancel | None = None) -> EscapeEffort:
+    options = SEARCHES[job.search]
     return escape_effort(
-        known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, **SEARCHES[job.search]
+        known.problem, job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
     )
 
 
-def _run(job: Job, known: KnownAnswer) -> Run:
-    found = _search(known, job)
+def _run(known: KnownAnswer, job: Job, cancel: Cancel) -> Run:
+    found = _search(known, job, cancel)
     steps = np.cumsum(np.round(found.tree.durations / known.problem.scene.step)).astype(int)
     return Run(job, [(nodes, int(steps[nodes]), effort) for nodes, effort in found.history])
 

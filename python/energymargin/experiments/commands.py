@@ -1,0 +1,302 @@
+"""The commands of `energymargin reproduce`.
+
+Heavy modules are imported where they are used, so that --help answers at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, say, split, whole
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="""The paper's tables and figures, made again, and what its definitions say on paper.
+
+    Example: `energymargin reproduce table1 --quick`
+    """,
+)
+
+
+@app.command()
+def table1(
+    *,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
+    ] = None,
+    trajectories: Annotated[
+        int | None, typer.Option(help="How many trajectories of each task.", show_default="50")
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option(help="Nodes of each search tree.", show_default="1000")
+    ] = None,
+    continuations: Annotated[
+        int | None,
+        typer.Option(help="Of each state, for the ceiling.", show_default="100"),
+    ] = None,
+    seed: Seed = 0,
+    threads: Threads = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", help="Folder for all files.", show_default="out/table1, or out/table1-quick"
+        ),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick",
+            help="A first picture in a few minutes: 20 trajectories, 50 nodes, 20 continuations.",
+        ),
+    ] = False,
+) -> None:
+    """How well each score predicts robustness and success, on every task, beside the paper's.
+
+    AUC and AP of the scores of recorded states against what happened afterwards, in both readings
+    of the effector. The *ceiling* is what a score could reach at most: it lets the robot's own
+    script go on from each state, many times, with fresh noise.
+
+    The folder gets table1.md and table1.csv, the trajectories (TASK.h5), every score (*.db) and a
+    picture of each task (TASK.png).
+    With 1000 nodes it takes hours; stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce table1 --tasks push --nodes 100`
+    """
+    from dataclasses import replace
+
+    from energymargin.experiments import table1 as experiment
+    from energymargin.progress import share_bar
+
+    chosen: dict[str, Any] = {
+        "tasks": experiment.paper_tasks() if tasks is None else split(tasks),
+        "trajectories": trajectories,
+        "nodes": nodes,
+        "continuations": continuations,
+        "seed": seed,
+    }
+    settings = replace(
+        experiment.QUICK if quick else experiment.FULL,
+        **{name: value for name, value in chosen.items() if value is not None},
+    )
+    experiment.check_tasks(settings.tasks)
+    output = output or Path("out/table1-quick" if quick else "out/table1")
+    output.mkdir(parents=True, exist_ok=True)
+    command = settings.command(output)
+    try:
+        with share_bar(err) as progress:
+            table = experiment.reproduce(settings, output, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        kept = f"All that was finished is kept in {escape(str(output))}; go on with:"
+        say(f"{kept} [bold]{escape(command)}[/]")
+        raise
+    out.print(table.render())
+    (output / "table1.md").write_text(table.to_markdown())
+    (output / "table1.csv").write_text(table.to_csv())
+    drawn = _draw_tasks(settings.tasks, output, seed)
+    files = f"table1.md, table1.csv, trajectories (.h5), scores (.db), {drawn}"
+    say(f"In {escape(str(output))}/: {files}")
+
+
+@app.command()
+def bowl(
+    *,
+    samples: Annotated[int, typer.Option(help="Poses of the ball that each search draws.")] = 2000,
+    seeds: Annotated[int, typer.Option(help="How many searches with each planner.")] = 10,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path("out/bowl"),
+) -> None:
+    """The escape energy of a ball in a bowl (Definition 2), beside its closed form.
+
+    The bowl is a mesh that is taken apart into convex parts. The folder gets bowl.md, bowl.csv,
+    bowl.png, the mesh and the problem file. It takes half a minute.
+
+    Example: `energymargin reproduce bowl --seeds 3`
+    """
+    from energymargin.experiments import bowl as experiment
+    from energymargin.progress import progress_bar
+    from energymargin.tasks.base import whole_number
+
+    whole_number("samples", samples, 1)
+    whole_number("seeds", seeds, 1)
+    output.mkdir(parents=True, exist_ok=True)
+    with progress_bar(err, "Searching ways out of the bowl", "searches") as progress:
+        result = experiment.reproduce(output, samples, seeds, progress=progress)
+    out.print(result.to_markdown(), highlight=False)
+    drawn = "and no picture: it needs pip install energymargin[plots]"
+    if find_spec("matplotlib") is not None:
+        from energymargin.experiments.bowl_picture import figure_bowl
+
+        figure_bowl(result).savefig(output / "bowl.png")
+        drawn = "bowl.png"
+    say(f"In {escape(str(output))}/: bowl.md, bowl.csv, bowl.obj, problem.json, {drawn}")
+
+
+@app.command()
+def closed_forms(
+    *,
+    problems: Annotated[
+        str | None, typer.Option(help="Which, with ; between them; all if not given.")
+    ] = None,
+    nodes: Annotated[int, typer.Option(help="Nodes of each search.")] = 5000,
+    seeds: Annotated[int, typer.Option(help="Searches of each planner.")] = 20,
+    gain_seeds: Annotated[
+        int, typer.Option(help="Of each planner without one or all of our changes.")
+    ] = 8,
+    threads: Threads = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+        "out/closed-forms"
+    ),
+) -> None:
+    """The effort of escape against answers known on paper, by nodes; what each change gains.
+
+    The folder gets closed_forms.md, closed_forms.png and runs.jsonl, one line a search. It takes a
+    quarter of an hour on two cores. Stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce closed-forms --problems "push;edge" --seeds 5`
+    """
+    from energymargin.experiments import closed_forms as experiment
+    from energymargin.progress import progress_bar
+    from energymargin.tasks.base import whole_number
+
+    for name, value in (("nodes", nodes), ("seeds", seeds), ("gain-seeds", gain_seeds)):
+        whole_number(name, value, 1)
+    output.mkdir(parents=True, exist_ok=True)
+    try:
+        with progress_bar(err, "Searching ways out", "searches") as progress:
+            result = experiment.reproduce(
+                output,
+                problems=None if problems is None else split(problems, ";"),
+                nodes=nodes,
+                seeds=seeds,
+                gain_seeds=gain_seeds,
+                threads=threads,
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        say(f"What was searched is kept in {escape(str(output))}; the same command goes on.")
+        raise
+    out.print(result.to_markdown(), highlight=False)
+    (output / "closed_forms.md").write_text(result.to_markdown())
+    drawn = "and no picture: it needs pip install energymargin[plots]"
+    if find_spec("matplotlib") is not None:
+        from energymargin.experiments.closed_forms_picture import figure_closed_forms
+
+        figure_closed_forms(result).savefig(output / "closed_forms.png")
+        drawn = "closed_forms.png"
+    say(f"In {escape(str(output))}/: closed_forms.md, runs.jsonl, {drawn}")
+
+
+@app.command()
+def audit(
+    *,
+    rollouts: Annotated[
+        int | None, typer.Option(help="Of each task, with each setting.", show_default="100")
+    ] = None,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
+    ] = None,
+    seed: Seed = 0,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+        "out/audit"
+    ),
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A first picture in seconds: 10 rollouts.")
+    ] = False,
+) -> None:
+    """Where the energy of rollouts goes, and how much of it the simulation leaves open.
+
+    Random disturbances on random states of each task, with two lengths of the simulation's step and
+    two numbers of solver iterations; and small scenes, each with one cause of error. The folder
+    gets audit.md and audit.csv. Stopped with Ctrl-C, it writes what is done.
+
+    Example: `energymargin reproduce audit --tasks push,grasp`
+    """
+    from energymargin.experiments import audit as experiment
+    from energymargin.experiments import audit_causes
+    from energymargin.progress import progress_bar
+
+    names = experiment.TASKS if tasks is None else split(tasks)
+    count = rollouts if rollouts is not None else experiment.QUICK if quick else experiment.ROLLOUTS
+    output.mkdir(parents=True, exist_ok=True)
+    audits = experiment.Audits()
+    try:
+        with progress_bar(err, "Auditing", "rollouts") as progress:
+            experiment.reproduce(count, names=names, seed=seed, into=audits, progress=progress)
+    finally:
+        if audits.rows:
+            text = f"{audits.to_markdown()}\n{audit_causes.to_markdown(experiment.SETTINGS[:3])}"
+            (output / "audit.md").write_text(text)
+            (output / "audit.csv").write_text(audits.to_csv())
+            say(f"In {escape(str(output))}/: audit.md, audit.csv")
+    out.print(text, highlight=False, soft_wrap=True)
+
+
+@app.command()
+def uncertainty(
+    *,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
+    ] = None,
+    states: Annotated[int, typer.Option(help="How many states of each task.")] = 5,
+    nodes: Annotated[
+        str, typer.Option(help="Sizes of the trees, with commas between.")
+    ] = "100,300",
+    trees: Annotated[int, typer.Option(help="How many trees of each state.")] = 200,
+    seed: Seed = 0,
+    threads: Threads = None,
+    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+        "out/uncertainty"
+    ),
+) -> None:
+    """How often the intervals of capture and success scores hold the truth.
+
+    Of each state many trees are grown, whose mean counts as the truth. From them, a few are drawn
+    again and again, and each time it is asked whether their 95 % interval holds the mean.
+
+    The folder gets uncertainty.md, uncertainty.csv and the scores of all trees (trees/*.json). It
+    takes a quarter of an hour; stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce uncertainty --tasks topple --nodes 100`
+    """
+    from energymargin.experiments import uncertainty as experiment
+    from energymargin.progress import progress_bar
+
+    settings = experiment.Settings(
+        tasks=experiment.ALL if tasks is None else tuple(split(tasks)),
+        states=states,
+        nodes=tuple(whole("nodes", word) for word in split(nodes)),
+        trees=trees,
+        seed=seed,
+    )
+    settings.check()
+    output.mkdir(parents=True, exist_ok=True)
+    try:
+        with progress_bar(err, "Growing trees", "states") as progress:
+            result = experiment.reproduce(settings, output, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        kept = f"The states that are done are kept in {escape(str(output))}"
+        say(f"{kept}; the same command goes on from there.")
+        raise
+    out.print(result.to_markdown(), highlight=False, soft_wrap=True)
+    say(f"In {escape(str(output))}/: uncertainty.md, uncertainty.csv, trees/")
+
+
+def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
+    """A picture of each task beside its dataset, and what there is to say of them."""
+    if find_spec("matplotlib") is None:
+        return "and no pictures: they need pip install energymargin[plots]"
+    from energymargin import datasets
+    from energymargin.experiments import pictures
+
+    for name in names:
+        dataset = datasets.load(folder / f"{name}.h5")
+        pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(folder / f"{name}.png")
+    return "a picture of each task (.png)"

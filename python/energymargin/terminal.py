@@ -1,0 +1,57 @@
+"""What the commands share: the terminal, words on it, and options."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+__all__ = [
+    "PICTURE_NODES",
+    "Nodes",
+    "Seed",
+    "Threads",
+    "Timeout",
+    "err",
+    "out",
+    "say",
+    "split",
+    "whole",
+]
+
+PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
+
+out = Console()
+err = Console(stderr=True)
+
+Seed = Annotated[int, typer.Option(help="The same seed gives the same numbers, to the last bit.")]
+Nodes = Annotated[
+    int, typer.Option(help="Nodes of each search tree: more take longer and say more.")
+]
+Threads = Annotated[
+    int | None, typer.Option(help="Threads; all cores if not given. Scores do not depend on it.")
+]
+
+
+Timeout = Annotated[
+    float | None, typer.Option(help="Seconds after which it ends with what is done; exit code 124.")
+]
+
+
+def say(text: str) -> None:
+    """A line to whoever sits at the terminal; what a command computes goes to stdout instead."""
+    err.print(text, soft_wrap=True, highlight=False)
+
+
+def split(words: str, between: str = ",") -> list[str]:
+    """The words between commas, or what else is between them."""
+    return [word.strip() for word in words.split(between)]
+
+
+def whole(name: str, word: str) -> int:
+    """A whole number. Raises ValueError if the word is none."""
+    try:
+        return int(word)
+    except ValueError:
+        raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
