@@ -156,17 +156,8 @@ def _rim() -> KnownAnswer:
 def _bowl() -> KnownAnswer:
     slope, length, thick = math.radians(30.0), 0.1, 0.01  # rad, m, m
     reach, top = length * math.cos(slope), length * math.sin(slope)
-    plates = []
-    for turn in (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi):
-        out = length / 2 * math.cos(slope) + thick / 2 * math.sin(slope)
-        up = length / 2 * math.sin(slope) - thick / 2 * math.cos(slope)
-        plates.append(
-            Part(
-                Box((length, 2 * reach, thick)),
-                (out * math.cos(turn), out * math.sin(turn), up),
-                _turned(turn, -slope),
-            )
-        )
+    turns = (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)
+    plates = [_ramp(turn, slope, (length, 2 * reach, thick)) for turn in turns]
     scene = _scene()
     scene.add_body("bowl", Compound(plates), mass=0.0, friction=0.5)
     bottom = BALL_RADIUS / math.cos(slope)
@@ -179,6 +170,15 @@ def _bowl() -> KnownAnswer:
         BALL_MASS * GRAVITY * (top + BALL_RADIUS - bottom),
         planar=False,
     )
+
+
+def _ramp(turn: float, slope: float, size: tuple[float, float, float]) -> Part:
+    """A plate whose upper side rises from the origin at an angle, to a direction in the plane."""
+    length, _, thick = size
+    out = length / 2 * math.cos(slope) + thick / 2 * math.sin(slope)
+    up = length / 2 * math.sin(slope) - thick / 2 * math.cos(slope)
+    place = (out * math.cos(turn), out * math.sin(turn), up)
+    return Part(Box(size), place, _turned(turn, -slope))
 
 
 def _turned(yaw: float, pitch: float) -> tuple[float, float, float, float]:
@@ -226,12 +226,7 @@ def _notch() -> KnownAnswer:
     slope, length, thick = math.radians(45.0), 0.03, 0.01  # rad, m, m
     radius, mass, stiffness, rest = 0.01, 0.05, 100.0, 0.1  # m, kg, N/m, m
     reach, top = length * math.cos(slope), length * math.sin(slope) + radius
-    sides = []
-    for turn in (0.0, math.pi):
-        out = length / 2 * math.cos(slope) + thick / 2 * math.sin(slope)
-        up = length / 2 * math.sin(slope) - thick / 2 * math.cos(slope)
-        place = (out * math.cos(turn), 0.0, up)
-        sides.append(Part(Box((length, 0.1, thick)), place, _turned(turn, -slope)))
+    sides = [_ramp(turn, slope, (length, 0.1, thick)) for turn in (0.0, math.pi)]
     scene = _scene()
     scene.add_body("notch", Compound(sides), mass=0.0, friction=0.0)
     bottom = radius / math.cos(slope)
