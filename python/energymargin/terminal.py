@@ -44,9 +44,9 @@ def say(text: str) -> None:
     err.print(text, soft_wrap=True, highlight=False)
 
 
-def split(words: str, between: str = ",") -> list[str]:
-    """The words between commas, or what else is between them."""
-    return [word.strip() for word in words.split(between)]
+def split(words: str) -> list[str]:
+    """The words between commas."""
+    return [word.strip() for word in words.split(",")]
 
 
 def whole(name: str, word: str) -> int:

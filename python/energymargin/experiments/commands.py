@@ -143,7 +143,7 @@ def bowl(
 def closed_forms(
     *,
     problems: Annotated[
-        str | None, typer.Option(help="Which, with ; between them; all if not given.")
+        str | None, typer.Option(help="Which, with commas between; all if not given.")
     ] = None,
     nodes: Annotated[int, typer.Option(help="Nodes of each search.")] = 5000,
     seeds: Annotated[int, typer.Option(help="Searches of each planner.")] = 20,
@@ -160,7 +160,7 @@ def closed_forms(
     The folder gets closed_forms.md, closed_forms.png and runs.jsonl, one line a search. It takes a
     quarter of an hour on two cores. Stop it with Ctrl-C: the same command goes on from there.
 
-    Example: `energymargin reproduce closed-forms --problems "push;edge" --seeds 5`
+    Example: `energymargin reproduce closed-forms --problems push,edge --seeds 5`
     """
     from energymargin.experiments import closed_forms as experiment
     from energymargin.progress import progress_bar
@@ -173,7 +173,7 @@ def closed_forms(
         with progress_bar(err, "Searching ways out", "searches") as progress:
             result = experiment.reproduce(
                 output,
-                problems=None if problems is None else split(problems, ";"),
+                problems=None if problems is None else split(problems),
                 nodes=nodes,
                 seeds=seeds,
                 gain_seeds=gain_seeds,

@@ -86,7 +86,7 @@ def _push() -> KnownAnswer:
 def _moving() -> KnownAnswer:
     speed = math.sqrt(FRICTION * GRAVITY * RADIUS)  # half of what carries it out
     return KnownAnswer(
-        "push, moving",
+        "moving",
         "the same block, already on its way, but too slow",
         "μ m g R - m v²/2",
         _block(speed),
@@ -330,7 +330,7 @@ def _cage() -> KnownAnswer:
 
 KNOWN: dict[str, Callable[[], KnownAnswer]] = {
     "push": _push,
-    "push, moving": _moving,
+    "moving": _moving,
     "edge": _edge,
     "notch": _notch,
     "finger": _finger,
