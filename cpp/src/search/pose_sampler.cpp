@@ -74,7 +74,8 @@ Pose PoseSampler::along(const std::vector<Pose>& known) {
   Pose pose = near(from, log_uniform(0.03 * statics_.size(), statics_.size()));
   int axis = rng_.uniformInt(0, 2);
   while (statics_.sliding()[axis] == 0.0) axis = (axis + 1) % 3;
-  pose.position[axis] += (rng_.uniformBool() ? 1.0 : -1.0) * log_uniform(statics_.size(), 2.0 * reach_);
+  const double direction = rng_.uniformBool() ? 1.0 : -1.0;
+  pose.position[axis] += direction * log_uniform(statics_.size(), 2.0 * reach_);
   return pose;
 }
 
@@ -94,7 +95,8 @@ Pose PoseSampler::near(const Pose& pose, double scale) {
   if (statics_.turning() == Turning::about_axis) {
     moved.orientation = Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), statics_.axis())) * moved.orientation;
   } else if (statics_.turning() == Turning::all) {
-    const Vector3 by(rng_.gaussian(0.0, turn), rng_.gaussian(0.0, turn), rng_.gaussian(0.0, turn));
+    Vector3 by;
+    for (double& angle : by) angle = rng_.gaussian(0.0, turn);  // one after the other: compilers order arguments freely
     moved.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * moved.orientation;
   }
   return moved;

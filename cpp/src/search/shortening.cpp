@@ -90,8 +90,8 @@ Edge Shortening::nudged(Edge edge) {
     const int axis = rng_.uniformInt(0, axes - 1);
     edge.wrenches[axis] = rng_.uniformInt(-1, 1) * largest_.wrenches[axis];
   }
-  const double longer = edge.steps * std::exp(size * rng_.gaussian01()) + rng_.uniformInt(-1, 1);
-  edge.steps = std::clamp(static_cast<int>(std::lround(longer)), 1, largest_.steps);
+  const double longer = edge.steps * std::exp(size * rng_.gaussian01());
+  edge.steps = std::clamp(static_cast<int>(std::lround(longer)) + rng_.uniformInt(-1, 1), 1, largest_.steps);
   return edge;
 }
 
