@@ -38,11 +38,11 @@ inline std::vector<Question> questions(const Scene& scene, int count, unsigned i
   return asked;
 }
 
-inline std::vector<Rollout> answers(World& world, const std::vector<Question>& asked,
-                                    const std::vector<std::size_t>& order) {
-  std::vector<Rollout> rollouts(asked.size());
-  for (const std::size_t i : order) {
-    rollouts[i] = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
+//! One after the other.
+inline std::vector<Rollout> answers(World& world, const std::vector<Question>& asked) {
+  std::vector<Rollout> rollouts;
+  for (const Question& question : asked) {
+    rollouts.push_back(world.rollout_unchecked(question.state, question.wrenches, question.steps));
   }
   return rollouts;
 }

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include "rollouts.hpp"
 
 namespace energymargin {
@@ -11,18 +9,21 @@ namespace {
 
 using namespace scenes;
 
-class WorldPurity : public testing::Test {
+// Questions, and what a world answers that was asked nothing else.
+class Answered : public testing::Test {
  protected:
-  WorldPurity() : scene(crowded_push()), asked(questions(scene, 300)), in_order(asked.size()), world(scene) {
-    std::iota(in_order.begin(), in_order.end(), 0u);
-    expected = answers(world, asked, in_order);
-  }
+  Answered(const Scene& scene_, int count, unsigned int longest)
+      : scene(scene_), asked(questions(scene, count, longest)), world(scene), expected(answers(world, asked)) {}
 
   Scene scene;
   std::vector<Question> asked;
-  std::vector<std::size_t> in_order;
   World world;
   std::vector<Rollout> expected;
+};
+
+class WorldPurity : public Answered {
+ protected:
+  WorldPurity() : Answered(crowded_push(), 300, 100) {}
 };
 
 TEST_F(WorldPurity, QuestionsTouchManyContacts) {
@@ -47,18 +48,9 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
 
 // ---- compounds, hulls and several objects
 
-class CompoundPurity : public testing::Test {
+class CompoundPurity : public Answered {
  protected:
-  CompoundPurity() : scene(compounds()), asked(questions(scene, 300, 40)), order(asked.size()), world(scene) {
-    std::iota(order.begin(), order.end(), 0u);
-    expected = answers(world, asked, order);
-  }
-
-  Scene scene;
-  std::vector<Question> asked;
-  std::vector<std::size_t> order;
-  World world;
-  std::vector<Rollout> expected;
+  CompoundPurity() : Answered(compounds(), 300, 40) {}
 };
 
 TEST_F(CompoundPurity, QuestionsTouchPlatesHullsAndEachOther) {
@@ -128,9 +120,7 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
   const Scene scene = hand();
   const std::vector<Question> asked = questions(scene, 60, 20);
   World world(scene);
-  std::vector<std::size_t> order(asked.size());
-  std::iota(order.begin(), order.end(), 0u);
-  const std::vector<Rollout> expected = answers(world, asked, order);
+  const std::vector<Rollout> expected = answers(world, asked);
   const Script script{{steady("thumb 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 10)},
                       {{"left 1", Eigen::VectorXd::Constant(10, 1.0)}}};
   for (std::size_t i = 0; i < asked.size(); ++i) {

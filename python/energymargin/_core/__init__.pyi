@@ -1152,8 +1152,8 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     
     With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
     
-    sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': half of them so, the others at their bounds,
-    along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
+    sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
+    bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
     cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. The metrics of
     em.score search as published: sampling='uniform', shorten=False.
     

@@ -5,7 +5,7 @@ Heavy modules are imported where they are used, so that --help answers at once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
@@ -130,12 +130,13 @@ def bowl(
     with progress_bar(err, "Searching ways out of the bowl", "searches") as progress:
         result = experiment.reproduce(output, samples, seeds, progress=progress)
     out.print(result.to_markdown(), highlight=False)
-    drawn = "and no picture: it needs pip install energymargin[plots]"
-    if find_spec("matplotlib") is not None:
+
+    def draw() -> Any:
         from energymargin.experiments.bowl_picture import figure_bowl
 
-        figure_bowl(result).savefig(output / "bowl.png")
-        drawn = "bowl.png"
+        return figure_bowl(result)
+
+    drawn = _picture(output / "bowl.png", draw)
     say(f"In {escape(str(output))}/: bowl.md, bowl.csv, bowl.obj, problem.json, {drawn}")
 
 
@@ -185,12 +186,13 @@ def closed_forms(
         raise
     out.print(result.to_markdown(), highlight=False)
     (output / "closed_forms.md").write_text(result.to_markdown())
-    drawn = "and no picture: it needs pip install energymargin[plots]"
-    if find_spec("matplotlib") is not None:
+
+    def draw() -> Any:
         from energymargin.experiments.closed_forms_picture import figure_closed_forms
 
-        figure_closed_forms(result).savefig(output / "closed_forms.png")
-        drawn = "closed_forms.png"
+        return figure_closed_forms(result)
+
+    drawn = _picture(output / "closed_forms.png", draw)
     say(f"In {escape(str(output))}/: closed_forms.md, runs.jsonl, {drawn}")
 
 
@@ -287,6 +289,14 @@ def uncertainty(
         raise
     out.print(result.to_markdown(), highlight=False, soft_wrap=True)
     say(f"In {escape(str(output))}/: uncertainty.md, uncertainty.csv, trees/")
+
+
+def _picture(path: Path, draw: Callable[[], Any]) -> str:
+    """Saves the figure that `draw` makes, and gives its name; or says why there is none."""
+    if find_spec("matplotlib") is None:
+        return "and no picture: it needs pip install energymargin[plots]"
+    draw().savefig(path)
+    return path.name
 
 
 def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
