@@ -12,11 +12,11 @@ Auditor::Auditor(Simulation& simulation) : simulation_(simulation), growths_(sim
     const bool control = joints[i].stiffness > 0.0 || joints[i].damping > 0.0;
     if (control && joints[i].moves() && !joints[i].held) controlled_.push_back(i);
   }
-  simulation_.solver().watch(&before_);
+  simulation_.watch(&before_);
   simulation_.read(next_);
 }
 
-Auditor::~Auditor() { simulation_.solver().watch(nullptr); }
+Auditor::~Auditor() { simulation_.watch(nullptr); }
 
 void Auditor::begin_step() {
   simulation_.read(before_);
@@ -37,7 +37,7 @@ void Auditor::end_step() {
 
 Audit Auditor::audit() const {
   Audit audit = audit_;
-  const ImpulseWork& work = simulation_.solver().work();
+  const ImpulseWork& work = simulation_.impulse_work();
   audit.friction = work.friction;
   audit.contacts = work.contacts;
   audit.joints = work.joints;

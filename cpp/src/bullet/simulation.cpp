@@ -90,6 +90,7 @@ Simulation::Simulation(const Scene& scene)
   }
   add_articulations();
   add_mimics();
+  if (articulations_.empty()) add_pairs();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (tree_of_[i] && !scene.bodies()[i].force.isZero(0.0)) loaded_links_.push_back(i);
   }
@@ -99,6 +100,7 @@ Simulation::Simulation(const Scene& scene)
 }
 
 Simulation::~Simulation() {
+  free_bodies_.reset();
   for (auto& mimic : mimics_) world_.removeMultiBodyConstraint(mimic.get());
   articulations_.clear();
   for (auto& body : rigids_) world_.removeRigidBody(body.get());
@@ -173,6 +175,28 @@ void Simulation::add_articulations() {
   }
 }
 
+void Simulation::add_pairs() {
+  free_bodies_.emplace(dispatcher_);
+  for (const Free& body : free_) free_bodies_->add(*body.rigid);
+  for (std::size_t a = 0; a < colliders_.size(); ++a) {
+    for (std::size_t b = a + 1; b < colliders_.size(); ++b) {
+      if (can_collide(a, b)) free_bodies_->pairs().add(*colliders_[a], *colliders_[b]);
+    }
+  }
+}
+
+void Simulation::watch(const Motion* before) {
+  if (free_bodies_) {
+    free_bodies_->solver().watch(before);
+  } else {
+    solver_.watch(before);
+  }
+}
+
+const ImpulseWork& Simulation::impulse_work() const {
+  return free_bodies_ ? free_bodies_->solver().work() : solver_.work();
+}
+
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
 
 // A joint and the one that it follows may be on two trees.
@@ -237,6 +261,7 @@ void Simulation::restore(const State& state) {
   }
   for (const auto& mimic : mimics_) mimic->forget();
   solver_.reset();
+  if (free_bodies_) free_bodies_->pairs().forget();
   find_pulls();
 }
 
@@ -286,7 +311,11 @@ void Simulation::step() {
   }
   for (const Pull& pull : pulls_) apply(pull.body, pull.force, pull.torque);
   for (std::size_t i = 0; i < colliders_.size(); ++i) before_[i] = colliders_[i]->getWorldTransform().getBasis();
-  world_.stepSimulation(step_, 0);
+  if (free_bodies_) {
+    free_bodies_->step(step_, world_.getSolverInfo());
+  } else {
+    world_.stepSimulation(step_, 0);
+  }
   turn_normals();
   find_pulls();
 }

@@ -12,6 +12,7 @@
 
 #include "articulation.hpp"
 #include "energymargin/world.hpp"
+#include "free_bodies.hpp"
 #include "mimic_row.hpp"
 #include "shapes.hpp"
 #include "watched_solver.hpp"
@@ -76,7 +77,12 @@ class Simulation {
   //! A spring by its index in the scene.
   Span span(std::size_t spring) const;
 
-  WatchedSolver& solver() { return solver_; }
+  //! Sums up the work of the impulses in the next steps; `before` is what each begins with, for the caller to keep up to
+  //! date. Null ends it.
+  void watch(const Motion* before);
+
+  //! Since the watch began.
+  const ImpulseWork& impulse_work() const;
 
   std::vector<Contact> contacts() const;
   PairPoints pair(std::size_t a, std::size_t b, double reach);
@@ -102,6 +108,7 @@ class Simulation {
   };
 
   void configure();
+  void add_pairs();
   void add_rigid(std::size_t index);
   void add_articulations();
   void add_mimics();
@@ -125,6 +132,7 @@ class Simulation {
   btDbvtBroadphase broadphase_;
   WatchedSolver solver_;
   btMultiBodyDynamicsWorld world_;
+  std::optional<FreeBodies> free_bodies_;             // steps a scene without joints, in the world's place
   std::vector<CollisionShape> shapes_;                // of all bodies
   std::vector<std::unique_ptr<btRigidBody>> rigids_;  // fixed and free bodies without joints, and fixed bases
   std::vector<std::unique_ptr<Articulation>> articulations_;

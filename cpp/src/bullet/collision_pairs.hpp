@@ -1,0 +1,56 @@
+#pragma once
+// The pairs of bodies that may touch, and where they do.
+
+#include <btBulletDynamicsCommon.h>
+
+#include <vector>
+
+namespace energymargin {
+
+//! Collision detection for the few bodies of a scene without joints. Every pair that can collide is kept from the
+//! start; those whose bounds are out of a contact's reach cost no more than that test.
+class CollisionPairs {
+ public:
+  explicit CollisionPairs(btCollisionDispatcher& dispatcher) : dispatcher_(dispatcher) {}
+  ~CollisionPairs() { forget(); }
+  CollisionPairs(const CollisionPairs&) = delete;
+  CollisionPairs& operator=(const CollisionPairs&) = delete;
+
+  //! In the order of their indices in the scene, the lower one first.
+  void add(btCollisionObject& a, btCollisionObject& b);
+
+  //! Forgets all contacts.
+  void forget();
+
+  //! Finds the contacts of the bodies as they stand.
+  void update();
+
+  //! Those with contacts, by the indices of their bodies.
+  const std::vector<btPersistentManifold*>& touching() const { return touching_; }
+
+ private:
+  struct Bounded {
+    btCollisionObject* object;
+    bool moves;
+    btVector3 low, high;  // bounds
+  };
+  struct Pair {
+    std::size_t a, b;                          // in bounded_
+    double reach;                              // from which on they do not touch
+    btCollisionAlgorithm* algorithm = nullptr;  // of the dispatcher's pool
+  };
+
+  std::size_t bounded(btCollisionObject& object);
+  bool near(const Pair& pair) const;
+  void detect(Pair& pair);
+  void drop(Pair& pair);
+
+  btCollisionDispatcher& dispatcher_;
+  btDispatcherInfo info_;
+  std::vector<Bounded> bounded_;
+  std::vector<Pair> pairs_;
+  std::vector<btPersistentManifold*> touching_;
+  btManifoldArray found_;
+};
+
+}  // namespace energymargin

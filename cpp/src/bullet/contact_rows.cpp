@@ -1,0 +1,108 @@
+#include "contact_rows.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace energymargin {
+namespace {
+
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+Twist none() { return {Eigen::Array2d::Zero(), Eigen::Array2d::Zero(), Eigen::Array2d::Zero()}; }
+
+inline double speed(const RowSide& side, const Twist* changes) {
+  const Twist& change = changes[side.body];
+  const Eigen::Array2d both = side.along[0] * change[0] + side.along[1] * change[1] + side.along[2] * change[2];
+  return both[0] + both[1];
+}
+
+inline void push(const RowSide& side, double impulse, Twist* changes) {
+  Twist& change = changes[side.body];
+  for (std::size_t axis = 0; axis < 3; ++axis) change[axis] += side.change[axis] * impulse;
+}
+
+// Moves the row's impulse towards its target, within the limits; returns the square of the velocity that this changes.
+inline double resolve(const ContactRow& row, double target, double& impulse, double low, double high, Twist* changes) {
+  double change = target - speed(row.first, changes) * row.mass;
+  if (row.second.body >= 0) change -= speed(row.second, changes) * row.mass;
+  const double wanted = impulse + change;
+  const double held = std::min(std::max(wanted, low), high);
+  if (held != wanted) change = held - impulse;
+  impulse = held;
+  push(row.first, change, changes);
+  if (row.second.body >= 0) push(row.second, change, changes);
+  const double velocity = change * row.mobility;
+  return velocity * velocity;
+}
+
+}  // namespace
+
+void ContactRows::clear(std::size_t bodies) {
+  normals_.clear();
+  frictions_.clear();
+  changes_.assign(bodies, none());
+  aparts_.assign(bodies, none());
+}
+
+NormalRow& ContactRows::add_normal() { return normals_.emplace_back(); }
+FrictionRow& ContactRows::add_friction() { return frictions_.emplace_back(); }
+
+void ContactRows::apply(const ContactRow& row) {
+  push(row.first, row.impulse, changes_.data());
+  if (row.second.body >= 0) push(row.second, row.impulse, changes_.data());
+}
+
+void ContactRows::arrange() {
+  arrange(normals_, normal_order_);
+  arrange(frictions_, friction_order_);
+}
+
+// By levels: a row's level is above those of all rows before it that share a body with it.
+template <typename Rows>
+void ContactRows::arrange(const Rows& rows, std::vector<std::size_t>& order) {
+  level_of_body_.assign(changes_.size(), 0);
+  levels_.resize(rows.size());
+  next_.assign(rows.size() + 1, 0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::size_t& first = level_of_body_[static_cast<std::size_t>(rows[i].first.body)];
+    levels_[i] = first;
+    if (rows[i].second.body >= 0) {
+      std::size_t& second = level_of_body_[static_cast<std::size_t>(rows[i].second.body)];
+      levels_[i] = std::max(first, second);
+      second = levels_[i] + 1;
+    }
+    first = levels_[i] + 1;
+    ++next_[levels_[i] + 1];
+  }
+  for (std::size_t level = 1; level < next_.size(); ++level) next_[level] += next_[level - 1];
+  order.resize(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) order[next_[levels_[i]]++] = i;
+}
+
+double ContactRows::iterate() {
+  double most = 0.0;
+  for (const std::size_t i : normal_order_) {
+    NormalRow& row = normals_[i];
+    most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
+  }
+  for (const std::size_t i : friction_order_) {
+    FrictionRow& row = frictions_[i];
+    const double pressing = normals_[row.normal].impulse;
+    if (!(pressing > 0.0)) continue;
+    const double most_friction = row.friction * pressing;
+    most = std::max(most, resolve(row, row.target, row.impulse, -most_friction, most_friction, changes_.data()));
+  }
+  return most;
+}
+
+double ContactRows::iterate_apart() {
+  double most = 0.0;
+  for (const std::size_t i : normal_order_) {
+    NormalRow& row = normals_[i];
+    if (row.apart_target == 0.0) continue;
+    most = std::max(most, resolve(row, row.apart_target, row.apart_impulse, 0.0, no_limit, aparts_.data()));
+  }
+  return most;
+}
+
+}  // namespace energymargin

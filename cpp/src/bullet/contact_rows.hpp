@@ -1,0 +1,84 @@
+#pragma once
+// The constraints of contacts between free bodies, solved by sequential impulses.
+
+#include <btBulletDynamicsCommon.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace energymargin {
+
+//! A linear quantity and an angular one, along each axis of the world.
+using Twist = std::array<Eigen::Array2d, 3>;
+
+//! What a row is to one of its bodies.
+struct RowSide {
+  int body = -1;  // index of a moving body; -1: none, for a fixed body
+  Twist along;    // direction of the row; arm x direction
+  Twist change;   // of the body's velocities by an impulse of 1
+};
+
+//! A constraint of the relative velocity along one direction at one point.
+struct ContactRow {
+  RowSide first, second;  // the first one moves
+  double target;          // impulse that the velocities before the step ask for [N s]
+  double mass;            // that an impulse along the row meets [kg]
+  double mobility;        // 1 / mass
+  double impulse;         // so far [N s]
+};
+
+//! Keeps bodies from going into each other.
+struct NormalRow : ContactRow {
+  double apart_target;   // as `target`, of the impulse that only moves bodies apart
+  double apart_impulse;  // so far
+  btManifoldPoint* point;
+};
+
+//! Slows sliding, as far as the normal impulse holds.
+struct FrictionRow : ContactRow {
+  double friction;
+  std::size_t normal;  // index of its normal row
+};
+
+//! The rows of one step, and what they have changed so far. The arithmetic is that of Bullet's own solver,
+//! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, linear
+//! and angular parts are worked on at once, and rows that share no body follow each other, so that none of them waits
+//! for the last one's result.
+class ContactRows {
+ public:
+  //! Of `bodies` moving bodies.
+  void clear(std::size_t bodies);
+
+  NormalRow& add_normal();
+  FrictionRow& add_friction();
+
+  //! Applies what an impulse that a row begins with has changed.
+  void apply(const ContactRow& row);
+
+  //! Once all rows are there.
+  void arrange();
+
+  //! One round over all rows; returns the largest square of a change of velocity [m^2/s^2].
+  double iterate();
+  double iterate_apart();
+
+  //! Of a body's velocities, and of those that only move it apart from others for this step.
+  const Twist& change(std::size_t body) const { return changes_[body]; }
+  const Twist& apart(std::size_t body) const { return aparts_[body]; }
+
+  const std::vector<NormalRow>& normals() const { return normals_; }
+  const std::vector<FrictionRow>& frictions() const { return frictions_; }
+
+ private:
+  template <typename Rows>
+  void arrange(const Rows& rows, std::vector<std::size_t>& order);
+
+  std::vector<NormalRow> normals_;
+  std::vector<FrictionRow> frictions_;
+  std::vector<std::size_t> normal_order_, friction_order_;
+  std::vector<Twist> changes_, aparts_;
+  std::vector<std::size_t> levels_, next_, level_of_body_;  // for `arrange`
+};
+
+}  // namespace energymargin

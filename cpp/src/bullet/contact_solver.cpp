@@ -1,0 +1,205 @@
+#include "contact_solver.hpp"
+
+namespace energymargin {
+namespace {
+
+Twist twist(const btVector3& linear, const btVector3& angular) {
+  return {Eigen::Array2d(linear.x(), angular.x()), Eigen::Array2d(linear.y(), angular.y()),
+          Eigen::Array2d(linear.z(), angular.z())};
+}
+
+btVector3 linear(const Twist& twist) { return {twist[0][0], twist[1][0], twist[2][0]}; }
+btVector3 angular(const Twist& twist) { return {twist[0][1], twist[1][1], twist[2][1]}; }
+
+// Directions in the contact's plane: along the slip, if there is any, and across it.
+void set_friction_directions(btManifoldPoint& point, const btVector3& velocity) {
+  const btVector3& normal = point.m_normalWorldOnB;
+  const btVector3 slip = velocity - normal * normal.dot(velocity);
+  const double squared = slip.length2();
+  if (squared > SIMD_EPSILON) {
+    point.m_lateralFrictionDir1 = slip * (1.0 / btSqrt(squared));
+    point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
+    point.m_lateralFrictionDir2.normalize();
+  } else {
+    btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+  }
+}
+
+}  // namespace
+
+void ContactSolver::watch(const Motion* before) {
+  before_ = before;
+  work_ = {};
+}
+
+void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
+                          const btContactSolverInfo& info) {
+  add_bodies(bodies, info);
+  for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
+  rows_.arrange();
+  iterate(info);
+  if (before_) add_work(info);
+  write_back(info);
+}
+
+void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const btContactSolverInfo& info) {
+  moving_.clear();
+  rows_.clear(bodies.size());
+  for (btRigidBody* body : bodies) {
+    const auto index = static_cast<std::size_t>(body->getUserIndex());
+    if (slots_.size() <= index) slots_.resize(index + 1, -1);
+    slots_[index] = static_cast<int>(moving_.size());
+    const bool gyroscopic = body->getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
+    moving_.push_back(
+        {body, body->getInvMass() * body->getLinearFactor(),
+         gyroscopic ? body->computeGyroscopicImpulseImplicit_Body(info.m_timeStep) : btVector3(0, 0, 0)});
+  }
+}
+
+void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info) {
+  const btCollisionObject& a = *manifold.getBody0();
+  const btCollisionObject& b = *manifold.getBody1();
+  const Ends ends{slot_of(a), slot_of(b), {}, {}};
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    btManifoldPoint& point = manifold.getContactPoint(i);
+    Ends at = ends;
+    at.arm_a = point.getPositionWorldOnA() - a.getWorldTransform().getOrigin();
+    at.arm_b = point.getPositionWorldOnB() - b.getWorldTransform().getOrigin();
+    const std::size_t normal = rows_.normals().size();
+    add_normal(point, at, info);
+    set_friction_directions(point, velocity(at.slot_a, at.arm_a) - velocity(at.slot_b, at.arm_b));
+    add_friction(point, normal, point.m_lateralFrictionDir1, at);
+    if (info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS) {
+      add_friction(point, normal, point.m_lateralFrictionDir2, at);
+    }
+  }
+}
+
+void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const btContactSolverInfo& info) {
+  NormalRow& row = rows_.add_normal();
+  row.point = &point;
+  set_sides(row, point.m_normalWorldOnB, ends);
+  const double rate = 1.0 / info.m_timeStep;
+  const double gap = point.getDistance();
+  double change = -speed(row, true);
+  if (gap > 0.0) change -= gap * rate;  // up to the touch it may close
+  row.target = change * row.mass;
+  row.apart_target = gap > 0.0 ? 0.0 : -gap * info.m_erp2 * rate * row.mass;
+  row.apart_impulse = 0.0;
+  row.impulse = point.m_appliedImpulse;
+  rows_.apply(row);
+}
+
+void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
+                                 const Ends& ends) {
+  FrictionRow& row = rows_.add_friction();
+  row.friction = point.m_combinedFriction;
+  row.normal = normal;
+  set_sides(row, direction, ends);
+  row.target = -speed(row, false) * row.mass;
+  row.impulse = 0.0;
+}
+
+void ContactSolver::set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const {
+  double mobility = 0.0;
+  RowSide* side = &row.first;
+  row.second.body = -1;
+  if (ends.slot_a >= 0) {
+    mobility += set_side(*side, ends.slot_a, direction, ends.arm_a);
+    side = &row.second;
+  }
+  if (ends.slot_b >= 0) mobility += set_side(*side, ends.slot_b, -direction, ends.arm_b);
+  row.mass = 1.0 / mobility;
+  row.mobility = 1.0 / row.mass;  // Bullet's, which may differ from `mobility` in the last bit
+}
+
+// Returns the velocity at the point along the direction by an impulse of 1.
+double ContactSolver::set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const {
+  const Moving& body = moving_[static_cast<std::size_t>(slot)];
+  const btVector3 turn = arm.cross(direction);
+  const btVector3 spin = body.rigid->getInvInertiaTensorWorld() * turn * body.rigid->getAngularFactor();
+  side.body = slot;
+  side.along = twist(direction, turn);
+  side.change = twist(direction * body.linear_share, spin);
+  return body.rigid->getInvMass() + direction.dot(spin.cross(arm));
+}
+
+// Along the row, before the step; in friction Bullet leaves out what gyroscopic torques will change.
+double ContactSolver::speed(const ContactRow& row, bool gyroscopic) const {
+  const auto of = [&](const RowSide& side) {
+    const Moving& body = moving_[static_cast<std::size_t>(side.body)];
+    const btVector3& spin = body.rigid->getAngularVelocity();
+    return linear(side.along).dot(body.rigid->getLinearVelocity()) +
+           angular(side.along).dot(gyroscopic ? spin + body.gyroscopic : spin);
+  };
+  return row.second.body >= 0 ? of(row.first) + of(row.second) : of(row.first);
+}
+
+btVector3 ContactSolver::velocity(int slot, const btVector3& arm) const {
+  if (slot < 0) return {0, 0, 0};
+  const Moving& body = moving_[static_cast<std::size_t>(slot)];
+  return body.rigid->getLinearVelocity() + (body.rigid->getAngularVelocity() + body.gyroscopic).cross(arm);
+}
+
+void ContactSolver::iterate(const btContactSolverInfo& info) {
+  const auto until_small = [&](auto iterate) {
+    for (int i = 0; i < info.m_numIterations && iterate() > info.m_leastSquaresResidualThreshold;) ++i;
+  };
+  until_small([this] { return rows_.iterate_apart(); });
+  until_small([this] { return rows_.iterate(); });
+}
+
+void ContactSolver::write_back(const btContactSolverInfo& info) {
+  for (const NormalRow& row : rows_.normals()) row.point->m_appliedImpulse = row.impulse;
+  const int directions = info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS ? 2 : 1;
+  for (std::size_t i = 0; i < rows_.frictions().size(); ++i) {
+    const FrictionRow& row = rows_.frictions()[i];
+    btManifoldPoint& point = *rows_.normals()[row.normal].point;
+    (directions == 1 || i % 2 == 0 ? point.m_appliedImpulseLateral1 : point.m_appliedImpulseLateral2) = row.impulse;
+  }
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    btRigidBody& body = *moving_[i].rigid;
+    const Twist& change = rows_.change(i);
+    body.setLinearVelocity(body.getLinearVelocity() + linear(change));
+    body.setAngularVelocity(body.getAngularVelocity() + angular(change) + moving_[i].gyroscopic);
+    const btVector3 push = linear(rows_.apart(i));
+    const btVector3 turn = angular(rows_.apart(i));
+    if (push.isZero() && turn.isZero()) continue;
+    btTransform moved;
+    btTransformUtil::integrateTransform(body.getWorldTransform(), push, turn * info.m_splitImpulseTurnErp,
+                                        info.m_timeStep, moved);
+    body.setWorldTransform(moved);
+  }
+}
+
+void ContactSolver::add_work(const btContactSolverInfo& info) {
+  for (const NormalRow& row : rows_.normals()) work_.contacts += work_of(row);
+  for (const FrictionRow& row : rows_.frictions()) work_.friction += work_of(row);
+  // These impulses move bodies and leave their velocities alone.
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    const Motion::OfBody& loaded = before_->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
+    const btVector3 turn = angular(rows_.apart(i)) * info.m_splitImpulseTurnErp;
+    work_.overlap -= (loaded.force.dot(linear(rows_.apart(i))) + loaded.torque.dot(turn)) * info.m_timeStep;
+  }
+}
+
+double ContactSolver::work_of(const ContactRow& row) const {
+  const double speed = mean_speed(row.first) + (row.second.body >= 0 ? mean_speed(row.second) : 0.0);
+  return row.impulse * speed;
+}
+
+double ContactSolver::mean_speed(const RowSide& side) const {
+  const auto slot = static_cast<std::size_t>(side.body);
+  const btRigidBody& body = *moving_[slot].rigid;
+  const Motion::OfBody& before = before_->bodies[static_cast<std::size_t>(body.getUserIndex())];
+  const btVector3 velocity = body.getLinearVelocity() + linear(rows_.change(slot));
+  const btVector3 spin = body.getAngularVelocity() + moving_[slot].gyroscopic + angular(rows_.change(slot));
+  return 0.5 * (linear(side.along).dot(before.linear + velocity) + angular(side.along).dot(before.angular + spin));
+}
+
+int ContactSolver::slot_of(const btCollisionObject& object) const {
+  const auto index = static_cast<std::size_t>(object.getUserIndex());
+  return index < slots_.size() ? slots_[index] : -1;
+}
+
+}  // namespace energymargin
