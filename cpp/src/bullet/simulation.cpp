@@ -8,6 +8,7 @@
 #include "box_contacts.hpp"
 #include "energymargin/kinematics.hpp"
 #include "plane_contacts.hpp"
+#include "round_contacts.hpp"
 #include "shapes.hpp"
 
 namespace energymargin {
@@ -109,7 +110,11 @@ Simulation::~Simulation() {
 void Simulation::configure() {
   use_plane_contacts(dispatcher_);
   use_box_contacts(dispatcher_);
-  if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) face_points_ = points_of_a_face;
+  if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) {
+    face_points_ = points_of_a_face;
+  } else {
+    use_round_contacts(dispatcher_);
+  }
   configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
   for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
