@@ -52,41 +52,12 @@ void ContactRows::apply(const ContactRow& row) {
   if (row.second.body >= 0) push(row.second, row.impulse, changes_.data());
 }
 
-void ContactRows::arrange() {
-  arrange(normals_, normal_order_);
-  arrange(frictions_, friction_order_);
-}
-
-// By levels: a row's level is above those of all rows before it that share a body with it.
-template <typename Rows>
-void ContactRows::arrange(const Rows& rows, std::vector<std::size_t>& order) {
-  level_of_body_.assign(changes_.size(), 0);
-  levels_.resize(rows.size());
-  next_.assign(rows.size() + 1, 0);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    std::size_t& first = level_of_body_[static_cast<std::size_t>(rows[i].first.body)];
-    levels_[i] = first;
-    if (rows[i].second.body >= 0) {
-      std::size_t& second = level_of_body_[static_cast<std::size_t>(rows[i].second.body)];
-      levels_[i] = std::max(first, second);
-      second = levels_[i] + 1;
-    }
-    first = levels_[i] + 1;
-    ++next_[levels_[i] + 1];
-  }
-  for (std::size_t level = 1; level < next_.size(); ++level) next_[level] += next_[level - 1];
-  order.resize(rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) order[next_[levels_[i]]++] = i;
-}
-
 double ContactRows::iterate() {
   double most = 0.0;
-  for (const std::size_t i : normal_order_) {
-    NormalRow& row = normals_[i];
+  for (NormalRow& row : normals_) {
     most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
   }
-  for (const std::size_t i : friction_order_) {
-    FrictionRow& row = frictions_[i];
+  for (FrictionRow& row : frictions_) {
     const double pressing = normals_[row.normal].impulse;
     if (!(pressing > 0.0)) continue;
     const double most_friction = row.friction * pressing;
@@ -97,8 +68,7 @@ double ContactRows::iterate() {
 
 double ContactRows::iterate_apart() {
   double most = 0.0;
-  for (const std::size_t i : normal_order_) {
-    NormalRow& row = normals_[i];
+  for (NormalRow& row : normals_) {
     if (row.apart_target == 0.0) continue;
     most = std::max(most, resolve(row, row.apart_target, row.apart_impulse, 0.0, no_limit, aparts_.data()));
   }

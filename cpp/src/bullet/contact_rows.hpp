@@ -21,6 +21,8 @@ struct RowSide {
 
 //! A constraint of the relative velocity along one direction at one point.
 struct ContactRow {
+  ContactRow() {}  // leaves the numbers for the caller to set: rows are made anew in each step
+
   RowSide first, second;  // the first one moves
   double target;          // impulse that the velocities before the step ask for [N s]
   double mass;            // that an impulse along the row meets [kg]
@@ -42,9 +44,8 @@ struct FrictionRow : ContactRow {
 };
 
 //! The rows of one step, and what they have changed so far. The arithmetic is that of Bullet's own solver,
-//! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, linear
-//! and angular parts are worked on at once, and rows that share no body follow each other, so that none of them waits
-//! for the last one's result.
+//! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, and linear
+//! and angular parts are worked on at once.
 class ContactRows {
  public:
   //! Of `bodies` moving bodies.
@@ -55,9 +56,6 @@ class ContactRows {
 
   //! Applies what an impulse that a row begins with has changed.
   void apply(const ContactRow& row);
-
-  //! Once all rows are there.
-  void arrange();
 
   //! One round over all rows; returns the largest square of a change of velocity [m^2/s^2].
   double iterate();
@@ -71,14 +69,9 @@ class ContactRows {
   const std::vector<FrictionRow>& frictions() const { return frictions_; }
 
  private:
-  template <typename Rows>
-  void arrange(const Rows& rows, std::vector<std::size_t>& order);
-
   std::vector<NormalRow> normals_;
   std::vector<FrictionRow> frictions_;
-  std::vector<std::size_t> normal_order_, friction_order_;
   std::vector<Twist> changes_, aparts_;
-  std::vector<std::size_t> levels_, next_, level_of_body_;  // for `arrange`
 };
 
 }  // namespace energymargin

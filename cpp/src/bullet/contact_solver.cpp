@@ -12,17 +12,13 @@ btVector3 linear(const Twist& twist) { return {twist[0][0], twist[1][0], twist[2
 btVector3 angular(const Twist& twist) { return {twist[0][1], twist[1][1], twist[2][1]}; }
 
 // Directions in the contact's plane: along the slip, if there is any, and across it.
-void set_friction_directions(btManifoldPoint& point, const btVector3& velocity) {
+void set_friction_directions(btManifoldPoint& point, const btVector3& velocity, bool both) {
   const btVector3& normal = point.m_normalWorldOnB;
   const btVector3 slip = velocity - normal * normal.dot(velocity);
   const double squared = slip.length2();
-  if (squared > SIMD_EPSILON) {
-    point.m_lateralFrictionDir1 = slip * (1.0 / btSqrt(squared));
-    point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
-    point.m_lateralFrictionDir2.normalize();
-  } else {
-    btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
-  }
+  if (squared <= SIMD_EPSILON) return btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+  point.m_lateralFrictionDir1 = slip * (1.0 / btSqrt(squared));
+  if (both) point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal).normalized();
 }
 
 }  // namespace
@@ -36,7 +32,6 @@ void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::ve
                           const btContactSolverInfo& info) {
   add_bodies(bodies, info);
   for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
-  rows_.arrange();
   iterate(info);
   if (before_) add_work(info);
   write_back(info);
@@ -60,6 +55,7 @@ void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContact
   const btCollisionObject& a = *manifold.getBody0();
   const btCollisionObject& b = *manifold.getBody1();
   const Ends ends{slot_of(a), slot_of(b), {}, {}};
+  const bool both = info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS;
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
     Ends at = ends;
@@ -67,11 +63,9 @@ void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContact
     at.arm_b = point.getPositionWorldOnB() - b.getWorldTransform().getOrigin();
     const std::size_t normal = rows_.normals().size();
     add_normal(point, at, info);
-    set_friction_directions(point, velocity(at.slot_a, at.arm_a) - velocity(at.slot_b, at.arm_b));
+    set_friction_directions(point, velocity(at.slot_a, at.arm_a) - velocity(at.slot_b, at.arm_b), both);
     add_friction(point, normal, point.m_lateralFrictionDir1, at);
-    if (info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS) {
-      add_friction(point, normal, point.m_lateralFrictionDir2, at);
-    }
+    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, at);
   }
 }
 
