@@ -1,5 +1,7 @@
 #include "watched_solver.hpp"
 
+#include <algorithm>
+
 #include "joint_rows.hpp"
 
 namespace energymargin {
@@ -7,6 +9,28 @@ namespace energymargin {
 void WatchedSolver::watch(const Motion* before) {
   before_ = before;
   work_ = {};
+}
+
+// Joints need two friction directions, so there are two.
+btScalar WatchedSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
+                                                          btPersistentManifold** manifolds, int manifold_count,
+                                                          btTypedConstraint** constraints, int constraint_count,
+                                                          const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  tree_rows_.start(m_multiBodyNonContactConstraints, m_multiBodyNormalContactConstraints,
+                   m_multiBodyFrictionContactConstraints, m_data, m_tmpSolverBodyPool);
+  const btScalar result = btMultiBodyConstraintSolver::solveGroupCacheFriendlyIterations(
+      bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  tree_rows_.finish();
+  return result;
+}
+
+btScalar WatchedSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                             btPersistentManifold** manifolds, int manifold_count,
+                                             btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  const btScalar of_bodies = btSequentialImpulseConstraintSolver::solveSingleIteration(
+      iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  return std::max(of_bodies, tree_rows_.iterate(iteration, info.m_numNonContactInnerIterations));
 }
 
 // The rows have their impulses now, and are gone after it.

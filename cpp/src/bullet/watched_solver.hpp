@@ -8,6 +8,8 @@
 #include <map>
 #include <vector>
 
+#include "tree_rows.hpp"
+
 namespace energymargin {
 
 //! How all that moves does so, as Bullet keeps it.
@@ -28,8 +30,8 @@ struct ImpulseWork {
   double overlap = 0.0;  // of moving bodies apart against their loads
 };
 
-//! Solves as Bullet does. While it is watched it also sums up work: each impulse times the mean of the velocity along
-//! it before the step and after it.
+//! Solves as Bullet does, to the same bits, with the rounds over rows of trees done by TreeRows. While it is watched it
+//! also sums up work: each impulse times the mean of the velocity along it before the step and after it.
 class WatchedSolver : public btMultiBodyConstraintSolver {
  public:
   //! `before` is what the next steps begin with, for the caller to keep up to date; null ends the watch.
@@ -39,6 +41,12 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
   const ImpulseWork& work() const { return work_; }
 
  protected:
+  btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
+                                             int manifold_count, btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+  btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                btPersistentManifold** manifolds, int manifold_count, btTypedConstraint** constraints,
+                                int constraint_count, const btContactSolverInfo& info, btIDebugDraw* drawer) override;
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                          const btContactSolverInfo& info) override;
 
@@ -50,6 +58,7 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
   double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
   double mean_speed(const btMultiBody& tree, int jacobian, int changes) const;
 
+  TreeRows tree_rows_;
   const Motion* before_ = nullptr;
   ImpulseWork work_;
 };
