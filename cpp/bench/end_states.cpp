@@ -4,8 +4,8 @@
 // step moves.
 
 #include <algorithm>
-#include <ctime>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <numeric>
 #include <random>
@@ -123,9 +123,9 @@ void print(const char* what, const std::vector<double>& distances) {
     return 1e3 * distances[static_cast<std::size_t>(share * (distances.size() - 1))];
   };
   const auto same = std::count(distances.begin(), distances.end(), 0.0);
-  std::printf("%s: moved by %.3g mm (median), %.3g (mean), %.3g (95 %%), %.3g (most); %ld did not move\n", what, at(0.5),
-              1e3 * std::accumulate(distances.begin(), distances.end(), 0.0) / distances.size(), at(0.95), at(1.0),
-              static_cast<long>(same));
+  std::printf("%s: moved by %.3g mm (median), %.3g (mean), %.3g (95 %%), %.3g (most); %ld did not move\n", what,
+              at(0.5), 1e3 * std::accumulate(distances.begin(), distances.end(), 0.0) / distances.size(), at(0.95),
+              at(1.0), static_cast<long>(same));
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "box_contacts.hpp"
 
 #include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
-#include <btBulletDynamicsCommon.h>
+
+#include "pair_contacts.hpp"
 
 namespace energymargin {
 namespace {
@@ -34,56 +35,40 @@ struct Shrunk : btDiscreteCollisionDetectorInterface::Result {
   }
 };
 
-class BoxContacts : public btCollisionAlgorithm {
+class BoxContacts : public PairContacts {
  public:
-  BoxContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
-              const btCollisionObjectWrapper* b)
-      : btCollisionAlgorithm(info),
-        manifold_(m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject())) {}
-
-  ~BoxContacts() override { m_dispatcher->releaseManifold(manifold_); }
+  BoxContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& a,
+              const btCollisionObjectWrapper& b)
+      : PairContacts(info, a, b),
+        grown_(hair * manifold_->getContactBreakingThreshold()),
+        a_(grown_box(a)),
+        b_(grown_box(b)) {}
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                         btManifoldResult* result) override {
-    const btVector3 half_a = static_cast<const btBoxShape*>(a->getCollisionShape())->getHalfExtentsWithMargin();
-    const btVector3 half_b = static_cast<const btBoxShape*>(b->getCollisionShape())->getHalfExtentsWithMargin();
-    const double grown = hair * manifold_->getContactBreakingThreshold();
-    const btVector3 more(grown, grown, grown);
-    const btBoxShape box_a(half_a + more);
-    const btBoxShape box_b(half_b + more);
     btDiscreteCollisionDetectorInterface::ClosestPointInput input;
     input.m_transformA = a->getWorldTransform();
     input.m_transformB = b->getWorldTransform();
     result->setPersistentManifold(manifold_);
-    Shrunk points(*result, input.m_transformA, input.m_transformB, grown);
-    btBoxBoxDetector(&box_a, &box_b).getClosestPoints(input, points, nullptr);
+    Shrunk points(*result, input.m_transformA, input.m_transformB, grown_);
+    btBoxBoxDetector(&a_, &b_).getClosestPoints(input, points, nullptr);
     result->refreshContactPoints();
   }
 
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1.0;
-  }
-
-  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
-
  private:
-  btPersistentManifold* manifold_;
-};
-
-struct CreateBoxContacts : btCollisionAlgorithmCreateFunc {
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* a,
-                                                 const btCollisionObjectWrapper* b) override {
-    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(BoxContacts));
-    return new (memory) BoxContacts(info, a, b);
+  btBoxShape grown_box(const btCollisionObjectWrapper& object) const {
+    const auto& box = static_cast<const btBoxShape&>(*object.getCollisionShape());
+    return btBoxShape(box.getHalfExtentsWithMargin() + btVector3(grown_, grown_, grown_));
   }
+
+  double grown_;
+  btBoxShape a_, b_;
 };
 
 }  // namespace
 
 void use_box_contacts(btCollisionDispatcher& dispatcher) {
-  static CreateBoxContacts create;
+  static CreateContacts<BoxContacts> create;
   dispatcher.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &create);
 }
 

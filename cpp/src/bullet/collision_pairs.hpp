@@ -35,8 +35,8 @@ class CollisionPairs {
     btVector3 low, high;  // bounds
   };
   struct Pair {
-    std::size_t a, b;                          // in bounded_
-    double reach;                              // from which on they do not touch
+    std::size_t a, b;                           // in bounded_
+    double reach;                               // from which on they do not touch
     btCollisionAlgorithm* algorithm = nullptr;  // of the dispatcher's pool
   };
 

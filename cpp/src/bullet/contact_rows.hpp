@@ -44,8 +44,8 @@ struct FrictionRow : ContactRow {
 };
 
 //! The rows of one step, and what they have changed so far. The arithmetic is that of Bullet's own solver,
-//! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, and linear
-//! and angular parts are worked on at once.
+//! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, and
+//! linear and angular parts are worked on at once.
 class ContactRows {
  public:
   //! Of `bodies` moving bodies.

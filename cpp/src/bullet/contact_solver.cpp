@@ -45,9 +45,8 @@ void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const bt
     if (slots_.size() <= index) slots_.resize(index + 1, -1);
     slots_[index] = static_cast<int>(moving_.size());
     const bool gyroscopic = body->getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
-    moving_.push_back(
-        {body, body->getInvMass() * body->getLinearFactor(),
-         gyroscopic ? body->computeGyroscopicImpulseImplicit_Body(info.m_timeStep) : btVector3(0, 0, 0)});
+    moving_.push_back({body, body->getInvMass() * body->getLinearFactor(),
+                       gyroscopic ? body->computeGyroscopicImpulseImplicit_Body(info.m_timeStep) : btVector3(0, 0, 0)});
   }
 }
 

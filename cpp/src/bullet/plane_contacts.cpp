@@ -1,8 +1,8 @@
 #include "plane_contacts.hpp"
 
-#include <btBulletDynamicsCommon.h>
-
 #include <algorithm>
+
+#include "pair_contacts.hpp"
 
 namespace energymargin {
 namespace {
@@ -68,15 +68,11 @@ bool is_plane(const btCollisionObjectWrapper& object) {
 
 // The solid always comes first: Bullet finds a point of the last step again by its place in the first body's frame, and
 // there a point of the solid stays where it is while the solid slides.
-class PlaneContacts : public btCollisionAlgorithm {
+class PlaneContacts : public PairContacts {
  public:
-  PlaneContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
-                const btCollisionObjectWrapper* b)
-      : btCollisionAlgorithm(info),
-        manifold_(m_dispatcher->getNewManifold((is_plane(*b) ? a : b)->getCollisionObject(),
-                                               (is_plane(*b) ? b : a)->getCollisionObject())) {}
-
-  ~PlaneContacts() override { m_dispatcher->releaseManifold(manifold_); }
+  PlaneContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& a,
+                const btCollisionObjectWrapper& b)
+      : PairContacts(info, is_plane(b) ? a : b, is_plane(b) ? b : a) {}
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                         btManifoldResult* result) override {
@@ -101,13 +97,6 @@ class PlaneContacts : public btCollisionAlgorithm {
     if (fresh) share_load(*solid.getCollisionObject(), normal);
   }
 
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1.0;
-  }
-
-  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
-
  private:
   // The solver starts from an even share of the load. A body that cannot tilt leaves the shares open, and a solver that
   // starts from nothing would stand it on its first corner.
@@ -121,23 +110,12 @@ class PlaneContacts : public btCollisionAlgorithm {
       manifold_->getContactPoint(i).m_appliedImpulse = approach / body->getInvMass() / count;
     }
   }
-
-  btPersistentManifold* manifold_;
-};
-
-struct CreatePlaneContacts : btCollisionAlgorithmCreateFunc {
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* a,
-                                                 const btCollisionObjectWrapper* b) override {
-    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(PlaneContacts));
-    return new (memory) PlaneContacts(info, a, b);
-  }
 };
 
 }  // namespace
 
 void use_plane_contacts(btCollisionDispatcher& dispatcher) {
-  static CreatePlaneContacts create;
+  static CreateContacts<PlaneContacts> create;
   for (const int solid : {BOX_SHAPE_PROXYTYPE, CYLINDER_SHAPE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE,
                           SPHERE_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE}) {
     for (auto registering : {&btCollisionDispatcher::registerCollisionCreateFunc,

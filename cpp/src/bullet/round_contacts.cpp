@@ -3,9 +3,8 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
-#include <btBulletDynamicsCommon.h>
 
-#include <cmath>
+#include "pair_contacts.hpp"
 
 namespace energymargin {
 namespace {
@@ -83,23 +82,17 @@ bool find_closest(const Core& a, const Core& b, const Input& input, Closest& clo
   return squared < BT_LARGE_FLOAT;
 }
 
-class RoundContacts : public btCollisionAlgorithm {
+class RoundContacts : public PairContacts {
  public:
-  RoundContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
-                const btCollisionObjectWrapper* b)
-      : btCollisionAlgorithm(info),
-        a_(shape(*a)),
-        b_(shape(*b)),
-        manifold_(m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject())) {}
-
-  ~RoundContacts() override { m_dispatcher->releaseManifold(manifold_); }
+  RoundContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& a,
+                const btCollisionObjectWrapper& b)
+      : PairContacts(info, a, b), a_(shape(a)), b_(shape(b)) {}
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                         btManifoldResult* result) override {
     result->setPersistentManifold(manifold_);
     const double margins = shape(*a).getMargin() + shape(*b).getMargin();
-    const double reach =
-        margins + manifold_->getContactBreakingThreshold() + result->m_closestPointDistanceThreshold;
+    const double reach = margins + manifold_->getContactBreakingThreshold() + result->m_closestPointDistanceThreshold;
     Input input;
     input.m_transformA = a->getWorldTransform();
     input.m_transformB = b->getWorldTransform();
@@ -107,13 +100,6 @@ class RoundContacts : public btCollisionAlgorithm {
     if (!add_apart(input, shape(*b).getMargin(), margins, *result)) ask_bullet(input, shape(*a), shape(*b), *result);
     result->refreshContactPoints();
   }
-
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1.0;
-  }
-
-  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
 
  private:
   static const btConvexShape& shape(const btCollisionObjectWrapper& object) {
@@ -134,30 +120,19 @@ class RoundContacts : public btCollisionAlgorithm {
     return true;
   }
 
-  static void ask_bullet(const Input& input, const btConvexShape& a, const btConvexShape& b,
-                         btManifoldResult& result) {
+  static void ask_bullet(const Input& input, const btConvexShape& a, const btConvexShape& b, btManifoldResult& result) {
     btVoronoiSimplexSolver simplex;
     btGjkEpaPenetrationDepthSolver depth;
     btGjkPairDetector(&a, &b, &simplex, &depth).getClosestPoints(input, result, nullptr);
   }
 
   Core a_, b_;
-  btPersistentManifold* manifold_;
-};
-
-struct CreateRoundContacts : btCollisionAlgorithmCreateFunc {
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* a,
-                                                 const btCollisionObjectWrapper* b) override {
-    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(RoundContacts));
-    return new (memory) RoundContacts(info, a, b);
-  }
 };
 
 }  // namespace
 
 void use_round_contacts(btCollisionDispatcher& dispatcher) {
-  static CreateRoundContacts create;
+  static CreateContacts<RoundContacts> create;
   const auto both_ways = [&](int a, int b) {
     dispatcher.registerCollisionCreateFunc(a, b, &create);
     dispatcher.registerCollisionCreateFunc(b, a, &create);

@@ -7,6 +7,7 @@
 #include "../check.hpp"
 #include "box_contacts.hpp"
 #include "energymargin/kinematics.hpp"
+#include "pair_contacts.hpp"
 #include "plane_contacts.hpp"
 #include "round_contacts.hpp"
 #include "shapes.hpp"
@@ -30,6 +31,7 @@ btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo info;
   info.m_defaultMaxPersistentManifoldPoolSize = 128;
   info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
+  info.m_customCollisionAlgorithmMaxElementSize = contacts_size;
   return info;
 }
 
@@ -337,7 +339,7 @@ void Simulation::turn_normals() {
     btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
     const std::size_t a = body_of(*manifold.getBody0());
     const std::size_t b = body_of(*manifold.getBody1());
-    if (scene_.bodies()[a].fixed() || scene_.bodies()[b].fixed()) continue;
+    if (manifold.getNumContacts() == 0 || scene_.bodies()[a].fixed() || scene_.bodies()[b].fixed()) continue;
     const btMatrix3x3 of_a = turn(a);
     const btMatrix3x3 of_b = turn(b);
     const btMatrix3x3& common = trace(of_a) > trace(of_b) ? of_a : of_b;

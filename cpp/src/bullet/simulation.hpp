@@ -77,8 +77,8 @@ class Simulation {
   //! A spring by its index in the scene.
   Span span(std::size_t spring) const;
 
-  //! Sums up the work of the impulses in the next steps; `before` is what each begins with, for the caller to keep up to
-  //! date. Null ends it.
+  //! Sums up the work of the impulses in the next steps; `before` is what each begins with, for the caller to keep up
+  //! to date. Null ends it.
   void watch(const Motion* before);
 
   //! Since the watch began.

@@ -144,10 +144,11 @@ double TreeRows::resolve_cone(Row& first, Row& second, double radius) {
     if (held != wanted) change = held - row.impulse;
     row.impulse = held;
   };
-  if (squared(wanted_first) + squared(wanted_second) >= radius * radius) {
-    const double angle = std::atan2(wanted_first, wanted_second);
-    limit(first, wanted_first, std::abs(radius * std::sin(angle)), change_first);
-    limit(second, wanted_second, std::abs(radius * std::cos(angle)), change_second);
+  const double length = std::sqrt(squared(wanted_first) + squared(wanted_second));
+  if (length >= radius) {
+    const double share = length > 0.0 ? radius / length : 0.0;
+    limit(first, wanted_first, std::abs(share * wanted_first), change_first);
+    limit(second, wanted_second, std::abs(share * wanted_second), change_second);
   } else {
     first.impulse = wanted_first;
     second.impulse = wanted_second;
