@@ -74,7 +74,7 @@ bool SeparatePairs::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphasePr
                    body_of(*static_cast<btCollisionObject*>(b->m_clientObject)));
 }
 
-Simulation::Simulation(const Scene& scene)
+Simulation::Simulation(const Scene& scene, Steps steps)
     : scene_(scene),
       layout_(scene),
       step_(scene.stepping().step),
@@ -84,7 +84,7 @@ Simulation::Simulation(const Scene& scene)
       colliders_(scene.bodies().size()),
       before_(scene.bodies().size()),
       tree_of_(scene.bodies().size()) {
-  configure();
+  configure(steps);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Body& body = scene.bodies()[i];
     spreads_.push_back(body.spread());
@@ -93,7 +93,7 @@ Simulation::Simulation(const Scene& scene)
   }
   add_articulations();
   add_mimics();
-  if (articulations_.empty()) add_pairs();
+  if (articulations_.empty() && steps == Steps::own) add_pairs();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (tree_of_[i] && !scene.bodies()[i].force.isZero(0.0)) loaded_links_.push_back(i);
   }
@@ -109,14 +109,15 @@ Simulation::~Simulation() {
   for (auto& body : rigids_) world_.removeRigidBody(body.get());
 }
 
-void Simulation::configure() {
+void Simulation::configure(Steps steps) {
   use_plane_contacts(dispatcher_);
   use_box_contacts(dispatcher_);
   if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) {
     face_points_ = points_of_a_face;
-  } else {
+  } else if (steps == Steps::own) {
     use_round_contacts(dispatcher_);
   }
+  solver_.use_own_rounds(steps == Steps::own);
   configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
   for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));

@@ -50,10 +50,16 @@ struct Span {
   double growth = 0.0;  // of the length [m/s]
 };
 
+//! Who does the steps.
+enum class Steps {
+  own,     ///< FreeBodies, or Bullet with TreeRows; the contacts of RoundContacts
+  bullet,  ///< Bullet alone, for comparison: without joints to the same bits
+};
+
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
 class Simulation {
  public:
-  explicit Simulation(const Scene& scene);
+  explicit Simulation(const Scene& scene, Steps steps = Steps::own);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
@@ -107,7 +113,7 @@ class Simulation {
     btVector3 force, torque;
   };
 
-  void configure();
+  void configure(Steps steps);
   void add_pairs();
   void add_rigid(std::size_t index);
   void add_articulations();

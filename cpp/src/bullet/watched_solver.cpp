@@ -16,11 +16,13 @@ btScalar WatchedSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bo
                                                           btPersistentManifold** manifolds, int manifold_count,
                                                           btTypedConstraint** constraints, int constraint_count,
                                                           const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  tree_rows_.start(m_multiBodyNonContactConstraints, m_multiBodyNormalContactConstraints,
-                   m_multiBodyFrictionContactConstraints, m_data, m_tmpSolverBodyPool);
+  if (own_rounds_) {
+    tree_rows_.start(m_multiBodyNonContactConstraints, m_multiBodyNormalContactConstraints,
+                     m_multiBodyFrictionContactConstraints, m_data, m_tmpSolverBodyPool);
+  }
   const btScalar result = btMultiBodyConstraintSolver::solveGroupCacheFriendlyIterations(
       bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
-  tree_rows_.finish();
+  if (own_rounds_) tree_rows_.finish();
   return result;
 }
 
@@ -28,6 +30,10 @@ btScalar WatchedSolver::solveSingleIteration(int iteration, btCollisionObject** 
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  if (!own_rounds_) {
+    return btMultiBodyConstraintSolver::solveSingleIteration(iteration, bodies, body_count, manifolds, manifold_count,
+                                                             constraints, constraint_count, info, drawer);
+  }
   const btScalar of_bodies = btSequentialImpulseConstraintSolver::solveSingleIteration(
       iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
   return std::max(of_bodies, tree_rows_.iterate(iteration, info.m_numNonContactInnerIterations));

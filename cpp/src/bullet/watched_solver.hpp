@@ -34,6 +34,9 @@ struct ImpulseWork {
 //! also sums up work: each impulse times the mean of the velocity along it before the step and after it.
 class WatchedSolver : public btMultiBodyConstraintSolver {
  public:
+  //! Whether TreeRows does the rounds, or Bullet.
+  void use_own_rounds(bool own) { own_rounds_ = own; }
+
   //! `before` is what the next steps begin with, for the caller to keep up to date; null ends the watch.
   void watch(const Motion* before);
 
@@ -59,6 +62,7 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
   double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
   double mean_speed(const btMultiBody& tree, int jacobian, int changes) const;
 
+  bool own_rounds_ = true;
   TreeRows tree_rows_;
   const Motion* before_ = nullptr;
   ImpulseWork work_;

@@ -1,0 +1,83 @@
+// The steps of this library against those of Bullet's own world.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "bullet/simulation.hpp"
+#include "rollouts.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+// Where a scene is after each of the steps.
+std::vector<State> steps(const Scene& scene, Steps by, const State& state, int count) {
+  Simulation simulation(scene, by);
+  simulation.restore(state);
+  std::vector<State> states(static_cast<std::size_t>(count));
+  for (State& now : states) {
+    simulation.step();
+    simulation.read(now);
+  }
+  return states;
+}
+
+int differing_steps(const Scene& scene, const State& state, int count) {
+  const std::vector<State> own = steps(scene, Steps::own, state, count);
+  const std::vector<State> bullet = steps(scene, Steps::bullet, state, count);
+  int differing = 0;
+  for (std::size_t i = 0; i < own.size(); ++i) differing += same_bits(own[i], bullet[i]) ? 0 : 1;
+  return differing;
+}
+
+// Bodies of all kinds, thrown together over a plane, some with locked axes.
+Scene heap(std::uint64_t seed, int friction_directions) {
+  std::mt19937_64 random(seed);
+  const auto even = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  Stepping stepping;
+  stepping.friction_directions = friction_directions;
+  Scene scene(Vector3(0.0, 0.0, -g), stepping);
+  scene.add_body(fixed("ground", Plane{}));
+  scene.add_body(fixed("post", Box{{0.2, 0.2, 1.0}}, {0.0, 0.0, 0.5}));
+  const Shape shapes[] = {Box{{0.3, 0.2, 0.1}}, Cylinder{0.1, 0.2}, Sphere{0.1}, Capsule{0.06, 0.2}};
+  for (int i = 0; i < 8; ++i) {
+    Body made = body("body" + std::to_string(i), shapes[i % 4], even(0.2, 2.0),
+                     {even(-0.4, 0.4), even(-0.4, 0.4), even(0.15, 0.6)}, i == 0 ? Role::object : Role::none);
+    made.state.orientation = turn(even(0.0, pi), Vector3(even(-1, 1), even(-1, 1), 1.1).normalized());
+    made.state.velocity = {even(-2, 2), even(-2, 2), even(-1, 1)};
+    made.state.angular_velocity = {even(-5, 5), even(-5, 5), even(-5, 5)};
+    if (i == 5) made.angular_factor = {0.0, 0.0, 1.0};
+    if (i == 6) made.linear_factor = {1.0, 0.0, 1.0};
+    made.state.velocity = made.state.velocity.cwiseProduct(made.linear_factor);
+    made.state.angular_velocity = made.state.angular_velocity.cwiseProduct(made.angular_factor);
+    scene.add_body(made);
+  }
+  return scene;
+}
+
+TEST(BulletSteps, AreOursToTheLastBitWhereThereAreNoJoints) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    for (const int directions : {1, 2}) {
+      const Scene scene = heap(seed, directions);
+      EXPECT_EQ(differing_steps(scene, pack(scene), 120), 0) << "seed " << seed << ", " << directions;
+    }
+  }
+}
+
+TEST(BulletSteps, AreOursInACrowdedPush) {
+  const Scene scene = crowded_push();
+  EXPECT_EQ(differing_steps(scene, pack(scene), 500), 0);
+}
+
+// The friction cone is found without an angle, so the last digits differ.
+TEST(BulletSteps, OfAHandAreOursButForRounding) {
+  const Scene scene = hand(1.0, true);
+  const std::vector<State> own = steps(scene, Steps::own, pack(scene), 60);
+  const std::vector<State> bullet = steps(scene, Steps::bullet, pack(scene), 60);
+  for (std::size_t i = 0; i < own.size(); ++i) EXPECT_LT((own[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-9) << i;
+}
+
+}  // namespace
+}  // namespace energymargin
