@@ -93,10 +93,10 @@ Json pairs(const Problem& problem, const CaptureOptions& options, int rounds) {
     result["ours"].push_back(cpu_seconds([&] { score = capture_score(problem, options); }));
     const std::vector<Edge> made = edges(problem, score.trees.front());
     long floor_steps = 0;
-    result["floor"].push_back(cpu_seconds([&] { floor_steps = replay(raw, made, [](const Edge&) {}); }));
+    result["others"].push_back(cpu_seconds([&] { floor_steps = replay(raw, made, [](const Edge&) {}); }));
     if (round > 0) continue;
     result["steps"] = std::lround(score.trees.front().durations.sum() / problem.scene.stepping().step);
-    result["floor_steps"] = floor_steps;
+    result["others_steps"] = floor_steps;
     compare(problem, raw, made, result);
   }
   return result;

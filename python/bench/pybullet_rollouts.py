@@ -6,7 +6,7 @@ joints are held by PyBullet's own position control.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,12 +23,24 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Edge:
+    """Of a tree."""
+
+    start: Vector
+    wrenches: Vector
+    """On each object, (k, 6) [N, N m]."""
+    steps: int
+
+
+@dataclass(frozen=True)
 class Place:
-    """Where PyBullet has a body: `link` -1 is the base. `linear` and `angular`: axes of its chain."""
+    """Where PyBullet has a body."""
 
     uid: int
     link: int = -1
+    """-1: the base."""
     linear: tuple[int, ...] = ()
+    """Axes of its chain."""
     angular: tuple[int, ...] = ()
 
     @property
@@ -44,6 +56,7 @@ class PyBulletScene:
         """Builds it, with the settings of the problem's scene; ValueError on a shape it lacks."""
         p.connect(p.DIRECT)
         self.scene = problem.scene
+        self.steps = 0
         self.places: dict[str, Place] = {}
         self.joints: dict[str, tuple[int, int]] = {}
         p.setGravity(*self.scene.gravity)
@@ -77,18 +90,20 @@ class PyBulletScene:
         p.disconnect()
 
     def _add(self, body: em.Body, state: Vector) -> None:
-        free = [tuple(np.flatnonzero(f)) for f in (body.linear_factor, body.angular_factor)]
+        linear, angular = axes(body.linear_factor), axes(body.angular_factor)
         if any(joint.parent == body.name for joint in self.scene.joints):
             self._add_robot(body)
-        elif body.mass == 0.0 or free == [(0, 1, 2), (0, 1, 2)]:
+        elif body.mass == 0.0 or linear == angular == (0, 1, 2):
             uid = p.createMultiBody(
                 body.mass, shape(body.shape), -1, body.position, body.orientation
             )
             self._settle(body, Place(uid))
         else:
-            self._add_chain(body, *free, self.scene.unpack(state)[body.name])
+            self._add_chain(body, linear, angular, self.scene.unpack(state)[body.name])
 
-    def _add_chain(self, body: em.Body, linear: Any, angular: Any, now: Any) -> None:
+    def _add_chain(
+        self, body: em.Body, linear: tuple[int, ...], angular: tuple[int, ...], now: dict[str, Any]
+    ) -> None:
         count = len(linear) + len(angular)
         base = np.where(body.linear_factor > 0.0, 0.0, now["position"])
         uid = p.createMultiBody(
@@ -176,11 +191,19 @@ class PyBulletScene:
         for name, (uid, link) in self.joints.items():
             p.resetJointState(uid, link, *state[self.scene.joint_slice(name)])
 
-    def rollout(self, state: Vector, wrenches: Vector, steps: int) -> None:
-        """From a state, with a wrench on each object, (k, 6) [N, N m], for so many steps."""
-        self.set(state)
-        for _ in range(steps):
-            for place, wrench in zip(self.objects, wrenches, strict=True):
+    def replay(self, edges: Sequence[Edge]) -> Vector:
+        """Makes the rollouts; returns where they leave the objects [m], shape (M, k, 3)."""
+        ends = []
+        for edge in edges:
+            self.rollout(edge)
+            ends.append([position(place) for place in self.objects])
+        return np.array(ends)
+
+    def rollout(self, edge: Edge) -> None:
+        """One of them."""
+        self.set(edge.start)
+        for _ in range(edge.steps):
+            for place, wrench in zip(self.objects, edge.wrenches, strict=True):
                 self._push(place, wrench[:3])
                 p.applyExternalTorque(place.uid, place.link, wrench[3:], p.WORLD_FRAME)
             for place, force in self.loads:
@@ -188,10 +211,7 @@ class PyBulletScene:
             for spring in self.scene.springs:
                 self._pull(spring)
             p.stepSimulation()
-
-    def positions(self) -> Vector:
-        """Where the objects are [m], shape (k, 3)."""
-        return np.array([position(place) for place in self.objects])
+            self.steps += 1
 
     def _push(self, place: Place, force: Any) -> None:
         p.applyExternalForce(place.uid, place.link, force, position(place), p.WORLD_FRAME)
@@ -210,6 +230,11 @@ def position(place: Place) -> Any:
     if place.chained:
         return p.getLinkState(place.uid, place.link, computeForwardKinematics=1)[0]
     return p.getBasePositionAndOrientation(place.uid)[0]
+
+
+def axes(factor: Vector) -> tuple[int, ...]:
+    """Those that are free."""
+    return tuple(axis for axis in range(3) if factor[axis] > 0.0)
 
 
 def center(body: em.Body) -> Any:
@@ -245,9 +270,14 @@ def solid(of: Any) -> dict[str, Any]:
     raise ValueError(f"shape is {of!r}, expected one that a task has")
 
 
-def edges(problem: em.Problem, tree: em.Tree) -> Iterator[tuple[Vector, Vector, int]]:
-    """What made each node but the root: start state, wrenches (k, 6), number of steps."""
+def edges_of(problem: em.Problem, tree: em.Tree) -> list[Edge]:
+    """What made each node but the root."""
     steps = np.rint(tree.durations / problem.scene.step).astype(int)
-    for node in range(1, len(tree)):
-        start = problem.edge_start(tree.states[tree.parents[node]])
-        yield start, tree.controls[node].reshape(-1, 6), int(steps[node])
+    return [
+        Edge(
+            problem.edge_start(tree.states[tree.parents[node]]),
+            tree.controls[node].reshape(-1, 6),
+            int(steps[node]),
+        )
+        for node in range(1, len(tree))
+    ]
