@@ -159,13 +159,8 @@ class PyBulletScene:
 
     def _settle(self, body: em.Body, place: Place) -> None:
         self.places[body.name] = place
-        p.changeDynamics(
-            place.uid,
-            place.link,
-            lateralFriction=body.friction,
-            linearDamping=0.0,
-            angularDamping=0.0,
-        )
+        p.changeDynamics(place.uid, -1, linearDamping=0.0, angularDamping=0.0)
+        p.changeDynamics(place.uid, place.link, lateralFriction=body.friction)
 
     def _drive(self, joint: em.Joint, state: Vector) -> None:
         uid, link = self.joints[joint.name]
