@@ -16,8 +16,8 @@
 namespace energymargin {
 
 //! Bullet's own classes, with the settings that the library's World has. Fixed and free bodies are rigid bodies, links
-//! are the library's articulations. Throws std::invalid_argument on what no task has: loaded links, springs on links,
-//! joints that follow others.
+//! are the library's articulations. Throws std::invalid_argument on what no task has: links on a free body, loaded
+//! links, springs on links, joints that follow others.
 class RawScene {
  public:
   explicit RawScene(const Scene& scene);
@@ -44,6 +44,8 @@ class RawScene {
     std::pair<btRigidBody*, btVector3> a, b;  // the bodies, and the points where it pulls, in Bullet's frame
   };
 
+  template <typename DynamicsWorld, typename Solver>
+  void make_world();
   void configure();
   void add_rigid(std::size_t index);
   void add_articulations();
@@ -68,13 +70,9 @@ class RawScene {
 
 inline RawScene::RawScene(const Scene& scene) : scene_(scene), layout_(scene), rigids_(scene.bodies().size()) {
   if (scene.joints().empty()) {
-    auto solver = std::make_unique<btSequentialImpulseConstraintSolver>();
-    world_ = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_, solver.get(), &configuration_);
-    solver_ = std::move(solver);
+    make_world<btDiscreteDynamicsWorld, btSequentialImpulseConstraintSolver>();
   } else {
-    auto solver = std::make_unique<btMultiBodyConstraintSolver>();
-    world_ = std::make_unique<btMultiBodyDynamicsWorld>(&dispatcher_, &broadphase_, solver.get(), &configuration_);
-    solver_ = std::move(solver);
+    make_world<btMultiBodyDynamicsWorld, btMultiBodyConstraintSolver>();
   }
   configure();
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
@@ -83,6 +81,13 @@ inline RawScene::RawScene(const Scene& scene) : scene_(scene), layout_(scene), r
   }
   add_articulations();
   add_springs();
+}
+
+template <typename DynamicsWorld, typename Solver>
+void RawScene::make_world() {
+  auto solver = std::make_unique<Solver>();
+  world_ = std::make_unique<DynamicsWorld>(&dispatcher_, &broadphase_, solver.get(), &configuration_);
+  solver_ = std::move(solver);
 }
 
 inline void RawScene::configure() {
@@ -119,7 +124,7 @@ inline void RawScene::add_rigid(std::size_t index) {
   if (body.role == Role::object) objects_.push_back(free_.back());
 }
 
-// A tree for each child of a fixed body, one for all that hangs on a free one.
+// A tree for each link that hangs on a fixed body.
 inline void RawScene::add_articulations() {
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
     const Joint& joint = scene_.joints()[i];

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import time
@@ -84,6 +85,8 @@ class Results:
     """What there is so far."""
 
     settings: Settings
+    load: float = field(default_factory=lambda: os.getloadavg()[0])
+    """How many jobs there were on the machine before this one, the mean of a minute."""
     costs: dict[str, list[Cost]] = field(default_factory=dict)
     """Of the states of each task."""
     bytes: dict[str, float] = field(default_factory=dict)

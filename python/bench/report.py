@@ -25,7 +25,7 @@ def report(results: Results) -> str:
     settings = results.settings
     parts = [
         "# Speed\n",
-        f"{machine()}. Medians of {settings.states} states of a task"
+        f"{machine()}; load {results.load:.1f} before. Medians of {settings.states} states of a task"
         f" and {settings.rounds} rounds of each.\n",
     ]
     if any(results.costs.values()):
