@@ -25,8 +25,8 @@ def report(results: Results) -> str:
     settings = results.settings
     parts = [
         "# Speed\n",
-        f"{machine()}; load {results.load:.1f} before. Medians of {settings.states} states of a task"
-        f" and {settings.rounds} rounds of each.\n",
+        f"{machine()}; load {results.load:.1f} before."
+        f" Medians of {settings.states} states of a task and {settings.rounds} rounds of each.\n",
     ]
     if any(results.costs.values()):
         parts += ["## Tasks, on one thread\n", *tasks(results)]
