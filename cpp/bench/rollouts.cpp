@@ -112,8 +112,8 @@ Json alone(const Problem& problem, const CaptureOptions& options, int rounds) {
   return result;
 }
 
-int run(const std::vector<std::string>& arguments) {
-  Problem problem = load(arguments.at(0));
+void run(const std::vector<std::string>& arguments) {
+  Problem problem = load(arguments[0]);
   std::vector<int> sizes;
   int rounds = 3;
   bool is_alone = false;
@@ -136,14 +136,18 @@ int run(const std::vector<std::string>& arguments) {
     runs.push_back(is_alone ? alone(problem, options, rounds) : pairs(problem, options, rounds));
   }
   std::cout << runs.dump(2) << '\n';
-  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::cerr << "usage: energymargin_rollouts PROBLEM.json [--nodes M ...] [--rounds R] [--alone] [--duration S]\n";
+    return 2;
+  }
   try {
-    return run({argv + 1, argv + argc});
+    run({argv + 1, argv + argc});
+    return 0;
   } catch (const std::exception& error) {
     std::cerr << "energymargin_rollouts: " << error.what() << '\n';
     return 1;
