@@ -1,10 +1,11 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
 # make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
 # make check  formats and types        make format  put them right
-# make bench  speed                    make clean   forget everything built
+# make bench  speed, into out/speed.md   make clean   forget everything built
 #
 # make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/safety.md
 # make fuzz SECONDS=600   new inputs for every door, each for so long
+# make bench BENCH=...    with options of python/bench/speed.py, as '--tasks push --rounds 5' or --quick
 #
 # Each target installs what is missing first: Debian packages with apt, the rest in .venv.
 
@@ -45,12 +46,14 @@ fuzz: .venv/built build/asan/built
 	$(BIN)/python -m pytest --hypothesis-profile=fuzz tests/python/test_properties_*.py
 
 bench: .venv/built
-	build/cpp/bench/energymargin_bench
+	build/cpp/bench/energymargin_bench --benchmark_min_time=0.2
+	$(BIN)/python python/bench/speed.py --out out/speed.md $(BENCH)
 
 check: .venv/built
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/mypy python/bench/*.py
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.hpp' '*.cpp')
 
 format: .venv/built

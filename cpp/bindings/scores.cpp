@@ -197,7 +197,7 @@ void bind_batch(py::module_& module) {
   py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
       .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
-      .def_readonly("seconds", &ScoreRow::seconds, "Time on its thread [s].")
+      .def_readonly("seconds", &ScoreRow::seconds, "Time of its searches on their threads, added up [s].")
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.");

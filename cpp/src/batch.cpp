@@ -19,19 +19,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
-  CaptureOptions capture;
-  capture.nodes = options.nodes;
-  capture.seed = seed;
-  capture.limit = options.limit;
-  const CaptureScore score = capture_score(problem, capture);
-  if (!score.complete) throw search::Stopped();
-  row.scores["capture"] = score.capture;
-  if (score.success) row.scores["success"] = *score.success;
-  if (score.capture_any) row.scores["capture/any"] = *score.capture_any;
-  if (score.success_any) row.scores["success/any"] = *score.success_any;
-}
-
 struct EffortMetric {
   const char* name;
   const char* planner;
@@ -77,37 +64,80 @@ void validate(const BatchOptions& options, std::size_t problems) {
   }
 }
 
+// The searches that the metrics need, each by one of its metrics: all that a tree gives come of the same one.
+std::vector<std::string> searches_for(const std::vector<std::string>& metrics) {
+  std::vector<std::string> searches;
+  for (const std::string& metric : metrics) {
+    const std::string search = is_tree_metric(metric) ? tree_metrics[0] : metric;
+    if (std::find(searches.begin(), searches.end(), search) == searches.end()) searches.push_back(search);
+  }
+  return searches;
+}
+
+void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
+  CaptureOptions capture;
+  capture.nodes = options.nodes;
+  capture.seed = seed;
+  capture.limit = options.limit;
+  const CaptureScore score = capture_score(problem, capture);
+  if (!score.complete) throw search::Stopped();
+  row.scores["capture"] = score.capture;
+  if (score.success) row.scores["success"] = *score.success;
+  if (score.capture_any) row.scores["capture/any"] = *score.capture_any;
+  if (score.success_any) row.scores["success/any"] = *score.success_any;
+}
+
+// The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
+void add_effort(const Problem& problem, const EffortMetric& metric, const BatchOptions& options, std::uint64_t seed,
+                ScoreRow& row) {
+  const Escape escape =
+      escape_effort(problem, as_published({metric.planner, options.nodes, seed, metric.captured, options.limit}));
+  if (!escape.complete) throw search::Stopped();
+  row.scores[metric.name] = escape.effort;
+}
+
+// What one search gives, and how long it takes.
+void add_search(const Problem& problem, const std::string& search, const BatchOptions& options, ScoreRow& row) {
+  const auto start = Clock::now();
+  const std::uint64_t seed = stream(options.seed, row.index);
+  if (is_tree_metric(search)) {
+    add_capture(problem, options, seed, row);
+  } else if (const EffortMetric* effort = effort_metric(search)) {
+    add_effort(problem, *effort, options, seed, row);
+  } else {
+    row.scores[force_metric] = force_score(problem).force;
+  }
+  row.seconds += std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// The row of a problem; its error is that of the first search that has one.
+ScoreRow joined(const std::vector<ScoreRow>& parts) {
+  ScoreRow row;
+  row.index = parts.front().index;
+  for (const ScoreRow& part : parts) {
+    if (!part.error.empty()) return part;
+    row.scores.insert(part.scores.begin(), part.scores.end());
+    row.seconds += part.seconds;
+  }
+  return row;
+}
+
 }  // namespace
 
 ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
-  const auto start = Clock::now();
-  const std::uint64_t seed = stream(options.seed, index);
   ScoreRow row;
   row.index = index;
-  bool tree_scored = false;
-  for (const std::string& metric : options.metrics) {
-    if (is_tree_metric(metric) && !std::exchange(tree_scored, true)) {
-      add_capture(problem, options, seed, row);
-    }
-    if (const EffortMetric* effort = effort_metric(metric)) {
-      // The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
-      const Escape escape =
-          escape_effort(problem, as_published({effort->planner, options.nodes, seed, effort->captured, options.limit}));
-      if (!escape.complete) throw search::Stopped();
-      row.scores[metric] = escape.effort;
-    }
-    if (metric == force_metric) row.scores[metric] = force_score(problem).force;
-  }
-  row.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  for (const std::string& search : searches_for(options.metrics)) add_search(problem, search, options, row);
   return row;
 }
 
 class Batch::Pool {
  public:
   Pool(std::vector<Problem> problems, BatchOptions options)
-      : problems_(std::move(problems)), options_(std::move(options)) {
+      : problems_(std::move(problems)), options_(std::move(options)), searches_(searches_for(options_.metrics)) {
     options_.limit = options_.limit.or_when(stop_);
-    const std::size_t threads = std::min(problems_.size(), static_cast<std::size_t>(options_.threads));
+    const std::size_t threads =
+        std::min(problems_.size() * searches_.size(), static_cast<std::size_t>(options_.threads));
     working_ = static_cast<int>(threads);
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
   }
@@ -133,33 +163,53 @@ class Batch::Pool {
   }
 
  private:
+  // What is taken from the queue is one search of one problem: so a single problem keeps several threads busy, and so
+  // does the end of a batch.
   void work() {
-    for (std::size_t i = next_++; i < problems_.size() && !options_.limit.reached(); i = next_++) {
-      const std::size_t index = options_.indices.empty() ? i : options_.indices[i];
-      ScoreRow row;
+    const std::size_t count = problems_.size() * searches_.size();
+    for (std::size_t i = next_++; i < count && !options_.limit.reached(); i = next_++) {
+      const std::size_t problem = i / searches_.size();
+      const std::size_t which = i % searches_.size();
+      ScoreRow part;
+      part.index = options_.indices.empty() ? problem : options_.indices[problem];
       try {
-        row = score(problems_[i], index, options_);
+        add_search(problems_[problem], searches_[which], options_, part);
       } catch (const search::Stopped&) {
         break;
       } catch (const std::exception& error) {
-        row.index = index;
-        row.error = error.what();
+        part.error = error.what();
       }
-      const std::lock_guard<std::mutex> lock(mutex_);
-      rows_.push_back(std::move(row));
-      changed_.notify_all();
+      add(problem, which, std::move(part));
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     --working_;
     changed_.notify_all();
   }
 
+  void add(std::size_t problem, std::size_t which, ScoreRow part) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Unfinished& row = unfinished_[problem];
+    row.parts.resize(searches_.size());
+    row.parts[which] = std::move(part);
+    if (++row.done < searches_.size()) return;
+    rows_.push_back(joined(row.parts));
+    unfinished_.erase(problem);
+    changed_.notify_all();
+  }
+
+  struct Unfinished {
+    std::vector<ScoreRow> parts;  // by search
+    std::size_t done = 0;
+  };
+
   std::vector<Problem> problems_;
   BatchOptions options_;
+  std::vector<std::string> searches_;
   std::atomic<std::size_t> next_{0};
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;
   std::condition_variable changed_;
+  std::map<std::size_t, Unfinished> unfinished_;  // by problem
   std::vector<ScoreRow> rows_;
   int working_ = 0;
   std::vector<std::thread> threads_;

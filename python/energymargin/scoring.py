@@ -51,7 +51,7 @@ class ScoreTable:
     index: NDArray[np.int64]
     """Which problem, shape (N,), rising."""
     seconds: NDArray[np.float64]
-    """Computing time of each on its thread [s], shape (N,)."""
+    """Computing time of each, that of its searches on their threads added up [s], shape (N,)."""
     scores: dict[str, NDArray[np.float64]]
     """By metric, (N,): capture, success in 0..1; effort [J], inf if there is no escape; force."""
     complete: bool = True

@@ -4,6 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "energymargin/membership.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
@@ -77,6 +84,54 @@ TEST(Batch, OneTwoAndFourThreadsGiveTheSameBits) {
     const auto other = all(pushes(6), options(threads));
     ASSERT_EQ(other.size(), 6u);
     for (const auto& [index, row] : one) EXPECT_EQ(other.at(index).scores, row.scores) << "row " << index;
+  }
+}
+
+TEST(Batch, OneProblemGivesTheSameBitsOnAnyNumberOfThreads) {
+  const ScoreRow one = score(push(), 0, options());
+  ASSERT_EQ(one.scores.size(), 5u);
+  for (const int threads : {1, 2, 3, 8}) {
+    const auto rows = all({push()}, options(threads));
+    ASSERT_EQ(rows.size(), 1u) << threads << " threads";
+    EXPECT_EQ(rows.at(0).scores, one.scores) << threads << " threads";
+  }
+}
+
+// Whoever asks the set waits until another thread asks it too, or gives up.
+TEST(Batch, SearchesOfOneProblemRunOnSeveralThreads) {
+  struct Meeting {
+    std::mutex mutex;
+    std::condition_variable came;
+    std::set<std::thread::id> there;
+    bool over = false;
+  };
+  const auto meeting = std::make_shared<Meeting>();
+  Problem problem = push();
+  const Region captured = problem.captured;
+  problem.captured = regions::Predicate{[meeting, captured, scene = problem.scene](const States& states) -> Mask {
+    std::unique_lock<std::mutex> lock(meeting->mutex);
+    meeting->there.insert(std::this_thread::get_id());
+    meeting->came.notify_all();
+    meeting->came.wait_for(lock, std::chrono::seconds(20), [&] { return meeting->over || meeting->there.size() > 1; });
+    meeting->over = true;
+    return Membership(captured, scene)(states);
+  }};
+  all({problem}, options(2));
+  EXPECT_EQ(meeting->there.size(), 2u);
+}
+
+TEST(Batch, ErrorIsThatOfTheFirstMetricThatFails) {
+  Scene scene;
+  scene.add_body(body("object", brick({0.1, 0.1, 0.1}), 1.0, {0.0, 0.0, 0.05}, Role::object));
+  const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.1, regions::Disc{"object"}};
+  const auto error = [&](const std::vector<std::string>& metrics, int threads) {
+    BatchOptions with = options(threads);
+    with.metrics = metrics;
+    return all({problem}, with).at(0).error;
+  };
+  for (const int threads : {1, 2, 3}) {
+    EXPECT_NE(error({"capture", "force", "effort/est/any"}, threads).find("an effector"), std::string::npos);
+    EXPECT_NE(error({"capture", "effort/est/any", "force"}, threads).find("any object"), std::string::npos);
   }
 }
 

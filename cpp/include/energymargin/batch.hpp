@@ -17,8 +17,8 @@ namespace energymargin {
 struct ScoreRow {
   std::size_t index = 0;                 //!< the problem's stream index
   std::map<std::string, double> scores;  //!< by metric
-  double seconds = 0.0;                  //!< time on its thread [s]
-  std::string error;                     //!< what went wrong; empty if all is well
+  double seconds = 0.0;                  //!< time of its searches on their threads, added up [s]
+  std::string error;                     //!< what went wrong, in the first search that fails; empty if all is well
 };
 
 //! What to compute, and how.
@@ -44,7 +44,8 @@ class Stopped : public std::runtime_error {
 
 }  // namespace search
 
-//! A running batch: threads take the next problem from one queue.
+//! A running batch: threads take the next search of the next problem from one queue. A problem's row is there once all
+//! its searches are done.
 class Batch {
  public:
   //! Starts at once. Throws std::invalid_argument on an unknown metric, nodes or threads below 1; a bad problem

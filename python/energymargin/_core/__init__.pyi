@@ -1114,7 +1114,7 @@ class ScoreRow:
     @property
     def seconds(self) -> float:
         """
-        Time on its thread [s].
+        Time of its searches on their threads, added up [s].
         """
 class ScoreRun:
     """

@@ -1,0 +1,196 @@
+#pragma once
+// The floor: a scene in a stock Bullet world, as its manual would have it. No resets, no effort, no tree.
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bullet/articulation.hpp"
+#include "bullet/shapes.hpp"
+#include "bullet/simulation.hpp"
+#include "energymargin/kinematics.hpp"
+#include "energymargin/world.hpp"
+
+namespace energymargin {
+
+//! Bullet's own classes, with the settings that the library's World has. Fixed and free bodies are rigid bodies, links
+//! are the library's articulations. Throws std::invalid_argument on what no task has: links on a free body, loaded
+//! links, springs on links, joints that follow others.
+class RawScene {
+ public:
+  explicit RawScene(const Scene& scene);
+
+  //! Puts all bodies where they are in a state. What Bullet has cached it keeps.
+  void set(const State& state);
+
+  //! One step, with a wrench on each object.
+  void step(const Disturbance& wrenches);
+
+  //! Where an object is, by its index among the objects: the position of its frame [m].
+  Vector3 position(std::size_t object) const;
+
+ private:
+  struct Free {
+    std::size_t body;
+    Inertial spread;
+    btRigidBody* rigid;
+    btVector3 force;  // that acts all the time
+  };
+
+  struct Pulling {
+    Spring spring;
+    std::pair<btRigidBody*, btVector3> a, b;  // the bodies, and the points where it pulls, in Bullet's frame
+  };
+
+  template <typename DynamicsWorld, typename Solver>
+  void make_world();
+  void configure();
+  void add_rigid(std::size_t index);
+  void add_articulations();
+  void add_springs();
+  static void pull(const Pulling& spring);
+
+  Scene scene_;
+  StateLayout layout_;
+  std::vector<CollisionShape> shapes_;                // of all bodies
+  std::vector<std::unique_ptr<btRigidBody>> rigids_;  // by body; null for a link
+  std::vector<Free> free_;
+  std::vector<Free> objects_;
+  std::vector<Pulling> springs_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  SeparatePairs separate_;
+  std::unique_ptr<btConstraintSolver> solver_;
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;
+  std::vector<std::unique_ptr<Articulation>> articulations_;
+};
+
+inline RawScene::RawScene(const Scene& scene) : scene_(scene), layout_(scene), rigids_(scene.bodies().size()) {
+  if (scene.joints().empty()) {
+    make_world<btDiscreteDynamicsWorld, btSequentialImpulseConstraintSolver>();
+  } else {
+    make_world<btMultiBodyDynamicsWorld, btMultiBodyConstraintSolver>();
+  }
+  configure();
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    shapes_.push_back(collision_shape(scene.bodies()[i], scene.stepping().margin));
+    if (scene.bodies()[i].fixed() || !scene.jointed(i)) add_rigid(i);
+  }
+  add_articulations();
+  add_springs();
+}
+
+template <typename DynamicsWorld, typename Solver>
+void RawScene::make_world() {
+  auto solver = std::make_unique<Solver>();
+  world_ = std::make_unique<DynamicsWorld>(&dispatcher_, &broadphase_, solver.get(), &configuration_);
+  solver_ = std::move(solver);
+}
+
+inline void RawScene::configure() {
+  for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
+  for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
+  if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
+  world_->setGravity(to_bullet(scene_.gravity()));
+  world_->setForceUpdateAllAabbs(false);
+  btContactSolverInfo& info = world_->getSolverInfo();
+  info.m_numIterations = scene_.stepping().iterations;
+  info.m_leastSquaresResidualThreshold = scene_.stepping().tolerance;
+  info.m_splitImpulse = 1;
+  info.m_splitImpulsePenetrationThreshold = 0.0;
+  info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  if (scene_.stepping().friction_directions == 1) info.m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS;
+}
+
+inline void RawScene::add_rigid(std::size_t index) {
+  const Body& body = scene_.bodies()[index];
+  const Inertial spread = body.spread();
+  btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_[index].shape.get(),
+                                                to_bullet(spread.moments));
+  info.m_startWorldTransform = bullet_pose(spread, body.state);
+  info.m_friction = body.friction;
+  rigids_[index] = std::make_unique<btRigidBody>(info);
+  btRigidBody& rigid = *rigids_[index];
+  rigid.setUserIndex(static_cast<int>(index));
+  rigid.setLinearFactor(to_bullet(body.linear_factor));
+  rigid.setAngularFactor(to_bullet(body.angular_factor));
+  if (!body.fixed()) rigid.setActivationState(DISABLE_DEACTIVATION);
+  world_->addRigidBody(&rigid);
+  if (body.fixed()) return;
+  free_.push_back({index, spread, &rigid, to_bullet(body.force)});
+  if (body.role == Role::object) objects_.push_back(free_.back());
+}
+
+// A tree for each link that hangs on a fixed body.
+inline void RawScene::add_articulations() {
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    const Joint& joint = scene_.joints()[i];
+    if (joint.mimic) throw std::invalid_argument("no floor for a joint that follows another: '" + joint.name + "'");
+    if (!scene_.body(joint.child).force.isZero(0.0)) {
+      throw std::invalid_argument("no floor for a constant force on a link: '" + joint.child + "'");
+    }
+    const std::size_t parent = scene_.index(joint.parent);
+    if (scene_.joint_to(parent)) continue;
+    if (!scene_.bodies()[parent].fixed()) throw std::invalid_argument("no floor for links on a free body");
+    auto& world = static_cast<btMultiBodyDynamicsWorld&>(*world_);
+    articulations_.push_back(std::make_unique<Articulation>(scene_, shapes_, parent, i, world));
+  }
+}
+
+inline void RawScene::set(const State& state) {
+  for (const Free& free : free_) {
+    const BodyState frame = StateLayout::read(state.data() + layout_.offset(free.body));
+    const BodyState center = moved_to(free.spread.center, frame);
+    free.rigid->setCenterOfMassTransform(bullet_pose(free.spread, frame));
+    free.rigid->setLinearVelocity(to_bullet(center.velocity));
+    free.rigid->setAngularVelocity(to_bullet(center.angular_velocity));
+  }
+  for (const auto& articulation : articulations_) articulation->restore(state);
+}
+
+inline void RawScene::step(const Disturbance& wrenches) {
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    objects_[i].rigid->applyCentralForce(to_bullet(wrenches[i].force));
+    objects_[i].rigid->applyTorque(to_bullet(wrenches[i].torque));
+  }
+  for (const Free& free : free_) free.rigid->applyCentralForce(free.force);
+  for (const Pulling& spring : springs_) pull(spring);
+  world_->stepSimulation(scene_.stepping().step, 0);
+}
+
+inline void RawScene::add_springs() {
+  const auto end = [this](const std::string& name, const Vector3& point) {
+    const Inertial spread = scene_.body(name).spread();
+    btRigidBody* rigid = rigids_[scene_.index(name)].get();
+    if (!rigid) throw std::invalid_argument("no floor for a spring on a link: '" + name + "'");
+    return std::pair(rigid, to_bullet(Vector3(spread.axes.conjugate() * (point - spread.center))));
+  };
+  for (const Spring& spring : scene_.springs()) {
+    springs_.push_back({spring, end(spring.body_a, spring.point_a), end(spring.body_b, spring.point_b)});
+  }
+}
+
+inline void RawScene::pull(const Pulling& ends) {
+  const auto& [spring, a, b] = ends;
+  const btVector3 arm_a = a.first->getWorldTransform().getBasis() * a.second;
+  const btVector3 arm_b = b.first->getWorldTransform().getBasis() * b.second;
+  const btVector3 span = b.first->getCenterOfMassPosition() + arm_b - a.first->getCenterOfMassPosition() - arm_a;
+  const double length = span.length();
+  if (length == 0.0) return;
+  const btVector3 speed = b.first->getVelocityInLocalPoint(arm_b) - a.first->getVelocityInLocalPoint(arm_a);
+  const double tension = spring.stiffness * (length - spring.rest_length) + spring.damping * speed.dot(span) / length;
+  a.first->applyForce(span * (tension / length), arm_a);
+  b.first->applyForce(span * (-tension / length), arm_b);
+}
+
+inline Vector3 RawScene::position(std::size_t object) const {
+  const Free& free = objects_[object];
+  const Vector3 center = from_bullet(free.rigid->getCenterOfMassPosition());
+  const Quaternion orientation = from_bullet(free.rigid->getOrientation()) * free.spread.axes.conjugate();
+  return center - orientation * free.spread.center;
+}
+
+}  // namespace energymargin
