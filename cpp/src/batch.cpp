@@ -13,6 +13,7 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/random.hpp"
+#include "threads.hpp"
 
 namespace energymargin {
 namespace {
@@ -138,13 +139,14 @@ class Batch::Pool {
     options_.limit = options_.limit.or_when(stop_);
     const std::size_t threads =
         std::min(problems_.size() * searches_.size(), static_cast<std::size_t>(options_.threads));
-    working_ = static_cast<int>(threads);
-    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+    working_ = with_threads ? static_cast<int>(threads) : 1;
+    for (std::size_t i = 0; with_threads && i < threads; ++i) threads_.emplace_back([this] { work(); });
   }
 
   ~Pool() { cancel(); }
 
   std::vector<ScoreRow> take(double timeout) {
+    if (!with_threads) work_for(timeout);
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait_for(lock, std::chrono::duration<double>(timeout), [this] { return !rows_.empty() || working_ == 0; });
     return std::exchange(rows_, {});
@@ -163,27 +165,42 @@ class Batch::Pool {
   }
 
  private:
-  // What is taken from the queue is one search of one problem: so a single problem keeps several threads busy, and so
-  // does the end of a batch.
   void work() {
-    const std::size_t count = problems_.size() * searches_.size();
-    for (std::size_t i = next_++; i < count && !options_.limit.reached(); i = next_++) {
-      const std::size_t problem = i / searches_.size();
-      const std::size_t which = i % searches_.size();
-      ScoreRow part;
-      part.index = options_.indices.empty() ? problem : options_.indices[problem];
-      try {
-        add_search(problems_[problem], searches_[which], options_, part);
-      } catch (const search::Stopped&) {
-        break;
-      } catch (const std::exception& error) {
-        part.error = error.what();
-      }
-      add(problem, which, std::move(part));
-    }
+    while (take_on()) continue;
     const std::lock_guard<std::mutex> lock(mutex_);
     --working_;
     changed_.notify_all();
+  }
+
+  // Until there is a row, at least one search.
+  void work_for(double timeout) {
+    const auto end = Clock::now() + std::chrono::duration<double>(timeout);
+    bool more = working_ > 0;
+    while (more && rows_.empty()) {
+      more = take_on();
+      if (Clock::now() > end) break;
+    }
+    if (!more) working_ = 0;
+  }
+
+  // What is taken from the queue is one search of one problem: so a single problem keeps several threads busy, and so
+  // does the end of a batch. False if there is none left, or the limit is reached.
+  bool take_on() {
+    const std::size_t next = next_++;
+    const std::size_t problem = next / searches_.size();
+    const std::size_t which = next % searches_.size();
+    if (problem >= problems_.size() || options_.limit.reached()) return false;
+    ScoreRow part;
+    part.index = options_.indices.empty() ? problem : options_.indices[problem];
+    try {
+      add_search(problems_[problem], searches_[which], options_, part);
+    } catch (const search::Stopped&) {
+      return false;
+    } catch (const std::exception& error) {
+      part.error = error.what();
+    }
+    add(problem, which, std::move(part));
+    return true;
   }
 
   void add(std::size_t problem, std::size_t which, ScoreRow part) {

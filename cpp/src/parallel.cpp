@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "threads.hpp"
+
 namespace energymargin {
 
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& job, const Limit& limit) {
@@ -25,7 +27,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
     }
   };
   std::vector<std::thread> pool;
-  const std::size_t helpers = std::min(count, static_cast<std::size_t>(std::max(threads, 1)));
+  const std::size_t helpers = std::min(count, static_cast<std::size_t>(with_threads ? std::max(threads, 1) : 1));
   for (std::size_t i = 1; i < helpers; ++i) pool.emplace_back(work);
   work();
   for (std::thread& thread : pool) thread.join();
