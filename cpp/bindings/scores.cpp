@@ -15,7 +15,8 @@ namespace {
 
 CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const WholeNumber& seed_given,
                      const std::optional<Number>& rate, const std::optional<WholeNumber>& trees,
-                     const WholeNumber& threads, const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
+                     const WholeNumber& threads, const WholeNumber& nodes_per_edge,
+                     const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
                      const CancelArgument& cancel) {
   const Limit given = limit_of(timeout, cancel);
   CaptureOptions options;
@@ -24,6 +25,7 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
   options.rate = real("rate", rate);
   if (trees) options.trees = count("trees", *trees);
   options.threads = count("threads", threads);
+  options.nodes_per_edge = count("nodes_per_edge", nodes_per_edge);
   options.tolerance = real("tolerance", tolerance);
   return interruptible(given, [&](const Limit& limit) {
     options.limit = limit;
@@ -240,9 +242,10 @@ void bind_scores(py::module_& module) {
   module.def(
       "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
       py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
-      py::arg("tolerance") = py::none(), py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+      py::arg("nodes_per_edge") = 1, py::arg("tolerance") = py::none(), py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
       R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
 
+nodes_per_edge: up to so many states of a rollout, evenly spaced and its end among them, are nodes.
 rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
 trees are added until each standard error is at most that, from 8 trees on and up to `trees`, by default 1000. The score
 does not depend on the threads.

@@ -25,10 +25,11 @@ struct Grown {
 };
 
 // Line 3 of Algorithm 2: EST(P_inf, M).
-Grown energy_cost_field(const Problem& problem, int nodes, std::uint64_t seed, const Limit& limit) {
-  search::BoundedProblem bounded(problem, nullptr, nodes, seed, limit);
+Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, std::uint64_t seed, const Limit& limit) {
+  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit, Sampling::uniform,
+                                 options.nodes_per_edge);
   search::Est est(bounded, stream(seed, 0));
-  est.solve(bounded.termination());
+  est.grow();
   const bool complete = bounded.nodes_are_spent();
   return {bounded.take_tree(), complete};
 }
@@ -101,7 +102,7 @@ class Forest {
 
  private:
   void grow_tree(std::size_t index, const Limit& limit) {
-    Grown grown = energy_cost_field(problem_, options_.nodes, stream(options_.seed, index), limit);
+    Grown grown = energy_cost_field(problem_, options_, stream(options_.seed, index), limit);
     if (!grown.complete && index > 0) return;
     const Eigen::VectorXd weights = likelihoods(grown.tree.costs, rate_);
     for (const Region* set : sets_) {
@@ -148,6 +149,7 @@ class Forest {
 
 void validate(const CaptureOptions& options) {
   require_at_least("nodes", options.nodes, 1);
+  require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
   if (options.trees)
     require_at_least(options.tolerance ? "trees with a tolerance" : "trees", *options.trees,

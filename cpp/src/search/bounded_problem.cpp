@@ -49,14 +49,15 @@ class NoTarget : public ompl::base::ValidStateSampler {
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                               const Limit& limit, Sampling sampling)
+                               const Limit& limit, Sampling sampling, int nodes_per_edge)
     : most_nodes_(nodes), limit_(limit) {
   require_at_least("nodes", nodes, 1);
+  require_at_least("nodes_per_edge", nodes_per_edge, 1);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, sampler_stream));
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream), sampling);
   si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
-  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit);
+  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit, nodes_per_edge);
   si_->setStatePropagator(propagator_);
   // The control carries its own duration, so OMPL's counts as one.
   si_->setPropagationStepSize(1.0);

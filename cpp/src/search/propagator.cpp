@@ -18,11 +18,24 @@ Disturbance disturbance(const Eigen::VectorXd& wrenches) {
   return made;
 }
 
+// Numbers of steps that part an edge into so many stretches, without its end.
+std::vector<int> between(int steps, int stretches) {
+  std::vector<int> numbers;
+  for (int i = 1; i < stretches; ++i) {
+    const int number = static_cast<int>(static_cast<long long>(i) * steps / stretches);
+    if (number > (numbers.empty() ? 0 : numbers.back())) numbers.push_back(number);
+  }
+  return numbers;
+}
+
 }  // namespace
 
 Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes,
-                       const Limit& limit)
+                       const Limit& limit, int nodes_per_edge)
     : StatePropagator(si),
+      space_(*si->getStateSpace()->as<CostSpace>()),
+      most_nodes_(nodes),
+      nodes_per_edge_(nodes_per_edge),
       limit_(limit),
       world_(problem.scene),
       edge_start_(problem),
@@ -49,16 +62,23 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
 }
 
 int Propagator::extend(int from, const Edge& edge) const {
-  const Rollout rollout =
-      world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps, limit_);
-  if (rollout.steps < edge.steps) return -1;
+  const Watch watch{tree_.costs[from], space_.bound(),
+                    between(edge.steps, std::min(nodes_per_edge_, most_nodes_ - nodes_))};
+  const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches),
+                                                   edge.steps, limit_, watch);
+  if (!rollout.complete) return -1;
+  for (const Moment& moment : rollout.recorded) add(from, edge, moment.steps, moment.effort, moment.state);
+  return add(from, edge, rollout.steps, rollout.effort, rollout.state);
+}
+
+int Propagator::add(int from, const Edge& edge, int steps, double effort, const State& state) const {
   const int node = ++nodes_;
   if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
-  tree_.states.row(node) = rollout.state.transpose();
-  tree_.costs[node] = tree_.costs[from] + rollout.effort;
+  tree_.states.row(node) = state.transpose();
+  tree_.costs[node] = tree_.costs[from] + effort;
   tree_.parents[node] = from;
   tree_.controls.row(node) = edge.wrenches.transpose();
-  tree_.durations[node] = edge.steps * step_;
+  tree_.durations[node] = steps * step_;
   return node;
 }
 
