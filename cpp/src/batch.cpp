@@ -22,6 +22,7 @@ using Clock = std::chrono::steady_clock;
 void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
   CaptureOptions capture;
   capture.nodes = options.nodes;
+  capture.nodes_per_edge = options.nodes_per_edge;
   capture.seed = seed;
   capture.limit = options.limit;
   const CaptureScore score = capture_score(problem, capture);
@@ -65,6 +66,7 @@ std::string known_metrics() {
 
 void validate(const BatchOptions& options, std::size_t problems) {
   require_at_least("nodes", options.nodes, 1);
+  require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
   require_at_least("threads", options.threads, 1);
   if (!options.indices.empty() && options.indices.size() != problems) {
     reject("indices", std::to_string(options.indices.size()) + " numbers", "one for each problem");
@@ -91,8 +93,9 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
     }
     if (const EffortMetric* effort = effort_metric(metric)) {
       // The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
-      const Escape escape =
-          escape_effort(problem, as_published({effort->planner, options.nodes, seed, effort->captured, options.limit}));
+      EffortOptions published = as_published({effort->planner, options.nodes, seed, effort->captured, options.limit});
+      published.stop_at_escape = options.stop_at_escape;
+      const Escape escape = escape_effort(problem, published);
       if (!escape.complete) throw search::Stopped();
       row.scores[metric] = escape.effort;
     }

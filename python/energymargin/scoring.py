@@ -96,6 +96,8 @@ def score(
     seed: int = 0,
     threads: int | None = None,
     *,
+    nodes_per_edge: int = 1,
+    stop_at_escape: bool = False,
     progress: Callable[[int, int], None] | None = None,
     on_rows: Callable[[list[ScoreRow]], None] | None = None,
     indices: Sequence[int] | None = None,
@@ -105,7 +107,8 @@ def score(
     """Scores of every problem: the same bits for any number of threads.
 
     `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
-    search tree, `threads` None takes all cores this process may use. `progress(done, total)` and
+    search tree, `threads` None takes all cores this process may use. `nodes_per_edge` goes to
+    `capture_score`, `stop_at_escape` to `escape_effort`. `progress(done, total)` and
     `on_rows(rows)` are called as scores come in. `indices` are the problems' stream indices, 0 to
     N-1 if not given: a part of the problems with their own indices gets the scores it has in the
     whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
@@ -120,7 +123,7 @@ def score(
     """
     limit = Limit(timeout, cancel)
     metrics = chosen_metrics(problems, metrics)
-    check_settings(metrics, nodes, seed)
+    check_settings(metrics, nodes, seed, nodes_per_edge)
     threads = thread_count(threads)
     done: list[ScoreRow] = []
     errors: dict[int, str] = {}
@@ -135,7 +138,16 @@ def score(
             progress(len(done) + len(errors), len(problems))
 
     with held_interrupts() as interrupted:
-        run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
+        run = ScoreRun(
+            problems,
+            list(metrics),
+            nodes,
+            seed,
+            threads,
+            indices,
+            nodes_per_edge,
+            stop_at_escape,
+        )
         try:
             while not (run.finished or interrupted.is_set() or limit.reached):
                 deliver(run.take(POLL))
@@ -176,7 +188,7 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
     return there if metrics is None else metrics
 
 
-def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
+def check_settings(metrics: Sequence[str], nodes: int, seed: int, nodes_per_edge: int = 1) -> None:
     """Raises ValueError on an unknown metric, or on nodes or a seed that cannot be."""
     unknown = [metric for metric in metrics if metric not in METRICS]
     if unknown or not metrics:
@@ -184,6 +196,7 @@ def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
         raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
     whole_number("nodes", nodes, 1, MOST_NODES)
     whole_number("seed", seed, 0, 2**64 - 1)
+    whole_number("nodes_per_edge", nodes_per_edge, 1, MOST_NODES)
 
 
 def thread_count(threads: int | None) -> int:

@@ -39,10 +39,11 @@ struct Rollout {
 
 //! What is recorded of a rollout, and where it ends early.
 struct Watch {
-  double cost = 0.0;  //!< before the rollout [J]
+  double cost = 0.0;                                       //!< before the rollout [J]
   double bound = std::numeric_limits<double>::infinity();  //!< it ends with the step at which cost + effort reaches it
   std::vector<int> record{};                               //!< steps after which there is a Moment, ascending
-  std::function<bool(const State&)> ends{};                //!< if set: whether it ends with a recorded step
+  std::function<bool(const State&)> ends{};                //!< if set: whether it ends with a state
+  int look_every = 1;                                      //!< steps from one state that `ends` is asked to the next
 };
 
 //! One point where two bodies touch, and the forces there over the last step.

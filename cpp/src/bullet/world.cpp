@@ -157,9 +157,11 @@ Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Lim
       result.recorded.push_back({result.steps, result.effort, {}});
       simulation.read(result.recorded.back().state);
       ++next;
-      if (watch.ends && watch.ends(result.recorded.back().state)) break;
     }
     if (!(watch.cost + result.effort < watch.bound)) break;
+    if (!watch.ends || result.steps % watch.look_every != 0) continue;
+    simulation.read(result.state);
+    if (watch.ends(result.state)) break;
   }
   simulation.read(result.state);
   return result;

@@ -26,10 +26,10 @@ struct Grown {
 
 // Line 3 of Algorithm 2: EST(P_inf, M).
 Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, std::uint64_t seed, const Limit& limit) {
-  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit, Sampling::uniform,
-                                 options.nodes_per_edge);
+  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit);
+  bounded.set_nodes_per_edge(options.nodes_per_edge);
   search::Est est(bounded, stream(seed, 0));
-  est.grow();
+  est.solve(bounded.termination());
   const bool complete = bounded.nodes_are_spent();
   return {bounded.take_tree(), complete};
 }

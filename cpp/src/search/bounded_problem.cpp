@@ -49,15 +49,14 @@ class NoTarget : public ompl::base::ValidStateSampler {
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                               const Limit& limit, Sampling sampling, int nodes_per_edge)
+                               const Limit& limit, Sampling sampling)
     : most_nodes_(nodes), limit_(limit) {
   require_at_least("nodes", nodes, 1);
-  require_at_least("nodes_per_edge", nodes_per_edge, 1);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, sampler_stream));
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream), sampling);
   si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
-  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit, nodes_per_edge);
+  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit);
   si_->setStatePropagator(propagator_);
   // The control carries its own duration, so OMPL's counts as one.
   si_->setPropagationStepSize(1.0);
@@ -75,6 +74,10 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   root.objects = space_->starts();
   root.node = 0;
   definition_->addStartState(&root);
+}
+
+void BoundedProblem::stop_at_escape() {
+  if (captured_) propagator_->end_where([this](const State& state) { return !(*captured_)(state); });
 }
 
 ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) const {

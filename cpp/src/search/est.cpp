@@ -49,33 +49,6 @@ Est::Est(const BoundedProblem& problem, std::uint64_t seed) : EST(problem.space_
   setup();
 }
 
-void Est::grow() {
-  const auto sampler = siC_->allocDirectedControlSampler();
-  Motion edge(siC_);
-  siC_->nullControl(edge.control);
-  while (const ompl::base::State* start = pis_.nextStart()) add(start, edge.control, nullptr);
-  while (!problem_.spent()) {
-    Motion* from = selectMotion();
-    int node = problem_.nodes();
-    sampler->sampleTo(edge.control, from->control, from->state, edge.state);
-    while (++node <= problem_.nodes()) {
-      problem_.describe(node, *edge.state->as<CostSpace::StateType>());
-      add(edge.state, edge.control, from);
-    }
-  }
-  si_->freeState(edge.state);
-  siC_->freeControl(edge.control);
-}
-
-void Est::add(const ompl::base::State* state, const ompl::control::Control* control, Motion* parent) {
-  auto* motion = new Motion(siC_);
-  si_->copyState(motion->state, state);
-  siC_->copyControl(motion->control, control);
-  motion->steps = parent ? 1 : 0;
-  motion->parent = parent;
-  addMotion(motion);
-}
-
 void Est::prune(double bound) {
   std::vector<Motion*> motions;
   for (const auto& cell : tree_.grid) {

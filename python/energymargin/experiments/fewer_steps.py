@@ -1,8 +1,8 @@
 """What it gains to use more of the simulation that is paid for: AUC and AP against computing time.
 
-Each option is one way to score the states of a trajectory. It is held against the plain way of its
-metric, at as many rollouts, and at as much simulation. Every size and seed of an option is one file
-in the folder, written as soon as it is finished: stopped and started again, the study goes on.
+Each option is a way to score the states of a trajectory, held against the plain way of its metric.
+Every size and seed of an option is one file in the folder, written as soon as it is finished:
+stopped and started again, the study goes on.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +28,12 @@ from energymargin._core import stream
 from energymargin.datasets import Dataset
 from energymargin.evaluation import HORIZON, Cell, LabelledScores, evaluate
 from energymargin.experiments.fewer_steps_options import OPTIONS, PLAIN
-from energymargin.experiments.table1 import paper_tasks
+from energymargin.experiments.table1 import check_tasks
 from energymargin.scoring import held_interrupts, thread_count
 from energymargin.tasks.base import whole_number
 
-__all__ = ["METRICS", "FewerSteps", "Point", "Run", "Settings", "reproduce"]
+__all__ = ["QUICK", "FewerSteps", "Point", "Run", "Settings", "reproduce"]
 
-METRICS = ("capture", "success", "effort/est")
 FRAMES = 10
 
 
@@ -43,40 +41,29 @@ FRAMES = 10
 class Settings:
     """Of the study."""
 
-    tasks: tuple[str, ...] = ()
-    """Those of the paper's table, if there are none."""
-    options: tuple[str, ...] = tuple(OPTIONS)
+    tasks: tuple[str, ...] = ("push", "balance", "topple")
     trajectories: int = 50
     rollouts: tuple[int, ...] = (10, 30, 100, 300)
     """Of each search."""
     seeds: int = 3
     """Searches of each state."""
 
-    def checked(self) -> Settings:
-        """With its tasks; ValueError on a task or option that there is not, or on bad numbers."""
-        for what, names, known in (
-            ("tasks", self.tasks, paper_tasks()),
-            ("options", self.options, list(OPTIONS)),
-        ):
-            wrong = [name for name in names if name not in known]
-            if wrong:
-                raise ValueError(f"{what} has {wrong[0]!r}, expected some of {', '.join(known)}")
+    def check(self) -> None:
+        """Raises ValueError on a task that is not in the paper's table, or bad numbers."""
+        check_tasks(self.tasks)
         whole_number("trajectories", self.trajectories, 2)
         whole_number("seeds", self.seeds, 1)
         for rollouts in self.rollouts:
             whole_number("rollouts", rollouts, 1)
-        return Settings(
-            self.tasks or tuple(paper_tasks()),
-            self.options,
-            self.trajectories,
-            self.rollouts,
-            self.seeds,
-        )
+
+
+QUICK = Settings(trajectories=20, rollouts=(10, 30), seeds=2)
+"""For a first picture in a minute."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """The states of one dataset, scored in one way."""
+    """The states of one dataset, to be scored in one way."""
 
     version: str
     task: str
@@ -87,7 +74,7 @@ class Job:
 
     def path(self, folder: Path) -> Path:
         """Where it is kept."""
-        option = self.option.replace("/", "-").replace(" ", "-")
+        option = self.option.replace(",", "").replace(" ", "-")
         return folder / "scores" / f"{self.task}-{option}-{self.rollouts}-{self.seed}.json"
 
 
@@ -100,25 +87,24 @@ class Run:
     """Computing time of a state, in the mean [s]."""
     steps: float
     """Simulation steps of a state, in the mean."""
+    quality: dict[str, tuple[float, float]]
+    """AUC and AP by metric, where there are both labels."""
     scores: dict[str, list[float]]
     """By metric, of each state."""
-    cells: dict[str, Cell | None]
-    """By metric, against the labels."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """One size of one option: what its searches with several seeds come to."""
+    """One size of one option: what its searches come to."""
 
     task: str
-    option: str
     metric: str
+    option: str
     rollouts: int
     seconds: float
     steps: float
-    auc: NDArray[np.float64]
-    """By seed."""
-    ap: NDArray[np.float64]
+    quality: NDArray[np.float64]
+    """AUC and AP of each seed, shape (seeds, 2)."""
 
 
 @dataclass(frozen=True)
@@ -128,60 +114,63 @@ class FewerSteps:
     settings: Settings
     runs: list[Run]
 
-    def points(self, task: str, option: str, metric: str) -> list[Point]:
-        """By size."""
-        found = []
-        for rollouts in self.settings.rollouts:
+    def curve(self, task: str, metric: str, option: str) -> list[Point]:
+        """The points of one option, by size."""
+        points = []
+        for rollouts in sorted(self.settings.rollouts):
+            wanted = (task, option, rollouts)
             runs = [
                 run
                 for run in self.runs
-                if (run.job.task, run.job.option, run.job.rollouts) == (task, option, rollouts)
+                if (run.job.task, run.job.option, run.job.rollouts) == wanted
+                and metric in run.quality
             ]
-            cells = [cell for run in runs if (cell := run.cells.get(metric)) is not None]
-            if cells:
-                found.append(
-                    Point(
-                        *(task, option, metric, rollouts),
-                        seconds=float(np.mean([run.seconds for run in runs])),
-                        steps=float(np.mean([run.steps for run in runs])),
-                        auc=np.array([cell.auc for cell in cells]),
-                        ap=np.array([cell.ap for cell in cells]),
-                    )
+            if runs:
+                seconds, steps = np.mean([(run.seconds, run.steps) for run in runs], axis=0)
+                quality = np.array([run.quality[metric] for run in runs])
+                points.append(
+                    Point(task, metric, option, rollouts, float(seconds), float(steps), quality)
                 )
-        return found
+        return points
 
-    def all_points(self) -> Iterator[Point]:
-        """In the order of the tables."""
-        for task, metric, option in product(self.settings.tasks, METRICS, self.settings.options):
-            yield from self.points(task, option, metric)
+    def points(self) -> Iterator[Point]:
+        """All, in the order of the tables."""
+        for task, metric, option in product(self.settings.tasks, PLAIN, OPTIONS):
+            yield from self.curve(task, metric, option)
 
-    def gain(self, point: Point, value: str) -> float:
-        """How far a point's AUC or AP lies above the plain curve at as many simulation steps.
+    def gain(self, point: Point) -> NDArray[np.float64]:
+        """How far a point's AUC and AP lie above the plain curve of the same seed at as many
+        simulation steps, shape (seeds, 2).
 
-        The curve is drawn straight over the logarithm of the steps. NaN without a plain curve, or
-        outside of it.
+        The curve is straight over the logarithm of the steps, and level beyond its ends.
         """
-        plain = self.points(point.task, PLAIN[point.metric], point.metric)
-        if len(plain) < 2:
-            return float("nan")
-        curve = [float(getattr(other, value).mean()) for other in plain]
+        plain = self.curve(point.task, point.metric, PLAIN[point.metric])
         steps = np.log([other.steps for other in plain])
-        there = np.interp(np.log(point.steps), steps, curve, left=np.nan, right=np.nan)
-        return float(getattr(point, value).mean() - there)
+        return np.array(
+            [
+                [
+                    own - np.interp(np.log(point.steps), steps, [o.quality[seed, i] for o in plain])
+                    for i, own in enumerate(values)
+                ]
+                for seed, values in enumerate(point.quality)
+            ]
+        )
 
     def to_csv(self) -> str:
         """One line a point."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        values = ("auc", "auc_spread", "auc_gain", "ap", "ap_spread", "ap_gain")
-        columns = ("task", "metric", "option", "rollouts", "seconds", "steps")
-        writer.writerow((*columns, *values))
-        for p in self.all_points():
+        writer.writerow(
+            (
+                *("task", "score", "option", "rollouts", "seconds", "steps"),
+                *(f"{q}{what}" for q in ("auc", "ap") for what in ("", "_sd", "_gain", "_gain_sd")),
+            )
+        )
+        for p in self.points():
             numbers = [
                 number
-                for value in ("auc", "ap")
-                for own in [getattr(p, value)]
-                for number in (own.mean(), _spread(own), self.gain(p, value))
+                for value, gain in zip(p.quality.T, self.gain(p).T, strict=True)
+                for number in (value.mean(), _spread(value), gain.mean(), _spread(gain))
             ]
             writer.writerow((p.task, p.metric, p.option, p.rollouts, p.seconds, p.steps, *numbers))
         return text.getvalue()
@@ -190,31 +179,27 @@ class FewerSteps:
         """One table a task."""
         s = self.settings
         lines = [
-            f"AUC and AP (mean ± standard deviation of {s.seeds} seeds) of {s.trajectories} "
-            f"trajectories of {FRAMES} states; captured over the next {HORIZON} frames. In "
-            "brackets, how far above the plain curve at as many simulation steps.",
+            f"AUC and AP of {s.trajectories} trajectories of {FRAMES} states (captured over the "
+            f"next {HORIZON} frames; success of the trajectory), means of {s.seeds} seeds. Gain: "
+            "over the plain search of the same seed at as many simulation steps, ± standard "
+            "deviation over the seeds."
         ]
         for task in s.tasks:
-            lines += [
-                "",
-                f"**{task}**",
-                "",
-                "| score | option | rollouts | ms a state | steps a state | AUC | AP |",
-                "| --- | --- | --- | --- | --- | --- | --- |",
-            ]
-            lines += [self._line(point) for point in self.all_points() if point.task == task]
+            lines += ["", f"**{task}**", ""]
+            lines += ["| score | option | rollouts | ms | steps | AUC | gain | AP | gain |"]
+            lines += ["| --- " * 9 + "|"]
+            lines += [self._line(point) for point in self.points() if point.task == task]
         return "\n".join(lines) + "\n"
 
     def _line(self, p: Point) -> str:
-        cells = [
-            f"{own.mean():.3f} ± {_spread(own):.3f} ({self.gain(p, value):+.3f})".replace(
-                " (+nan)", ""
-            )
-            for value in ("auc", "ap")
-            for own in [getattr(p, value)]
-        ]
-        numbers = f"{p.rollouts} | {1e3 * p.seconds:.2f} | {p.steps:.0f}"
-        return f"| {p.metric} | {p.option} | {numbers} | {' | '.join(cells)} |"
+        cells = [p.metric, p.option, str(p.rollouts), f"{1e3 * p.seconds:.2f}", f"{p.steps:.0f}"]
+        for value, gain in zip(p.quality.T, self.gain(p).T, strict=True):
+            plain = p.option == PLAIN[p.metric]
+            cells += [
+                f"{value.mean():.3f}",
+                "" if plain else f"{gain.mean():+.3f} ± {_spread(gain):.3f}",
+            ]
+        return f"| {' | '.join(cells)} |"
 
 
 def reproduce(
@@ -229,27 +214,29 @@ def reproduce(
     `progress(done, total)` counts them. Raises ValueError on settings that cannot be, or a folder
     of other ones.
     """
-    settings = settings.checked()
+    settings.check()
     advance = progress or (lambda _done, _total: None)
     (folder / "scores").mkdir(exist_ok=True)
     for task in settings.tasks:
         _dataset(folder, task, settings.trajectories)
-    wanted = list(_jobs(settings))
-    runs = {job: run for job in wanted if (run := _kept(job, folder)) is not None}
-    missing = [job for job in wanted if job not in runs]
-    advance(len(runs), len(wanted))
-    for run in _made(missing, folder, thread_count(threads)):
+    jobs = list(_jobs(settings))
+    runs = {job: run for job in jobs if (run := _kept(job, folder)) is not None}
+    advance(len(runs), len(jobs))
+    for run in _made([job for job in jobs if job not in runs], folder, thread_count(threads)):
         runs[run.job] = run
-        advance(len(runs), len(wanted))
-    return FewerSteps(settings, [runs[job] for job in wanted])
+        advance(len(runs), len(jobs))
+    result = FewerSteps(settings, [runs[job] for job in jobs])
+    (folder / "fewer_steps.csv").write_text(result.to_csv())
+    (folder / "fewer_steps.md").write_text(result.to_markdown())
+    return result
 
 
 def _jobs(settings: Settings) -> Iterator[Job]:
-    own = version("energymargin")
+    made_by = version("energymargin")
     for seed, task, rollouts, option in product(
-        range(settings.seeds), settings.tasks, settings.rollouts, settings.options
+        range(settings.seeds), settings.tasks, settings.rollouts, OPTIONS
     ):
-        yield Job(own, task, settings.trajectories, option, rollouts, seed)
+        yield Job(made_by, task, settings.trajectories, option, rollouts, seed)
 
 
 def _dataset(folder: Path, task: str, trajectories: int) -> Dataset:
@@ -264,19 +251,14 @@ def _kept(job: Job, folder: Path) -> Run | None:
     kept = json.loads(path.read_text())
     if kept.pop("job") != asdict(job):
         raise ValueError(f"{path} holds other scores: remove it, or choose another folder")
-    cells = {metric: cell and Cell(**cell) for metric, cell in kept.pop("cells").items()}
-    return Run(job, cells=cells, **kept)
+    quality = {metric: (auc, ap) for metric, (auc, ap) in kept.pop("quality").items()}
+    return Run(job, quality=quality, **kept)
 
 
 def _made(jobs: Sequence[Job], folder: Path, threads: int) -> Iterator[Run]:
     """Runs as they are finished."""
-    if not jobs:
-        return
     context = multiprocessing.get_context("spawn")
-    with (
-        held_interrupts() as interrupted,
-        ProcessPoolExecutor(min(threads, len(jobs)), mp_context=context) as pool,
-    ):
+    with held_interrupts() as interrupted, ProcessPoolExecutor(threads, context) as pool:
         running: set[Future[Run]] = {pool.submit(_run, job, folder) for job in jobs}
         while running and not interrupted.is_set():
             done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
@@ -289,26 +271,25 @@ def _made(jobs: Sequence[Job], folder: Path, threads: int) -> Iterator[Run]:
 
 
 def _run(job: Job, folder: Path) -> Run:
-    """Scores all states, and keeps the file."""
+    """Scores all states, and keeps the file. The process does nothing else meanwhile, so that its
+    time is the searches'."""
     dataset = _dataset(folder, job.task, job.trajectories)
-    problems, frames = dataset.problems(), dataset.frames()
-    score = OPTIONS[job.option]
-    scores: dict[str, list[float]] = {}
-    steps, seconds = 0, 0.0
-    for first in range(0, len(frames), FRAMES):
+    problems, score = dataset.problems(), OPTIONS[job.option]
+    found = []
+    start = time.process_time()
+    for first in range(0, len(problems), FRAMES):
         own = range(first, first + FRAMES)
-        start = time.process_time()
-        found = score(
-            [problems[i] for i in own], job.rollouts, [stream(job.seed, i) for i in own]
-        )
-        seconds += time.process_time() - start
-        for state in found:
-            steps += state.steps
-            for metric, value in state.scores.items():
-                scores.setdefault(metric, []).append(value)
-    count = len(frames)
-    cells = _cells(dataset, scores)
-    run = Run(job, seconds / count, steps / count, scores, cells)
+        seeds = [stream(job.seed, i) for i in own]
+        found += score([problems[i] for i in own], job.rollouts, seeds)
+    seconds = time.process_time() - start
+    scores = {metric: [state.scores[metric] for state in found] for metric in found[0].scores}
+    run = Run(
+        job,
+        seconds=seconds / len(found),
+        steps=float(np.mean([state.steps for state in found])),
+        quality=_quality(dataset, scores),
+        scores=scores,
+    )
     path = job.path(folder)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     temporary.write_text(json.dumps(asdict(run)))
@@ -316,28 +297,22 @@ def _run(job: Job, folder: Path) -> Run:
     return run
 
 
-def _cells(dataset: Dataset, scores: dict[str, list[float]]) -> dict[str, Cell | None]:
-    """Each score against its label: captured over the horizon, or the trajectory's success."""
+def _quality(dataset: Dataset, scores: dict[str, list[float]]) -> dict[str, tuple[float, float]]:
+    """AUC and AP of each score against its label."""
     trajectories = dataset.trajectories
     labelled = LabelledScores(
         task=dataset.task,
-        trajectory=np.repeat(np.arange(len(trajectories)), [len(t) for t in trajectories]),
+        trajectory=np.repeat(np.arange(len(trajectories)), FRAMES),
         captured=np.concatenate([t.captured for t in trajectories]),
-        success=np.repeat([t.success for t in trajectories], [len(t) for t in trajectories]),
+        success=np.repeat([t.success for t in trajectories], FRAMES),
         scores={metric: np.array(values) for metric, values in scores.items()},
     )
-    result = evaluate(labelled, horizons=(HORIZON,))
-    cells = {metric: own[HORIZON] for metric, own in result.states.items()}
-    if "success" in scores:
-        cells["success"] = result.success
-    return cells
+    result = evaluate(labelled, horizons=(HORIZON,), draws=1)  # the intervals are not looked at
+    cells: dict[str, Cell | None] = {m: own[HORIZON] for m, own in result.states.items()}
+    cells["success"] = result.success
+    return {metric: (cell.auc, cell.ap) for metric, cell in cells.items() if cell is not None}
 
 
 def _spread(values: NDArray[np.float64]) -> float:
     """Standard deviation; 0 of a single value."""
     return float(values.std(ddof=1)) if len(values) > 1 else 0.0
-
-
-def as_json(value: Any) -> str:
-    """One line."""
-    return json.dumps(value)

@@ -17,7 +17,7 @@ inline constexpr int most_trees = 1000;
 
 struct CaptureOptions {
   int nodes = 1000;        //!< M, nodes of a tree besides its root
-  int nodes_per_edge = 1;  //!< up to so many states of a rollout, its end among them, are nodes
+  int nodes_per_edge = 1;  //!< up to so many states of a rollout are nodes: its end, and evenly spaced ones on its way
   std::uint64_t seed = 0;
   std::optional<double> rate{};       //!< lambda [1/J]; unset: the problem's
   std::optional<int> trees{};         //!< independent trees, at most if there is a tolerance; unset: 1, or `most_trees`

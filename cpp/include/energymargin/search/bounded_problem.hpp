@@ -20,11 +20,17 @@ namespace energymargin::search {
 
 class BoundedProblem {
  public:
-  //! At most `nodes` nodes, up to `nodes_per_edge` a rollout; fewer if the limit is reached. The goal is the complement of `captured`,
-  //! within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only
-  //! grows (Algorithm 2).
+  //! At most `nodes` nodes, by default one a rollout; fewer if the limit is reached. The goal is the complement of
+  //! `captured`, within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the
+  //! tree only grows (Algorithm 2).
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
-                 Sampling sampling = Sampling::uniform, int nodes_per_edge = 1);
+                 Sampling sampling = Sampling::uniform);
+
+  //! From now on up to so many states of a rollout count as nodes; planners go on from its end alone.
+  void set_nodes_per_edge(int count) { propagator_->set_nodes_per_edge(count); }
+
+  //! From now on a rollout ends where it is seen outside of the capture set.
+  void stop_at_escape();
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }
@@ -46,9 +52,6 @@ class BoundedProblem {
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   bool allowed(int node) const;
   bool escaped(int node) const;
-
-  //! A node as planners see it.
-  void describe(int node, CostSpace::Values& values) const { propagator_->describe(node, values); }
 
   double cost(int node) const { return propagator_->cost(node); }
   Edge edge(int node) const { return propagator_->edge(node); }

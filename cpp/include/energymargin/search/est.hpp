@@ -16,14 +16,9 @@ class Est : public ompl::control::EST, public Prunable {
  public:
   Est(const BoundedProblem& problem, std::uint64_t seed);
 
-  //! Grows the tree until the problem is spent, without looking at its goal (Algorithm 2): as `solve`, but every node of
-  //! an edge is one to go on from.
-  void grow();
-
   void prune(double bound) override;
 
  private:
-  void add(const ompl::base::State* state, const ompl::control::Control* control, Motion* parent);
   void forget(Motion* motion);
 
   const BoundedProblem& problem_;

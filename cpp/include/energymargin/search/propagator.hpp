@@ -3,6 +3,8 @@
 
 #include <ompl/control/StatePropagator.h>
 
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "energymargin/limit.hpp"
@@ -14,14 +16,18 @@
 
 namespace energymargin::search {
 
-//! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout, until its cost reaches the
-//! bound c: what comes after it is valid nowhere.
+//! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout, until its cost reaches
+//! the bound c: what comes after it is valid nowhere.
 class Propagator : public ompl::control::StatePropagator {
  public:
-  //! Of `nodes` nodes, up to `nodes_per_edge` a rollout: states on its way, evenly spaced, and its end. The world is
-  //! built here.
-  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit = {},
-             int nodes_per_edge = 1);
+  //! Of at most `nodes` nodes; the world is built here.
+  Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit = {});
+
+  //! From now on up to so many states of a rollout are nodes: its end and, before it, evenly spaced ones on its way.
+  void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
+
+  //! From now on a rollout ends where `outside` says so, which is asked every few steps.
+  void end_where(std::function<bool(const State&)> outside) { ends_ = std::move(outside); }
 
   //! `duration` is not looked at: the control carries its own. A rollout that reaches the limit leads to no node, and
   //! to an infinite cost, which is valid nowhere.
@@ -55,7 +61,8 @@ class Propagator : public ompl::control::StatePropagator {
 
   const CostSpace& space_;
   int most_nodes_;
-  int nodes_per_edge_;
+  int nodes_per_edge_ = 1;
+  std::function<bool(const State&)> ends_;
 
   Limit limit_;
   mutable World world_;
