@@ -60,7 +60,7 @@ def test_a_file_of_scores_belongs_to_its_nodes_an_edge(dataset, tmp_path):
         score_dataset(dataset, path, ["capture"], nodes=8)
 
 
-SMALL = ["--tasks", "topple", "--trajectories", "6", "--rollouts", "4,8", "--seeds", "2"]
+SMALL = ["--tasks", "topple", "--trajectories", "7", "--rollouts", "4,8", "--seeds", "2"]
 
 
 def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
