@@ -56,9 +56,8 @@ TEST_P(Effort, EveryEdgeIsARolloutAndThePathReplaysToTheEscape) {
 }
 
 TEST_P(Effort, RolloutsEndWhereTheirCostReachesTheBestEffortSoFar) {
-  Problem problem = push();
-  problem.captured = regions::Disc{"object", {1.0, 0.4}, 0.05};
-  const Escape found = escape(problem, 400, 2);
+  const Problem problem = drift();
+  const Escape found = escape(problem, 400, 5);
   const Tree& tree = found.tree;
   World world(problem.scene);
   const EdgeStart edge_start(problem);
@@ -71,6 +70,10 @@ TEST_P(Effort, RolloutsEndWhereTheirCostReachesTheBestEffortSoFar) {
     ++ended;
     const int from = tree.parents[node];
     const double shorter = tree.durations[node] - problem.scene.stepping().step;
+    if (tree.costs[from] >= bound) {
+      EXPECT_NEAR(shorter, 0.0, 1e-9) << "node " << node << " goes on from an escape's last coasting";
+      continue;
+    }
     const Rollout before = world.rollout(edge_start(tree.states.row(from)), control(tree, node), shorter);
     EXPECT_LT(tree.costs[from] + before.effort, bound) << "node " << node;
   }

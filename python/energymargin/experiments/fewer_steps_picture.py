@@ -10,6 +10,7 @@ from energymargin.experiments.fewer_steps_options import OPTIONS
 try:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, NullFormatter
 except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
 
@@ -41,9 +42,10 @@ def figure_fewer_steps(result: FewerSteps) -> Figure:
         for column, (metric, quality) in enumerate(columns):
             ax = axes[row, column]
             _draw(ax, result, task, metric, quality)
-            ax.set_ylabel(f"{task}: {QUALITIES[quality]}" if column == 0 else QUALITIES[quality])
+            if column == 0:
+                ax.set_ylabel(task, fontsize=9)
             if row == 0:
-                ax.set_title(METRICS[metric], fontsize=9)
+                ax.set_title(f"{METRICS[metric]}: {QUALITIES[quality]}", fontsize=9)
             if row == len(tasks) - 1:
                 ax.legend(frameon=False, fontsize=6, loc="lower right")
     figure.supxlabel("computing time of a state [ms]", fontsize=9)
@@ -69,5 +71,8 @@ def _draw(ax: Axes, result: FewerSteps, task: str, metric: str, quality: int) ->
             label=option,
         )
     ax.set_xscale("log")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.tick_params(labelsize=7)
     ax.grid(alpha=0.25, linewidth=0.5)
