@@ -23,6 +23,7 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
   CaptureOptions capture;
   capture.nodes = options.nodes;
   capture.nodes_per_edge = options.nodes_per_edge;
+  capture.least_likelihood = options.least_likelihood;
   capture.seed = seed;
   capture.limit = options.limit;
   const CaptureScore score = capture_score(problem, capture);
@@ -67,6 +68,7 @@ std::string known_metrics() {
 void validate(const BatchOptions& options, std::size_t problems) {
   require_at_least("nodes", options.nodes, 1);
   require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
+  require_least_likelihood(options.least_likelihood);
   require_at_least("threads", options.threads, 1);
   if (!options.indices.empty() && options.indices.size() != problems) {
     reject("indices", std::to_string(options.indices.size()) + " numbers", "one for each problem");

@@ -167,6 +167,13 @@ def score(
             "are so many fewer rollouts."
         ),
     ] = 1,
+    least_likelihood: Annotated[
+        float,
+        typer.Option(
+            help="Of capture and success: a rollout ends where its likelihood falls to that share "
+            "of the start's."
+        ),
+    ] = 0.0,
     stop_at_escape: Annotated[
         bool,
         typer.Option(
@@ -193,6 +200,7 @@ def score(
         metrics=chosen,
         nodes=nodes,
         nodes_per_edge=nodes_per_edge,
+        least_likelihood=least_likelihood,
         stop_at_escape=stop_at_escape,
         seed=seed,
         threads=threads,
@@ -284,6 +292,7 @@ def _score(
     metrics: Sequence[str] | None = None,
     nodes: int,
     nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
     stop_at_escape: bool = False,
     seed: int,
     threads: int | None,
@@ -302,6 +311,7 @@ def _score(
                 nodes,
                 seed,
                 nodes_per_edge=nodes_per_edge,
+                least_likelihood=least_likelihood,
                 stop_at_escape=stop_at_escape,
                 threads=threads,
                 progress=progress,

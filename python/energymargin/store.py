@@ -39,7 +39,7 @@ APPLICATION_ID = 0x454D7363
 VERSION = 2  # 1 had no labels of at least one object
 
 # Settings that older files do not name, as they were then.
-_BEFORE = {"nodes_per_edge": 1, "stop_at_escape": False}
+_BEFORE = {"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False}
 
 _TABLES = """
 CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -103,10 +103,13 @@ class ScoreStore:
         seed: int,
         *,
         nodes_per_edge: int = 1,
+        least_likelihood: float = 0.0,
         stop_at_escape: bool = False,
     ) -> ScoreStore:
         """Opens the file of the scores of these settings: `for_settings`, with checks."""
-        check_settings(metrics, nodes, seed, nodes_per_edge)
+        check_settings(
+            metrics, nodes, seed, nodes_per_edge=nodes_per_edge, least_likelihood=least_likelihood
+        )
         return cls.for_settings(
             path,
             dataset,
@@ -114,6 +117,7 @@ class ScoreStore:
             nodes=nodes,
             seed=seed,
             nodes_per_edge=nodes_per_edge,
+            least_likelihood=least_likelihood,
             stop_at_escape=stop_at_escape,
         )
 
@@ -123,7 +127,7 @@ class ScoreStore:
         path: str | os.PathLike[str],
         dataset: Dataset,
         metrics: Sequence[str],
-        **numbers: int,
+        **numbers: float,
     ) -> ScoreStore:
         """Opens the file of these settings, or makes it if there is none.
 
@@ -273,6 +277,7 @@ def score_dataset(
     seed: int = 0,
     *,
     nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
     stop_at_escape: bool = False,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -298,6 +303,7 @@ def score_dataset(
         nodes,
         seed,
         nodes_per_edge=nodes_per_edge,
+        least_likelihood=least_likelihood,
         stop_at_escape=stop_at_escape,
     ) as store:
         missing = store.missing()
@@ -314,6 +320,7 @@ def score_dataset(
             nodes,
             seed,
             nodes_per_edge=nodes_per_edge,
+            least_likelihood=least_likelihood,
             stop_at_escape=stop_at_escape,
             threads=threads,
             progress=advance,

@@ -283,6 +283,9 @@ TEST(Capture, BadOptionsAreRejectedByNameAndValue) {
   CaptureOptions none = options(10);
   none.nodes_per_edge = 0;
   EXPECT_TRUE(rejects([&] { capture_score(push(), none); }, {"nodes_per_edge is 0", "at least 1"}));
+  none = options(10);
+  none.least_likelihood = 1.0;
+  EXPECT_TRUE(rejects([&] { capture_score(push(), none); }, {"least_likelihood is 1", "below 1"}));
   CaptureOptions negative = options(10);
   negative.rate = -1.0;
   EXPECT_TRUE(rejects([&] { capture_score(push(), negative); }, {"rate is -1", "at least 0"}));

@@ -53,6 +53,28 @@ def test_bad_numbers_of_nodes_an_edge_are_refused(problem):
             call(0)
 
 
+def test_a_least_likelihood_that_cannot_be_is_refused(problem):
+    for wrong in (-0.1, 1, float("nan")):
+        for call in (em.capture_score, lambda p, **named: em.score([p], **named)):
+            with pytest.raises(ValueError, match=r"least_likelihood is .*, expected"):
+                call(problem, least_likelihood=wrong)
+
+
+def test_nothing_grows_where_the_likelihood_is_below_the_least():
+    task = em.tasks.make("balance")
+    trajectory = task.rollout(0)
+    problem = task.problem(trajectory.states[2], trajectory.params, trajectory.contacts[2])
+    tree = em.capture_score(problem, nodes=60, least_likelihood=0.5).tree
+    likelihoods, world = np.exp(-problem.rate * tree.costs), em.World(problem.scene)
+    ended = np.flatnonzero(likelihoods <= 0.5)
+    assert len(ended) > 0 and np.all(likelihoods[tree.parents[1:]] > 0.5)
+    for node in ended:
+        parent = tree.parents[node]
+        shorter = tree.durations[node] - problem.scene.step
+        before = world.rollout(tree.states[parent], tree.controls[node], shorter)
+        assert np.exp(-problem.rate * (tree.costs[parent] + before.effort)) > 0.5
+
+
 def test_a_file_of_scores_belongs_to_its_nodes_an_edge(dataset, tmp_path):
     path = tmp_path / "s.db"
     score_dataset(dataset, path, ["capture"], nodes=8, nodes_per_edge=2)
@@ -69,7 +91,7 @@ def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
     assert first.exit_code == 0, first.output
     assert (tmp_path / "fewer_steps.png").stat().st_size > 10_000
     lines = (tmp_path / "fewer_steps.csv").read_text().splitlines()
-    capture_and_success = 5 * 2 * 2  # options, scores, sizes
+    capture_and_success = 8 * 2 * 2  # options, scores, sizes
     assert len(lines) == 1 + capture_and_success + 4 * 2
     runs = sorted((tmp_path / "scores").iterdir())
     assert len(runs) == len(OPTIONS) * 2 * 2

@@ -74,7 +74,7 @@ class Job:
 
     def path(self, folder: Path) -> Path:
         """Where it is kept."""
-        option = self.option.replace(",", "").replace(" ", "-")
+        option = self.option.replace(",", "").replace(" %", "").replace(" ", "-")
         return folder / "scores" / f"{self.task}-{option}-{self.rollouts}-{self.seed}.json"
 
 

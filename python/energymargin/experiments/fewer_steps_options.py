@@ -29,12 +29,12 @@ Score = Callable[[Sequence[Problem], int, Sequence[int]], list[Found]]
 """Of the states of one trajectory, with so many rollouts and a seed for each."""
 
 
-def capture(nodes_per_edge: int) -> Score:
-    """Capture and success score, with so many nodes of each rollout."""
+def capture(nodes_per_edge: int = 1, least_likelihood: float = 0.0) -> Score:
+    """Capture and success score, with so many nodes of each rollout, up to where they matter."""
 
     def score(problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]) -> list[Found]:
         return [
-            _found(problem, _grown(problem, rollouts, seed, nodes_per_edge))
+            _found(problem, _grown(problem, rollouts, seed, nodes_per_edge, least_likelihood))
             for problem, seed in zip(problems, seeds, strict=True)
         ]
 
@@ -45,7 +45,7 @@ def with_frame_before(
     problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]
 ) -> list[Found]:
     """Capture and success score, in part of the tree of the frame before in the sets of now."""
-    grown = [_grown(p, rollouts, seed, 1) for p, seed in zip(problems, seeds, strict=True)]
+    grown = [_grown(p, rollouts, seed) for p, seed in zip(problems, seeds, strict=True)]
     found = [_found(problems[0], grown[0])]
     for problem, own, before in zip(problems[1:], grown[1:], grown, strict=False):
         now, old = _found(problem, own), _inside(problem, before)
@@ -80,10 +80,13 @@ def effort(*, shorten: bool, stop_at_escape: bool) -> Score:
 
 
 OPTIONS: dict[str, Score] = {
-    "ends alone": capture(1),
+    "ends alone": capture(),
     "2 nodes an edge": capture(2),
     "4 nodes an edge": capture(4),
     "8 nodes an edge": capture(8),
+    "likely 1 %": capture(least_likelihood=0.01),
+    "likely 10 %": capture(least_likelihood=0.1),
+    "likely 10 %, 4 nodes": capture(4, 0.1),
     "frame before": with_frame_before,
     "as published": effort(shorten=False, stop_at_escape=False),
     "stop at escape": effort(shorten=False, stop_at_escape=True),
@@ -94,8 +97,20 @@ PLAIN = {"capture": "ends alone", "success": "ends alone", "effort/est": "as pub
 """By metric, the option that the others are held against."""
 
 
-def _grown(problem: Problem, rollouts: int, seed: int, nodes_per_edge: int) -> CaptureScore:
-    return capture_score(problem, nodes_per_edge * rollouts, seed, nodes_per_edge=nodes_per_edge)
+def _grown(
+    problem: Problem,
+    rollouts: int,
+    seed: int,
+    nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
+) -> CaptureScore:
+    return capture_score(
+        problem,
+        nodes_per_edge * rollouts,
+        seed,
+        nodes_per_edge=nodes_per_edge,
+        least_likelihood=least_likelihood,
+    )
 
 
 def _found(problem: Problem, score: CaptureScore) -> Found:

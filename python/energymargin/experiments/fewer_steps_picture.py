@@ -20,6 +20,9 @@ __all__ = ["figure_fewer_steps"]
 STYLES = {
     "ends alone": ("#000000", "o"),
     "2 nodes an edge": ("#56B4E9", "v"),
+    "likely 1 %": ("#F0E442", "P"),
+    "likely 10 %": ("#009E73", "X"),
+    "likely 10 %, 4 nodes": ("#D55E00", "*"),
     "4 nodes an edge": ("#0072B2", "s"),
     "8 nodes an edge": ("#CC79A7", "D"),
     "frame before": ("#E69F00", "^"),
