@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Any
 
 from energymargin.experiments.fewer_steps import FewerSteps
 from energymargin.experiments.fewer_steps_options import OPTIONS
@@ -50,8 +51,11 @@ def figure_fewer_steps(result: FewerSteps) -> Figure:
             if row == 0:
                 ax.set_title(f"{METRICS[metric]}: {QUALITIES[quality]}", fontsize=9)
             if row == len(tasks) - 1:
-                ax.legend(frameon=False, fontsize=6, loc="lower right")
-    figure.supxlabel("computing time of a state [ms]", fontsize=9)
+                ax.set_xlabel("computing time of a state [ms]", fontsize=8)
+    for first, side in ((0, "left"), (len(QUALITIES), "right")):
+        handles, labels = axes[0, first].get_legend_handles_labels()
+        where: Any = f"outside lower {side}"
+        figure.legend(handles, labels, loc=where, ncols=4, frameon=False, fontsize=7)
     return figure
 
 
