@@ -1,6 +1,7 @@
 """What more of each rollout gives: its states as nodes, its end at the escape, and the study."""
 
 import json
+import sqlite3
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import energymargin as em
 from energymargin.cli import app
 from energymargin.experiments import fewer_steps
 from energymargin.experiments.fewer_steps_options import OPTIONS
-from energymargin.store import score_dataset
+from energymargin.store import ScoreStore, score_dataset
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +81,33 @@ def test_a_file_of_scores_belongs_to_its_nodes_an_edge(dataset, tmp_path):
     score_dataset(dataset, path, ["capture"], nodes=8, nodes_per_edge=2)
     with pytest.raises(ValueError, match="nodes_per_edge: 2 there, 1 now"):
         score_dataset(dataset, path, ["capture"], nodes=8)
+
+
+def test_a_file_from_before_goes_on_with_the_settings_of_then(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["force"], nodes=8)
+    with sqlite3.connect(path) as database:
+        gone = database.execute(
+            "DELETE FROM settings "
+            "WHERE name IN ('nodes_per_edge', 'least_likelihood', 'stop_at_escape')"
+        )
+        assert gone.rowcount == 3
+    assert score_dataset(dataset, path, ["force"], nodes=8)
+    with pytest.raises(ValueError, match="stop_at_escape: False there, True now"):
+        score_dataset(dataset, path, ["force"], nodes=8, stop_at_escape=True)
+
+
+def test_the_command_hands_all_settings_on(dataset, tmp_path):
+    dataset.save(tmp_path / "data.h5")
+    options = ["--nodes-per-edge", "2", "--least-likelihood", "0.1", "--stop-at-escape"]
+    command = ["score", str(tmp_path / "data.h5"), "--nodes", "10", *options]
+    assert CliRunner().invoke(app, command).exit_code == 0
+    with ScoreStore(tmp_path / "data-scores.db") as store:
+        settings, scores = store.settings(), store.labelled_scores().scores
+    chosen = {"nodes_per_edge": 2, "least_likelihood": 0.1, "stop_at_escape": True}
+    assert chosen.items() <= settings.items()
+    table = em.score(dataset.problems(), nodes=10, **chosen)
+    assert all(np.array_equal(scores[metric], table[metric]) for metric in table.scores)
 
 
 SMALL = ["--tasks", "topple", "--trajectories", "7", "--rollouts", "4,8", "--seeds", "2"]
