@@ -15,7 +15,8 @@ namespace {
 
 CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const WholeNumber& seed_given,
                      const std::optional<Number>& rate, const std::optional<WholeNumber>& trees,
-                     const WholeNumber& threads, const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
+                     const WholeNumber& threads, const WholeNumber& nodes_per_edge, const Number& least_likelihood,
+                     const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
                      const CancelArgument& cancel) {
   const Limit given = limit_of(timeout, cancel);
   CaptureOptions options;
@@ -24,6 +25,8 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
   options.rate = real("rate", rate);
   if (trees) options.trees = count("trees", *trees);
   options.threads = count("threads", threads);
+  options.nodes_per_edge = count("nodes_per_edge", nodes_per_edge);
+  options.least_likelihood = real("least_likelihood", least_likelihood);
   options.tolerance = real("tolerance", tolerance);
   return interruptible(given, [&](const Limit& limit) {
     options.limit = limit;
@@ -45,11 +48,12 @@ Sampling sampling_of(const std::string& name) {
 
 Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
               const WholeNumber& seed_given, const std::string& captured, const std::string& sampling, bool shorten,
-              const TimeoutArgument& timeout, const CancelArgument& cancel) {
+              bool stop_at_escape, const TimeoutArgument& timeout, const CancelArgument& cancel) {
   const Limit given = limit_of(timeout, cancel);
   EffortOptions options;
   options.sampling = sampling_of(sampling);
   options.shorten = shorten;
+  options.stop_at_escape = stop_at_escape;
   options.planner = planner;
   options.captured = captured_objects(captured);
   options.nodes = count("nodes", nodes);
@@ -203,12 +207,15 @@ void bind_batch(py::module_& module) {
           "What went wrong, or None.");
   py::class_<Batch, HeldBatch>(module, "ScoreRun", "A running batch of problems on a pool of threads.")
       .def(py::init([](const std::vector<Problem>& problems, const std::vector<std::string>& metrics, int nodes,
-                       std::uint64_t seed, int threads, const std::optional<std::vector<std::size_t>>& indices) {
-             return HeldBatch(new Batch(
-                 problems, BatchOptions{metrics, nodes, seed, threads, indices.value_or(std::vector<std::size_t>{})}));
+                       std::uint64_t seed, int threads, const std::optional<std::vector<std::size_t>>& indices,
+                       int nodes_per_edge, double least_likelihood, bool stop_at_escape) {
+             return HeldBatch(
+                 new Batch(problems, BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape,
+                                                  seed, threads, indices.value_or(std::vector<std::size_t>{})}));
            }),
            py::arg("problems"), py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"),
-           py::arg("indices") = py::none(), "Starts at once; indices are the problems' stream indices.")
+           py::arg("indices") = py::none(), py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0,
+           py::arg("stop_at_escape") = false, "Starts at once; indices are the problems' stream indices.")
       .def("take", &Batch::take, py::arg("timeout"), py::call_guard<py::gil_scoped_release>(),
            "Rows finished since the last call; waits up to timeout [s] for the first.")
       .def_property_readonly("finished", &Batch::finished)
@@ -240,10 +247,13 @@ void bind_scores(py::module_& module) {
   module.def(
       "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
       py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
-      py::arg("tolerance") = py::none(), py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+      py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("tolerance") = py::none(),
+      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
       R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
 
-rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
+nodes_per_edge: up to so many states of a rollout are nodes, its end and evenly spaced ones on its way: so many fewer
+rollouts. The tree goes on from the ends alone. least_likelihood: where a rollout's likelihood falls to that share of the
+root's, it ends, and nothing goes on from there. rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
 trees are added until each standard error is at most that, from 8 trees on and up to `trees`, by default 1000. The score
 does not depend on the threads.
 
@@ -251,15 +261,17 @@ Ends early after timeout [s], or once cancel is set: the trees that are complete
 there is none, the first tree as far as it is. `complete` says so.)");
   module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
              py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("sampling") = "mixed",
-             py::arg("shorten") = true, py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+             py::arg("shorten") = true, py::arg("stop_at_escape") = false, py::arg("timeout") = py::none(),
+             py::arg("cancel") = py::none(),
              R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
 
 With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
 
 sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
 bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
-cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. The metrics of
-em.score search as published: sampling='uniform', shorten=False.
+cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. stop_at_escape:
+a rollout ends where it is seen outside of the capture set, every 4 steps, and not only if it is outside at its end. The
+metrics of em.score search as published: sampling='uniform', shorten=False.
 
 Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
 nodes. `complete` says so.)");

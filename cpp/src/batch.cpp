@@ -53,6 +53,8 @@ std::string known_metrics() {
 
 void validate(const BatchOptions& options, std::size_t problems) {
   require_at_least("nodes", options.nodes, 1);
+  require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
+  require_least_likelihood(options.least_likelihood);
   require_at_least("threads", options.threads, 1);
   if (!options.indices.empty() && options.indices.size() != problems) {
     reject("indices", std::to_string(options.indices.size()) + " numbers", "one for each problem");
@@ -78,6 +80,8 @@ std::vector<std::string> searches_for(const std::vector<std::string>& metrics) {
 void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
   CaptureOptions capture;
   capture.nodes = options.nodes;
+  capture.nodes_per_edge = options.nodes_per_edge;
+  capture.least_likelihood = options.least_likelihood;
   capture.seed = seed;
   capture.limit = options.limit;
   const CaptureScore score = capture_score(problem, capture);
@@ -91,8 +95,9 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
 // The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
 void add_effort(const Problem& problem, const EffortMetric& metric, const BatchOptions& options, std::uint64_t seed,
                 ScoreRow& row) {
-  const Escape escape =
-      escape_effort(problem, as_published({metric.planner, options.nodes, seed, metric.captured, options.limit}));
+  EffortOptions published = as_published({metric.planner, options.nodes, seed, metric.captured, options.limit});
+  published.stop_at_escape = options.stop_at_escape;
+  const Escape escape = escape_effort(problem, published);
   if (!escape.complete) throw search::Stopped();
   row.scores[metric.name] = escape.effort;
 }
@@ -147,8 +152,9 @@ class Batch::Pool {
 
   std::vector<ScoreRow> take(double timeout) {
     if (!with_threads) work_for(timeout);
+    const auto ready = [this] { return !rows_.empty() || working_ == 0; };
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait_for(lock, std::chrono::duration<double>(timeout), [this] { return !rows_.empty() || working_ == 0; });
+    if (with_threads) changed_.wait_for(lock, std::chrono::duration<double>(timeout), ready);
     return std::exchange(rows_, {});
   }
 

@@ -160,6 +160,27 @@ def score(
         typer.Option(help="Which scores, with commas between; all that there are if not given."),
     ] = None,
     nodes: Nodes = 1000,
+    nodes_per_edge: Annotated[
+        int,
+        typer.Option(
+            help="Of capture and success: up to so many states of a rollout are nodes, and there "
+            "are so many fewer rollouts."
+        ),
+    ] = 1,
+    least_likelihood: Annotated[
+        float,
+        typer.Option(
+            help="Of capture and success: a rollout ends where its likelihood falls to that share "
+            "of the start's."
+        ),
+    ] = 0.0,
+    stop_at_escape: Annotated[
+        bool,
+        typer.Option(
+            "--stop-at-escape",
+            help="Of the efforts: a rollout ends where it is seen outside of the capture set.",
+        ),
+    ] = False,
     seed: Seed = 0,
     threads: Threads = None,
     timeout: Timeout = None,
@@ -178,6 +199,9 @@ def score(
         output,
         metrics=chosen,
         nodes=nodes,
+        nodes_per_edge=nodes_per_edge,
+        least_likelihood=least_likelihood,
+        stop_at_escape=stop_at_escape,
         seed=seed,
         threads=threads,
         timeout=timeout,
@@ -267,6 +291,9 @@ def _score(
     *,
     metrics: Sequence[str] | None = None,
     nodes: int,
+    nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
+    stop_at_escape: bool = False,
     seed: int,
     threads: int | None,
     timeout: float | None = None,
@@ -283,6 +310,9 @@ def _score(
                 metrics,
                 nodes,
                 seed,
+                nodes_per_edge=nodes_per_edge,
+                least_likelihood=least_likelihood,
+                stop_at_escape=stop_at_escape,
                 threads=threads,
                 progress=progress,
                 timeout=timeout,

@@ -96,6 +96,9 @@ def score(
     seed: int = 0,
     threads: int | None = None,
     *,
+    nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
+    stop_at_escape: bool = False,
     progress: Callable[[int, int], None] | None = None,
     on_rows: Callable[[list[ScoreRow]], None] | None = None,
     indices: Sequence[int] | None = None,
@@ -105,11 +108,12 @@ def score(
     """Scores of every problem: the same bits for any number of threads.
 
     `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
-    search tree, `threads` None takes all cores this process may use. `progress(done, total)` and
-    `on_rows(rows)` are called as scores come in. `indices` are the problems' stream indices, 0 to
-    N-1 if not given: a part of the problems with their own indices gets the scores it has in the
-    whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
-    grows the tree of that problem here.
+    search tree, `threads` None takes all cores this process may use. `nodes_per_edge` and
+    `least_likelihood` go to `capture_score`, `stop_at_escape` to `escape_effort`.
+    `progress(done, total)` and `on_rows(rows)` are called as scores come in. `indices` are the
+    problems' stream indices, 0 to N-1 if not given: a part of the problems with their own indices
+    gets the scores it has in the whole. Each index has a stream of its own:
+    `capture_score(problem, seed=stream(seed, index))` grows the tree of that problem here.
 
     After `timeout` [s], or once `cancel` is set, the table has the rows that are finished, each
     with the scores that it has in the whole; the others are missing.
@@ -120,7 +124,9 @@ def score(
     """
     limit = Limit(timeout, cancel)
     metrics = chosen_metrics(problems, metrics)
-    check_settings(metrics, nodes, seed)
+    check_settings(
+        metrics, nodes, seed, nodes_per_edge=nodes_per_edge, least_likelihood=least_likelihood
+    )
     threads = thread_count(threads)
     done: list[ScoreRow] = []
     errors: dict[int, str] = {}
@@ -135,7 +141,17 @@ def score(
             progress(len(done) + len(errors), len(problems))
 
     with held_interrupts() as interrupted:
-        run = ScoreRun(problems, list(metrics), nodes, seed, threads, indices)
+        run = ScoreRun(
+            problems,
+            list(metrics),
+            nodes,
+            seed,
+            threads,
+            indices,
+            nodes_per_edge,
+            least_likelihood,
+            stop_at_escape,
+        )
         try:
             while not (run.finished or interrupted.is_set() or limit.reached):
                 deliver(run.take(POLL))
@@ -176,7 +192,14 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
     return there if metrics is None else metrics
 
 
-def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
+def check_settings(
+    metrics: Sequence[str],
+    nodes: int,
+    seed: int,
+    *,
+    nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
+) -> None:
     """Raises ValueError on an unknown metric, or on nodes or a seed that cannot be."""
     unknown = [metric for metric in metrics if metric not in METRICS]
     if unknown or not metrics:
@@ -184,6 +207,9 @@ def check_settings(metrics: Sequence[str], nodes: int, seed: int) -> None:
         raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
     whole_number("nodes", nodes, 1, MOST_NODES)
     whole_number("seed", seed, 0, 2**64 - 1)
+    whole_number("nodes_per_edge", nodes_per_edge, 1, MOST_NODES)
+    if not 0 <= least_likelihood < 1:
+        raise ValueError(f"least_likelihood is {least_likelihood}, expected at least 0 and below 1")
 
 
 def thread_count(threads: int | None) -> int:

@@ -38,6 +38,9 @@ __all__ = ["Row", "ScoreStore", "score_dataset"]
 APPLICATION_ID = 0x454D7363
 VERSION = 2  # 1 had no labels of at least one object
 
+# Settings that older files do not name, as they were then.
+_BEFORE = {"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False}
+
 _TABLES = """
 CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE states (
@@ -98,10 +101,25 @@ class ScoreStore:
         metrics: Sequence[str],
         nodes: int,
         seed: int,
+        *,
+        nodes_per_edge: int = 1,
+        least_likelihood: float = 0.0,
+        stop_at_escape: bool = False,
     ) -> ScoreStore:
         """Opens the file of the scores of these settings: `for_settings`, with checks."""
-        check_settings(metrics, nodes, seed)
-        return cls.for_settings(path, dataset, metrics, nodes=nodes, seed=seed)
+        check_settings(
+            metrics, nodes, seed, nodes_per_edge=nodes_per_edge, least_likelihood=least_likelihood
+        )
+        return cls.for_settings(
+            path,
+            dataset,
+            metrics,
+            nodes=nodes,
+            seed=seed,
+            nodes_per_edge=nodes_per_edge,
+            least_likelihood=least_likelihood,
+            stop_at_escape=stop_at_escape,
+        )
 
     @classmethod
     def for_settings(
@@ -109,7 +127,7 @@ class ScoreStore:
         path: str | os.PathLike[str],
         dataset: Dataset,
         metrics: Sequence[str],
-        **numbers: int,
+        **numbers: float,
     ) -> ScoreStore:
         """Opens the file of these settings, or makes it if there is none.
 
@@ -126,7 +144,7 @@ class ScoreStore:
         if not Path(path).exists():
             _create(Path(path), settings, dataset)
         store = cls(path)
-        found = store.settings()
+        found = _BEFORE | store.settings()
         different = [name for name in settings if found.get(name) != settings[name]]
         if different:
             store.close()
@@ -258,6 +276,9 @@ def score_dataset(
     nodes: int = 1000,
     seed: int = 0,
     *,
+    nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
+    stop_at_escape: bool = False,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
@@ -275,7 +296,16 @@ def score_dataset(
     limit = Limit(timeout, cancel)
     problems = dataset.problems()
     metrics = chosen_metrics(problems, metrics)
-    with ScoreStore.for_dataset(path, dataset, metrics, nodes, seed) as store:
+    with ScoreStore.for_dataset(
+        path,
+        dataset,
+        metrics,
+        nodes,
+        seed,
+        nodes_per_edge=nodes_per_edge,
+        least_likelihood=least_likelihood,
+        stop_at_escape=stop_at_escape,
+    ) as store:
         missing = store.missing()
         kept = len(problems) - len(missing)
 
@@ -289,6 +319,9 @@ def score_dataset(
             metrics,
             nodes,
             seed,
+            nodes_per_edge=nodes_per_edge,
+            least_likelihood=least_likelihood,
+            stop_at_escape=stop_at_escape,
             threads=threads,
             progress=advance,
             on_rows=store.add,

@@ -59,6 +59,24 @@ std::map<std::size_t, ScoreRow> all(std::vector<Problem> problems, const BatchOp
   return all(batch);
 }
 
+TEST(Batch, OptionsOfTheRolloutsAreThoseOfTheMetrics) {
+  const Problem problem = push();
+  BatchOptions several = options();
+  several.nodes_per_edge = 3;
+  several.stop_at_escape = true;
+  const ScoreRow row = score(problem, 4, several);
+  CaptureOptions capture;
+  capture.nodes = 30;
+  capture.nodes_per_edge = 3;
+  capture.seed = stream(11, 4);
+  EXPECT_EQ(row.scores.at("capture"), capture_score(problem, capture).capture);
+  EffortOptions effort = as_published({"est", 30, stream(11, 4)});
+  effort.stop_at_escape = true;
+  EXPECT_EQ(row.scores.at("effort/est"), escape_effort(problem, effort).effort);
+  EXPECT_NE(row.scores.at("capture"), score(problem, 4, options()).scores.at("capture"));
+  EXPECT_NE(row.scores.at("effort/est"), score(problem, 4, options()).scores.at("effort/est"));
+}
+
 TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   const Problem problem = push();
   const ScoreRow row = score(problem, 4, options());

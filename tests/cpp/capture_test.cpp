@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "energymargin/membership.hpp"
 #include "energymargin/random.hpp"
@@ -74,6 +76,45 @@ TEST(Capture, TreeHasTheNodesAskedForAndEachEdgeIsARollout) {
   EXPECT_EQ(score.trees.front().size(), 201);
   expect_each_edge_is_a_rollout(score.trees.front(), problem);
   expect_controls_within_bounds(score.trees.front(), problem);
+}
+
+// Simulation steps of each rollout of a tree, by its last node: the others are on its way.
+std::vector<std::pair<int, int>> rollouts_and_nodes(const Tree& tree, double step) {
+  std::vector<std::pair<int, int>> rollouts;
+  for (int node = 1; node < tree.size(); ++node) {
+    const bool goes_on = node > 1 && tree.parents[node] == tree.parents[node - 1] &&
+                         tree.controls.row(node) == tree.controls.row(node - 1);
+    if (!goes_on) rollouts.emplace_back(0, 0);
+    rollouts.back().first = static_cast<int>(std::lround(tree.durations[node] / step));
+    ++rollouts.back().second;
+  }
+  return rollouts;
+}
+
+TEST(Capture, StatesOnTheWayAreNodesOfATreeThatGrowsAsWithout) {
+  const Problem problem = push();
+  CaptureOptions several = options(202, 1);
+  several.nodes_per_edge = 4;
+  const CaptureScore score = capture_score(problem, several);
+  const Tree& tree = score.trees.front();
+  EXPECT_EQ(score.nodes(), 202);
+  expect_each_edge_is_a_rollout(tree, problem);
+  expect_controls_within_bounds(tree, problem);
+  const auto rollouts = rollouts_and_nodes(tree, problem.scene.stepping().step);
+  int nodes = 0;
+  for (const auto& [steps, count] : rollouts) {
+    const int left = 202 - nodes;
+    EXPECT_EQ(count, std::min({4, steps, left}));
+    nodes += count;
+  }
+  const CaptureScore plain = capture_score(problem, options(static_cast<int>(rollouts.size()) - 1, 1));
+  int end = 0;
+  for (std::size_t i = 0; i + 1 < rollouts.size(); ++i) {
+    end += rollouts[i].second;
+    const int same = static_cast<int>(i) + 1;
+    EXPECT_TRUE(same_bits(State(tree.states.row(end)), State(plain.trees.front().states.row(same)))) << "rollout " << i;
+    EXPECT_EQ(tree.costs[end], plain.trees.front().costs[same]);
+  }
 }
 
 TEST(Capture, RateOfZeroGivesThePlainFractionOfNodes) {
@@ -239,6 +280,12 @@ TEST(Capture, BadOptionsAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects([] { capture_score(push(), options(0)); }, {"nodes is 0", "at least 1"}));
   EXPECT_TRUE(rejects([] { capture_score(push(), options(10, 0, 0)); }, {"trees is 0", "at least 1"}));
   EXPECT_TRUE(rejects([] { capture_score(push(), options(10, 0, 1, -2)); }, {"threads is -2", "at least 1"}));
+  CaptureOptions none = options(10);
+  none.nodes_per_edge = 0;
+  EXPECT_TRUE(rejects([&] { capture_score(push(), none); }, {"nodes_per_edge is 0", "at least 1"}));
+  none = options(10);
+  none.least_likelihood = 1.0;
+  EXPECT_TRUE(rejects([&] { capture_score(push(), none); }, {"least_likelihood is 1", "below 1"}));
   CaptureOptions negative = options(10);
   negative.rate = -1.0;
   EXPECT_TRUE(rejects([&] { capture_score(push(), negative); }, {"rate is -1", "at least 0"}));

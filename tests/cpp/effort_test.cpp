@@ -55,6 +55,56 @@ TEST_P(Effort, EveryEdgeIsARolloutAndThePathReplaysToTheEscape) {
   }
 }
 
+TEST_P(Effort, RolloutsEndWhereTheirCostReachesTheBestEffortSoFar) {
+  const Problem problem = drift();
+  const Escape found = escape(problem, 400, 5);
+  const Tree& tree = found.tree;
+  World world(problem.scene);
+  const EdgeStart edge_start(problem);
+  auto best = found.history.begin();
+  double bound = infinity;
+  int ended = 0;
+  for (int node = 1; node < tree.size(); ++node) {
+    while (best != found.history.end() && best->first < node) bound = (best++)->second;
+    if (tree.costs[node] < bound) continue;
+    ++ended;
+    const int from = tree.parents[node];
+    const double shorter = tree.durations[node] - problem.scene.stepping().step;
+    if (tree.costs[from] >= bound) {
+      EXPECT_NEAR(shorter, 0.0, 1e-9) << "node " << node << " goes on from an escape's last coasting";
+      continue;
+    }
+    const Rollout before = world.rollout(edge_start(tree.states.row(from)), control(tree, node), shorter);
+    EXPECT_LT(tree.costs[from] + before.effort, bound) << "node " << node;
+  }
+  EXPECT_GT(ended, 0);
+}
+
+TEST_P(Effort, StoppedAtTheEscapeNoRolloutGoesOnOutside) {
+  const Problem problem = push();
+  EffortOptions stopping{GetParam(), 300, 2};
+  stopping.stop_at_escape = true;
+  const Escape found = escape_effort(problem, stopping);
+  ASSERT_LT(found.effort, infinity);
+  expect_each_edge_is_a_rollout(found.tree, problem);
+  expect_history_falls_to_the_effort(found);
+  expect_path_leaves_the_capture_set_only_at_its_end(found, problem);
+  expect_path_replays_from_its_controls(found, problem);
+  World world(problem.scene);
+  const EdgeStart edge_start(problem);
+  const Membership captured(problem.captured, problem.scene);
+  const double look = 4.0 * problem.scene.stepping().step;
+  int outside = 0;
+  for (int node = 1; node < found.tree.size(); ++node) {
+    const State start = edge_start(found.tree.states.row(found.tree.parents[node]));
+    outside += captured(State(found.tree.states.row(node))) ? 0 : 1;
+    for (double time = look; time < found.tree.durations[node] - 1e-9; time += look) {
+      EXPECT_TRUE(captured(world.rollout(start, control(found.tree, node), time).state)) << "node " << node;
+    }
+  }
+  EXPECT_GT(outside, 0);
+}
+
 TEST_P(Effort, PathStaysWithinTheBoundsAndNothingGrowsOutsideOfThem) {
   Problem problem = drift();
   problem.within = regions::HalfSpace{"object", Vector3::UnitX(), 0.02};

@@ -247,6 +247,41 @@ TEST(World, SimulateUnderASteadyWrenchOnTheObjectIsTheRollout) {
 
 // ---- contacts and distances
 
+TEST(World, RecordedMomentsOfARolloutAreTheEndsOfShorterOnes) {
+  const Problem problem = push();
+  World world(problem.scene);
+  const Disturbance wrenches{force(0.4, -0.7)};
+  Watch watch;
+  watch.record = {1, 20, 60};
+  const Rollout whole = world.rollout_unchecked(problem.state, wrenches, 60, {}, watch);
+  ASSERT_EQ(whole.recorded.size(), 3u);
+  for (const Moment& moment : whole.recorded) {
+    const Rollout shorter = world.rollout_unchecked(problem.state, wrenches, moment.steps);
+    EXPECT_TRUE(same_bits(moment.state, shorter.state)) << moment.steps << " steps";
+    EXPECT_EQ(moment.effort, shorter.effort) << moment.steps << " steps";
+  }
+  EXPECT_TRUE(same_bits(whole.recorded.back().state, whole.state));
+}
+
+TEST(World, RolloutEndsWithTheStepAtWhichItsCostReachesTheBound) {
+  const Problem problem = push();
+  World world(problem.scene);
+  const Disturbance wrenches{force(0.4, -0.7)};
+  const double whole = world.rollout_unchecked(problem.state, wrenches, 60).effort;
+  Watch watch;
+  watch.cost = 1.0;
+  watch.bound = 1.0 + 0.5 * whole;
+  const Rollout half = world.rollout_unchecked(problem.state, wrenches, 60, {}, watch);
+  ASSERT_LT(half.steps, 60);
+  EXPECT_TRUE(half.complete);
+  EXPECT_GE(watch.cost + half.effort, watch.bound);
+  const Rollout before = world.rollout_unchecked(problem.state, wrenches, half.steps - 1);
+  EXPECT_LT(watch.cost + before.effort, watch.bound);
+  const Rollout again = world.rollout_unchecked(problem.state, wrenches, half.steps);
+  EXPECT_TRUE(same_bits(half.state, again.state));
+  EXPECT_EQ(half.effort, again.effort);
+}
+
 TEST(World, ContactsCarryTheWeightAndFrictionOpposesSliding) {
   const Scene scene = rough_table();
   World world(scene);

@@ -27,6 +27,9 @@ struct BatchOptions {
   //! least one: "capture/any", "success/any", "effort/est/any", "effort/rrt/any".
   std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
   int nodes = 1000;
+  int nodes_per_edge = 1;         //!< of capture and success, as CaptureOptions
+  double least_likelihood = 0.0;  //!< the same
+  bool stop_at_escape = false;    //!< of the efforts, as EffortOptions
   std::uint64_t seed = 0;
   int threads = 1;
   //! Stream index of each problem, so that a run that goes on gives the same bits; empty: 0, 1, 2, ...

@@ -1,6 +1,8 @@
 #pragma once
 // What happens: one simulation of a Scene.
 
+#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +18,13 @@ namespace energymargin {
 //! Longest rollout [steps].
 inline constexpr int most_steps = 1000000;
 
+//! A rollout on its way.
+struct Moment {
+  int steps = 0;
+  double effort = 0.0;  //!< so far [J]
+  State state;
+};
+
 //! What one rollout leads to.
 struct Rollout {
   State state;          //!< at the end
@@ -23,7 +32,18 @@ struct Rollout {
   double work = 0.0;    //!< the same with its sign [J]
   double energy = 0.0;  //!< mechanical energy at the end, as World::energy [J]
   int steps = 0;
+  bool complete = true;          //!< false if it reached its limit
   std::optional<Audit> audit{};  //!< where the energy went, if that was asked for
+  std::vector<Moment> recorded{};
+};
+
+//! What is recorded of a rollout, and where it ends early.
+struct Watch {
+  double cost = 0.0;                                       //!< before the rollout [J]
+  double bound = std::numeric_limits<double>::infinity();  //!< it ends with the step at which cost + effort reaches it
+  std::vector<int> record{};                               //!< steps after which there is a Moment, ascending
+  std::function<bool(const State&)> ends{};                //!< if set: whether it ends with a state
+  int look_every = 1;                                      //!< steps from one state that `ends` is asked to the next
 };
 
 //! One point where two bodies touch, and the forces there over the last step.
@@ -88,8 +108,9 @@ class World {
   }
 
   //! The same without the checks and without the energy, for callers that made the arguments themselves. It ends with
-  //! fewer steps if it reaches the limit.
-  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {});
+  //! fewer steps if it reaches the limit, or as `watch` says.
+  Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {},
+                            const Watch& watch = {});
 
   //! One unbroken simulation of `steps` steps under a script, recorded after the steps in `record` (ascending, from 0,
   //! the start, to `steps`). The start's contacts are those of `contacts`. Throws Cancelled or TimedOut if it reaches

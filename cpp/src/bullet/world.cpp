@@ -26,7 +26,7 @@ class World::Bullet {
   explicit Bullet(const Scene& scene) : simulation(scene), energy(scene) {}
 
   //! From where the simulation is; `auditor` may be null.
-  Rollout rollout(const Disturbance& wrenches, int steps, const Limit& limit, Auditor* auditor);
+  Rollout rollout(const Disturbance& wrenches, int steps, const Limit& limit, const Watch& watch, Auditor* auditor);
   Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit);
 
   Simulation simulation;
@@ -122,23 +122,27 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   const int steps = bullet_->simulation.whole_steps(duration);
   Rollout result = audit ? bullet_->audited_rollout(state, wrenches, steps, limit)
                          : rollout_unchecked(state, wrenches, steps, limit);
-  if (result.steps < steps) limit.require();
+  if (!result.complete) limit.require();
   result.energy = bullet_->energy(result.state);
   return result;
 }
 
-Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
+Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit,
+                                 const Watch& watch) {
   bullet_->simulation.restore(state);
-  return bullet_->rollout(wrenches, steps, limit, nullptr);
+  return bullet_->rollout(wrenches, steps, limit, watch, nullptr);
 }
 
-Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Limit& limit, Auditor* auditor) {
+Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Limit& limit, const Watch& watch,
+                               Auditor* auditor) {
   const double step = simulation.scene().stepping().step;
   std::vector<Push> pushes;
   for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench, step);
   Rollout result;
-  for (; result.steps < steps; ++result.steps) {
-    if (result.steps % steps_between_looks == 0 && limit.reached()) break;
+  auto next = watch.record.begin();
+  while (result.steps < steps) {
+    result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
+    if (!result.complete) break;
     if (auditor) auditor->begin_step();
     for (Push& push : pushes) push.apply();
     simulation.step();
@@ -148,6 +152,16 @@ Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Lim
       result.work += work;
     }
     if (auditor) auditor->end_step();
+    ++result.steps;
+    if (next != watch.record.end() && *next == result.steps) {
+      result.recorded.push_back({result.steps, result.effort, {}});
+      simulation.read(result.recorded.back().state);
+      ++next;
+    }
+    if (!(watch.cost + result.effort < watch.bound)) break;
+    if (!watch.ends || result.steps % watch.look_every != 0) continue;
+    simulation.read(result.state);
+    if (watch.ends(result.state)) break;
   }
   simulation.read(result.state);
   return result;
@@ -156,7 +170,7 @@ Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Lim
 Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
   simulation.restore(state);
   Auditor auditor(simulation);
-  Rollout result = rollout(wrenches, steps, limit, &auditor);
+  Rollout result = rollout(wrenches, steps, limit, {}, &auditor);
   result.energy = energy(result.state);
   result.audit = auditor.audit();
   result.audit->energy_change = result.energy - energy(state);

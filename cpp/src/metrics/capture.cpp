@@ -24,9 +24,12 @@ struct Grown {
   double heaviest = 0.0;  // likelihood of a node
 };
 
-// Line 3 of Algorithm 2: EST(P_inf, M).
-Grown energy_cost_field(const Problem& problem, int nodes, std::uint64_t seed, const Limit& limit) {
-  search::BoundedProblem bounded(problem, nullptr, nodes, seed, limit);
+// Line 3 of Algorithm 2: EST(P_inf, M); with a least likelihood EST(P_c, M), with c the cost at which it is reached.
+Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
+                        const Limit& limit) {
+  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit);
+  bounded.set_nodes_per_edge(options.nodes_per_edge);
+  if (options.least_likelihood > 0.0) bounded.lower_bound(-std::log(options.least_likelihood) / rate);
   search::Est est(bounded, stream(seed, 0));
   est.solve(bounded.termination());
   const bool complete = bounded.nodes_are_spent();
@@ -101,7 +104,7 @@ class Forest {
 
  private:
   void grow_tree(std::size_t index, const Limit& limit) {
-    Grown grown = energy_cost_field(problem_, options_.nodes, stream(options_.seed, index), limit);
+    Grown grown = energy_cost_field(problem_, options_, rate_, stream(options_.seed, index), limit);
     if (!grown.complete && index > 0) return;
     const Eigen::VectorXd weights = likelihoods(grown.tree.costs, rate_);
     for (const Region* set : sets_) {
@@ -148,6 +151,8 @@ class Forest {
 
 void validate(const CaptureOptions& options) {
   require_at_least("nodes", options.nodes, 1);
+  require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
+  require_least_likelihood(options.least_likelihood);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
   if (options.trees)
     require_at_least(options.tolerance ? "trees with a tolerance" : "trees", *options.trees,
@@ -161,6 +166,10 @@ void validate(const CaptureOptions& options) {
 Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate) {
   const Eigen::VectorXd weights = (-rate * (costs.array() - costs.minCoeff())).exp();
   return weights / weights.sum();
+}
+
+void require_least_likelihood(double value) {
+  if (!(value >= 0.0 && value < 1.0)) reject("least_likelihood", text(value), "at least 0 and below 1");
 }
 
 CaptureScore capture_score(const Problem& problem, const CaptureOptions& options) {

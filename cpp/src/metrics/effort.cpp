@@ -20,6 +20,7 @@ constexpr std::uint64_t shortening_stream = 3;
 EffortOptions as_published(EffortOptions options) {
   options.sampling = Sampling::uniform;
   options.shorten = false;
+  options.stop_at_escape = false;
   return options;
 }
 
@@ -31,6 +32,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   validate(problem);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
                                  options.limit, options.sampling);
+  if (options.stop_at_escape) bounded.stop_at_escape();
   search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
   search::Shortening* const polish = options.shorten ? &shortening : nullptr;
   const std::uint64_t planner_seed = stream(options.seed, planner_stream);

@@ -76,6 +76,10 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   definition_->addStartState(&root);
 }
 
+void BoundedProblem::stop_at_escape() {
+  if (captured_) propagator_->end_where([this](const State& state) { return !(*captured_)(state); });
+}
+
 ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) const {
   return ompl::base::PlannerTerminationCondition([this, nodes] { return this->nodes() >= nodes || spent(); });
 }

@@ -2,11 +2,15 @@
 
 #include <ompl/control/SpaceInformation.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace energymargin::search {
 namespace {
+
+// Steps between two looks at a rollout: more often takes time in small scenes, and tells no more (docs/fewer_steps.md).
+constexpr int look_every = 4;
 
 constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made
 
@@ -18,11 +22,23 @@ Disturbance disturbance(const Eigen::VectorXd& wrenches) {
   return made;
 }
 
+// Numbers of steps that part an edge into so many stretches, without its end.
+std::vector<int> between(int steps, int stretches) {
+  stretches = std::min(stretches, steps);
+  std::vector<int> numbers;
+  for (int i = 1; i < stretches; ++i) {
+    numbers.push_back(static_cast<int>(static_cast<long long>(i) * steps / stretches));
+  }
+  return numbers;
+}
+
 }  // namespace
 
 Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes,
                        const Limit& limit)
     : StatePropagator(si),
+      space_(*si->getStateSpace()->as<CostSpace>()),
+      most_nodes_(nodes),
       limit_(limit),
       world_(problem.scene),
       edge_start_(problem),
@@ -49,16 +65,23 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
 }
 
 int Propagator::extend(int from, const Edge& edge) const {
-  const Rollout rollout =
-      world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps, limit_);
-  if (rollout.steps < edge.steps) return -1;
+  const Watch watch{tree_.costs[from], space_.bound(),
+                    between(edge.steps, std::min(nodes_per_edge_, most_nodes_ - nodes_)), ends_, look_every};
+  const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches),
+                                                   edge.steps, limit_, watch);
+  if (!rollout.complete) return -1;
+  for (const Moment& moment : rollout.recorded) add(from, edge, moment.steps, moment.effort, moment.state);
+  return add(from, edge, rollout.steps, rollout.effort, rollout.state);
+}
+
+int Propagator::add(int from, const Edge& edge, int steps, double effort, const State& state) const {
   const int node = ++nodes_;
   if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
-  tree_.states.row(node) = rollout.state.transpose();
-  tree_.costs[node] = tree_.costs[from] + rollout.effort;
+  tree_.states.row(node) = state.transpose();
+  tree_.costs[node] = tree_.costs[from] + effort;
   tree_.parents[node] = from;
   tree_.controls.row(node) = edge.wrenches.transpose();
-  tree_.durations[node] = edge.steps * step_;
+  tree_.durations[node] = steps * step_;
   return node;
 }
 

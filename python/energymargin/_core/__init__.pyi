@@ -1120,7 +1120,7 @@ class ScoreRun:
     """
     A running batch of problems on a pool of threads.
     """
-    def __init__(self, problems: collections.abc.Sequence[Problem], metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None) -> None:
+    def __init__(self, problems: collections.abc.Sequence[Problem], metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False) -> None:
         """
         Starts at once; indices are the problems' stream indices.
         """
@@ -1135,18 +1135,20 @@ class ScoreRun:
     @property
     def finished(self) -> bool:
         ...
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
     
-    rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
+    nodes_per_edge: up to so many states of a rollout are nodes, its end and evenly spaced ones on its way: so many fewer
+    rollouts. The tree goes on from the ends alone. least_likelihood: where a rollout's likelihood falls to that share of the
+    root's, it ends, and nothing goes on from there. rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
     trees are added until each standard error is at most that, from 8 trees on and up to `trees`, by default 1000. The score
     does not depend on the threads.
     
     Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
     there is none, the first tree as far as it is. `complete` says so.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEffort:
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     
@@ -1154,8 +1156,9 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     
     sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
     bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
-    cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. The metrics of
-    em.score search as published: sampling='uniform', shorten=False.
+    cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. stop_at_escape:
+    a rollout ends where it is seen outside of the capture set, every 4 steps, and not only if it is outside at its end. The
+    metrics of em.score search as published: sampling='uniform', shorten=False.
     
     Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
     nodes. `complete` says so.

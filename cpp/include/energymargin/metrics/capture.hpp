@@ -16,7 +16,9 @@ inline constexpr int fewest_trees = 8;
 inline constexpr int most_trees = 1000;
 
 struct CaptureOptions {
-  int nodes = 1000;  //!< M, nodes of a tree besides its root
+  int nodes = 1000;        //!< M, nodes of a tree besides its root
+  int nodes_per_edge = 1;  //!< up to so many states of a rollout are nodes: its end, and evenly spaced ones on its way
+  double least_likelihood = 0.0;  //!< beside the root's: a rollout ends where exp(-rate cost) falls to it, for good
   std::uint64_t seed = 0;
   std::optional<double> rate{};       //!< lambda [1/J]; unset: the problem's
   std::optional<int> trees{};         //!< independent trees, at most if there is a tolerance; unset: 1, or `most_trees`
@@ -50,6 +52,9 @@ struct CaptureScore {
 
 //! Likelihood of each node, eq. 4: a softmax of -rate * cost, shifted by the least cost so that nothing overflows.
 Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate);
+
+//! Throws std::invalid_argument unless it is at least 0 and below 1.
+void require_least_likelihood(double value);
 
 //! A search that reaches its limit counts the complete trees up to the first that is not; if there is none, the first
 //! tree as far as it is. Throws std::invalid_argument on a bad problem or option.

@@ -19,9 +19,10 @@ struct EffortOptions {
   Limit limit{};                        //!< ends the search early; what it has found counts
   Sampling sampling = Sampling::mixed;  //!< how controls are drawn
   bool shorten = true;                  //!< spend half of the nodes on making the best escape cheaper
+  bool stop_at_escape = false;          //!< a rollout ends where it is seen outside, every few steps, and not later
 };
 
-//! The same search as it was published: controls drawn evenly, nothing shortened.
+//! The same search as it was published: controls drawn evenly, nothing shortened, rollouts looked at their ends.
 EffortOptions as_published(EffortOptions options);
 
 //! Least effort found that leads out of the capture set; inf if none was. A search that reaches its limit gives the

@@ -20,11 +20,17 @@ namespace energymargin::search {
 
 class BoundedProblem {
  public:
-  //! At most `nodes` rollouts, fewer if the limit is reached. The goal is the complement of `captured`,
-  //! within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the tree only
-  //! grows (Algorithm 2).
+  //! At most `nodes` nodes, by default one a rollout; fewer if the limit is reached. The goal is the complement of
+  //! `captured`, within the problem's bounds (Algorithm 1) or, if that is null, out of reach and without bounds: the
+  //! tree only grows (Algorithm 2).
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
                  Sampling sampling = Sampling::uniform);
+
+  //! From now on up to so many states of a rollout count as nodes; planners go on from its end alone.
+  void set_nodes_per_edge(int count) { propagator_->set_nodes_per_edge(count); }
+
+  //! From now on a rollout ends where it is seen outside of the capture set.
+  void stop_at_escape();
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
   const ompl::base::ProblemDefinitionPtr& definition() const { return definition_; }

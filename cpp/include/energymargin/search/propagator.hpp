@@ -3,6 +3,8 @@
 
 #include <ompl/control/StatePropagator.h>
 
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "energymargin/limit.hpp"
@@ -14,11 +16,18 @@
 
 namespace energymargin::search {
 
-//! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout.
+//! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout, until its cost reaches
+//! the bound c: what comes after it is valid nowhere.
 class Propagator : public ompl::control::StatePropagator {
  public:
-  //! Of about `nodes` rollouts; the world is built here.
+  //! Of at most `nodes` nodes; the world is built here.
   Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes, const Limit& limit = {});
+
+  //! From now on up to so many states of a rollout are nodes: its end and, before it, evenly spaced ones on its way.
+  void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
+
+  //! From now on a rollout ends where `outside` says so, which is asked every few steps.
+  void end_where(std::function<bool(const State&)> outside) { ends_ = std::move(outside); }
 
   //! `duration` is not looked at: the control carries its own. A rollout that reaches the limit leads to no node, and
   //! to an infinite cost, which is valid nowhere.
@@ -26,7 +35,7 @@ class Propagator : public ompl::control::StatePropagator {
                  ompl::base::State* to) const override;
   bool canPropagateBackward() const override { return false; }
 
-  //! The node that an edge from `node` leads to; -1 if the limit was reached before its end.
+  //! The last of the nodes that an edge from `node` leads to; -1, and no node, if the limit was reached before.
   int extend(int node, const Edge& edge) const;
 
   //! A node as planners see it.
@@ -35,7 +44,7 @@ class Propagator : public ompl::control::StatePropagator {
   //! The edge that led to a node.
   Edge edge(int node) const;
 
-  //! Rollouts made so far.
+  //! Nodes made so far.
   int nodes() const { return nodes_; }
 
   //! State of a node.
@@ -47,7 +56,13 @@ class Propagator : public ompl::control::StatePropagator {
   Tree take_tree();
 
  private:
+  int add(int from, const Edge& edge, int steps, double effort, const State& state) const;
   void make_room(Eigen::Index rows) const;
+
+  const CostSpace& space_;
+  int most_nodes_;
+  int nodes_per_edge_ = 1;
+  std::function<bool(const State&)> ends_;
 
   Limit limit_;
   mutable World world_;

@@ -1,0 +1,318 @@
+"""What it gains to use more of the simulation that is paid for: AUC and AP against computing time.
+
+Each option is a way to score the states of a trajectory, held against the plain way of its metric.
+Every size and seed of an option is one file in the folder, written as soon as it is finished:
+stopped and started again, the study goes on.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import multiprocessing
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import datasets, tasks
+from energymargin._core import stream
+from energymargin.datasets import Dataset
+from energymargin.evaluation import HORIZON, Cell, LabelledScores, evaluate
+from energymargin.experiments.fewer_steps_options import OPTIONS, PLAIN
+from energymargin.experiments.table1 import check_tasks
+from energymargin.scoring import held_interrupts, thread_count
+from energymargin.tasks.base import whole_number
+
+__all__ = ["QUICK", "FewerSteps", "Point", "Run", "Settings", "reproduce"]
+
+FRAMES = 10
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Of the study."""
+
+    tasks: tuple[str, ...] = ("push", "balance", "topple")
+    trajectories: int = 50
+    rollouts: tuple[int, ...] = (10, 30, 100, 300)
+    """Of each search."""
+    seeds: int = 3
+    """Searches of each state."""
+
+    def check(self) -> None:
+        """Raises ValueError on a task that is not in the paper's table, or bad numbers."""
+        check_tasks(self.tasks)
+        whole_number("trajectories", self.trajectories, 2)
+        whole_number("seeds", self.seeds, 1)
+        for rollouts in self.rollouts:
+            whole_number("rollouts", rollouts, 1)
+
+
+QUICK = Settings(trajectories=20, rollouts=(10, 30), seeds=2)
+"""For a first picture in a minute."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """The states of one dataset, to be scored in one way."""
+
+    version: str
+    task: str
+    trajectories: int
+    option: str
+    rollouts: int
+    seed: int
+
+    def path(self, folder: Path) -> Path:
+        """Where it is kept."""
+        option = self.option.replace(",", "").replace(" %", "").replace(" ", "-")
+        return folder / "scores" / f"{self.task}-{option}-{self.rollouts}-{self.seed}.json"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A job that is done."""
+
+    job: Job
+    seconds: float
+    """Computing time of a state, in the mean [s]."""
+    steps: float
+    """Simulation steps of a state, in the mean."""
+    quality: dict[str, tuple[float, float]]
+    """AUC and AP by metric, where there are both labels."""
+    scores: dict[str, list[float]]
+    """By metric, of each state."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One size of one option: what its searches come to."""
+
+    task: str
+    metric: str
+    option: str
+    rollouts: int
+    seconds: float
+    steps: float
+    quality: NDArray[np.float64]
+    """AUC and AP of each seed, shape (seeds, 2)."""
+
+
+@dataclass(frozen=True)
+class FewerSteps:
+    """What came out."""
+
+    settings: Settings
+    runs: list[Run]
+
+    def curve(self, task: str, metric: str, option: str) -> list[Point]:
+        """The points of one option, by size."""
+        points = []
+        for rollouts in sorted(self.settings.rollouts):
+            wanted = (task, option, rollouts)
+            runs = [
+                run
+                for run in self.runs
+                if (run.job.task, run.job.option, run.job.rollouts) == wanted
+                and metric in run.quality
+            ]
+            if runs:
+                seconds, steps = np.mean([(run.seconds, run.steps) for run in runs], axis=0)
+                quality = np.array([run.quality[metric] for run in runs])
+                points.append(
+                    Point(task, metric, option, rollouts, float(seconds), float(steps), quality)
+                )
+        return points
+
+    def points(self) -> Iterator[Point]:
+        """All, in the order of the tables."""
+        for task, metric, option in product(self.settings.tasks, PLAIN, OPTIONS):
+            yield from self.curve(task, metric, option)
+
+    def gain(self, point: Point) -> NDArray[np.float64]:
+        """How far a point's AUC and AP lie above the plain curve of the same seed at as many
+        simulation steps, shape (seeds, 2).
+
+        The curve is straight over the logarithm of the steps, and level beyond its ends.
+        """
+        plain = self.curve(point.task, point.metric, PLAIN[point.metric])
+        steps = np.log([other.steps for other in plain])
+        return np.array(
+            [
+                [
+                    own - np.interp(np.log(point.steps), steps, [o.quality[seed, i] for o in plain])
+                    for i, own in enumerate(values)
+                ]
+                for seed, values in enumerate(point.quality)
+            ]
+        )
+
+    def to_csv(self) -> str:
+        """One line a point."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(
+            (
+                *("task", "score", "option", "rollouts", "seconds", "steps"),
+                *(f"{q}{what}" for q in ("auc", "ap") for what in ("", "_sd", "_gain", "_gain_sd")),
+            )
+        )
+        for p in self.points():
+            numbers = [
+                number
+                for value, gain in zip(p.quality.T, self.gain(p).T, strict=True)
+                for number in (value.mean(), _spread(value), gain.mean(), _spread(gain))
+            ]
+            writer.writerow((p.task, p.metric, p.option, p.rollouts, p.seconds, p.steps, *numbers))
+        return text.getvalue()
+
+    def to_markdown(self) -> str:
+        """One table a task."""
+        s = self.settings
+        lines = [
+            f"AUC and AP of {s.trajectories} trajectories of {FRAMES} states (captured over the "
+            f"next {HORIZON} frames; success of the trajectory), means of {s.seeds} seeds. Gain: "
+            "over the plain search of the same seed at as many simulation steps, ± standard "
+            "deviation over the seeds."
+        ]
+        for task in s.tasks:
+            lines += ["", f"**{task}**", ""]
+            lines += ["| score | option | rollouts | ms | steps | AUC | gain | AP | gain |"]
+            lines += ["| --- " * 9 + "|"]
+            lines += [self._line(point) for point in self.points() if point.task == task]
+        return "\n".join(lines) + "\n"
+
+    def _line(self, p: Point) -> str:
+        cells = [p.metric, p.option, str(p.rollouts), f"{1e3 * p.seconds:.2f}", f"{p.steps:.0f}"]
+        for value, gain in zip(p.quality.T, self.gain(p).T, strict=True):
+            plain = p.option == PLAIN[p.metric]
+            cells += [
+                f"{value.mean():.3f}",
+                "" if plain else f"{gain.mean():+.3f} ± {_spread(gain):.3f}",
+            ]
+        return f"| {' | '.join(cells)} |"
+
+
+def reproduce(
+    settings: Settings,
+    folder: Path,
+    *,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> FewerSteps:
+    """Makes every run that is not in the folder yet, each on one thread of a process of its own.
+
+    `progress(done, total)` counts them. Raises ValueError on settings that cannot be, or a folder
+    of other ones.
+    """
+    settings.check()
+    advance = progress or (lambda _done, _total: None)
+    (folder / "scores").mkdir(exist_ok=True)
+    for task in settings.tasks:
+        _dataset(folder, task, settings.trajectories)
+    jobs = list(_jobs(settings))
+    runs = {job: run for job in jobs if (run := _kept(job, folder)) is not None}
+    advance(len(runs), len(jobs))
+    for run in _made([job for job in jobs if job not in runs], folder, thread_count(threads)):
+        runs[run.job] = run
+        advance(len(runs), len(jobs))
+    result = FewerSteps(settings, [runs[job] for job in jobs])
+    (folder / "fewer_steps.csv").write_text(result.to_csv())
+    (folder / "fewer_steps.md").write_text(result.to_markdown())
+    return result
+
+
+def _jobs(settings: Settings) -> Iterator[Job]:
+    made_by = version("energymargin")
+    for seed, task, rollouts, option in product(
+        range(settings.seeds), settings.tasks, settings.rollouts, OPTIONS
+    ):
+        yield Job(made_by, task, settings.trajectories, option, rollouts, seed)
+
+
+def _dataset(folder: Path, task: str, trajectories: int) -> Dataset:
+    path = folder / f"{task}.h5"
+    return datasets.load_or_generate(path, tasks.make(task), trajectories, FRAMES, seed=0)
+
+
+def _kept(job: Job, folder: Path) -> Run | None:
+    path = job.path(folder)
+    if not path.exists():
+        return None
+    kept = json.loads(path.read_text())
+    if kept.pop("job") != asdict(job):
+        raise ValueError(f"{path} holds other scores: remove it, or choose another folder")
+    quality = {metric: (auc, ap) for metric, (auc, ap) in kept.pop("quality").items()}
+    return Run(job, quality=quality, **kept)
+
+
+def _made(jobs: Sequence[Job], folder: Path, threads: int) -> Iterator[Run]:
+    """Runs as they are finished."""
+    context = multiprocessing.get_context("spawn")
+    with held_interrupts() as interrupted, ProcessPoolExecutor(threads, context) as pool:
+        running: set[Future[Run]] = {pool.submit(_run, job, folder) for job in jobs}
+        while running and not interrupted.is_set():
+            done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
+            for future in done:
+                if not interrupted.is_set():
+                    yield future.result()
+        pool.shutdown(cancel_futures=True)
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+
+
+def _run(job: Job, folder: Path) -> Run:
+    """Scores all states, and keeps the file. The process does nothing else meanwhile, so that its
+    time is the searches'."""
+    dataset = _dataset(folder, job.task, job.trajectories)
+    problems, score = dataset.problems(), OPTIONS[job.option]
+    found = []
+    start = time.process_time()
+    for first in range(0, len(problems), FRAMES):
+        own = range(first, first + FRAMES)
+        seeds = [stream(job.seed, i) for i in own]
+        found += score([problems[i] for i in own], job.rollouts, seeds)
+    seconds = time.process_time() - start
+    scores = {metric: [state.scores[metric] for state in found] for metric in found[0].scores}
+    run = Run(
+        job,
+        seconds=seconds / len(found),
+        steps=float(np.mean([state.steps for state in found])),
+        quality=_quality(dataset, scores),
+        scores=scores,
+    )
+    path = job.path(folder)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(json.dumps(asdict(run)))
+    os.replace(temporary, path)
+    return run
+
+
+def _quality(dataset: Dataset, scores: dict[str, list[float]]) -> dict[str, tuple[float, float]]:
+    """AUC and AP of each score against its label."""
+    trajectories = dataset.trajectories
+    labelled = LabelledScores(
+        task=dataset.task,
+        trajectory=np.repeat(np.arange(len(trajectories)), FRAMES),
+        captured=np.concatenate([t.captured for t in trajectories]),
+        success=np.repeat([t.success for t in trajectories], FRAMES),
+        scores={metric: np.array(values) for metric, values in scores.items()},
+    )
+    result = evaluate(labelled, horizons=(HORIZON,), draws=1)  # the intervals are not looked at
+    cells: dict[str, Cell | None] = {m: own[HORIZON] for m, own in result.states.items()}
+    cells["success"] = result.success
+    return {metric: (cell.auc, cell.ap) for metric, cell in cells.items() if cell is not None}
+
+
+def _spread(values: NDArray[np.float64]) -> float:
+    """Standard deviation; 0 of a single value."""
+    return float(values.std(ddof=1)) if len(values) > 1 else 0.0

@@ -1,0 +1,163 @@
+"""What more of each rollout gives: its states as nodes, its end at the escape, and the study."""
+
+import json
+import sqlite3
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import energymargin as em
+from energymargin.cli import app
+from energymargin.experiments import fewer_steps
+from energymargin.experiments.fewer_steps_options import OPTIONS
+from energymargin.store import ScoreStore, score_dataset
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return em.datasets.generate("topple", trajectories=2, frames=3, seed=0)
+
+
+@pytest.fixture(scope="module")
+def problem(dataset):
+    return dataset.problems()[1]
+
+
+def test_states_on_the_way_are_ends_of_shorter_rollouts_from_the_same_parent(problem):
+    score = em.capture_score(problem, nodes=41, seed=3, nodes_per_edge=4)
+    tree, world = score.tree, em.World(problem.scene)
+    assert score.nodes == 41
+    for node in range(1, len(tree)):
+        parent = tree.parents[node]
+        rollout = world.rollout(tree.states[parent], tree.controls[node], tree.durations[node])
+        assert np.array_equal(rollout.state, tree.states[node])
+        assert rollout.effort + tree.costs[parent] == tree.costs[node]
+
+
+def test_the_settings_of_a_batch_are_those_of_the_two_metrics(problem):
+    table = em.score([problem], nodes=40, seed=5, nodes_per_edge=4, stop_at_escape=True)
+    own = em.stream(5, 0)
+    assert table["capture"][0] == em.capture_score(problem, 40, own, nodes_per_edge=4).capture
+    escape = em.escape_effort(
+        problem, nodes=40, seed=own, sampling="uniform", shorten=False, stop_at_escape=True
+    )
+    assert table["effort/est"][0] == escape.effort
+
+
+def test_bad_numbers_of_nodes_an_edge_are_refused(problem):
+    for call in (
+        lambda n: em.capture_score(problem, nodes_per_edge=n),
+        lambda n: em.score([problem], nodes_per_edge=n),
+    ):
+        with pytest.raises(ValueError, match="nodes_per_edge is 0, expected"):
+            call(0)
+
+
+def test_a_least_likelihood_that_cannot_be_is_refused(problem):
+    for wrong in (-0.1, 1, float("nan")):
+        for call in (em.capture_score, lambda p, **named: em.score([p], **named)):
+            with pytest.raises(ValueError, match=r"least_likelihood is .*, expected"):
+                call(problem, least_likelihood=wrong)
+
+
+def test_nothing_grows_where_the_likelihood_is_below_the_least():
+    task = em.tasks.make("balance")
+    trajectory = task.rollout(0)
+    problem = task.problem(trajectory.states[2], trajectory.params, trajectory.contacts[2])
+    tree = em.capture_score(problem, nodes=60, least_likelihood=0.5).tree
+    likelihoods, world = np.exp(-problem.rate * tree.costs), em.World(problem.scene)
+    ended = np.flatnonzero(likelihoods <= 0.5)
+    assert len(ended) > 0 and np.all(likelihoods[tree.parents[1:]] > 0.5)
+    for node in ended:
+        parent = tree.parents[node]
+        shorter = tree.durations[node] - problem.scene.step
+        before = world.rollout(tree.states[parent], tree.controls[node], shorter)
+        assert np.exp(-problem.rate * (tree.costs[parent] + before.effort)) > 0.5
+
+
+def test_a_file_of_scores_belongs_to_its_nodes_an_edge(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["capture"], nodes=8, nodes_per_edge=2)
+    with pytest.raises(ValueError, match="nodes_per_edge: 2 there, 1 now"):
+        score_dataset(dataset, path, ["capture"], nodes=8)
+
+
+def test_a_file_from_before_goes_on_with_the_settings_of_then(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["force"], nodes=8)
+    with sqlite3.connect(path) as database:
+        gone = database.execute(
+            "DELETE FROM settings "
+            "WHERE name IN ('nodes_per_edge', 'least_likelihood', 'stop_at_escape')"
+        )
+        assert gone.rowcount == 3
+    assert score_dataset(dataset, path, ["force"], nodes=8)
+    with pytest.raises(ValueError, match="stop_at_escape: False there, True now"):
+        score_dataset(dataset, path, ["force"], nodes=8, stop_at_escape=True)
+
+
+def test_the_command_hands_all_settings_on(dataset, tmp_path):
+    dataset.save(tmp_path / "data.h5")
+    options = ["--nodes-per-edge", "2", "--least-likelihood", "0.1", "--stop-at-escape"]
+    command = ["score", str(tmp_path / "data.h5"), "--nodes", "10", *options]
+    assert CliRunner().invoke(app, command).exit_code == 0
+    with ScoreStore(tmp_path / "data-scores.db") as store:
+        settings, scores = store.settings(), store.labelled_scores().scores
+    chosen = {"nodes_per_edge": 2, "least_likelihood": 0.1, "stop_at_escape": True}
+    assert chosen.items() <= settings.items()
+    table = em.score(dataset.problems(), nodes=10, **chosen)
+    assert all(np.array_equal(scores[metric], table[metric]) for metric in table.scores)
+
+
+SMALL = ["--tasks", "topple", "--trajectories", "7", "--rollouts", "4,8", "--seeds", "2"]
+
+
+def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
+    command = ["reproduce", "fewer-steps", *SMALL, "--threads", "2", "--out", str(tmp_path)]
+    first = CliRunner().invoke(app, command)
+    assert first.exit_code == 0, first.output
+    assert (tmp_path / "fewer_steps.png").stat().st_size > 10_000
+    lines = (tmp_path / "fewer_steps.csv").read_text().splitlines()
+    capture_and_success = 8 * 2 * 2  # options, scores, sizes
+    assert len(lines) == 1 + capture_and_success + 4 * 2
+    runs = sorted((tmp_path / "scores").iterdir())
+    assert len(runs) == len(OPTIONS) * 2 * 2
+    scores = json.loads(runs[0].read_text())["scores"]
+    runs[0].unlink()
+    before = runs[1].stat().st_mtime_ns
+    assert CliRunner().invoke(app, command).exit_code == 0
+    assert json.loads(runs[0].read_text())["scores"] == scores
+    assert runs[1].stat().st_mtime_ns == before
+    other = CliRunner().invoke(app, [*command, "--trajectories", "5"])
+    assert other.exit_code == 2 and "holds other" in other.output
+
+
+def test_the_gain_is_the_height_above_the_plain_curve_at_as_many_steps():
+    def run(option, rollouts, steps, auc):
+        job = fewer_steps.Job("0", "push", 2, option, rollouts, 0)
+        return fewer_steps.Run(job, 1.0, steps, {"capture": (auc, 0.5)}, {})
+
+    runs = [
+        run("ends alone", 10, 100.0, 0.8),
+        run("ends alone", 30, 10_000.0, 0.9),
+        run("4 nodes an edge", 10, 1000.0, 0.88),
+    ]
+    settings = fewer_steps.Settings(tasks=("push",), rollouts=(10, 30), seeds=1)
+    result = fewer_steps.FewerSteps(settings, runs)
+    (point,) = result.curve("push", "capture", "4 nodes an edge")
+    assert result.gain(point).tolist() == [[pytest.approx(0.88 - 0.85), 0.0]]
+    for plain in result.curve("push", "capture", "ends alone"):
+        assert result.gain(plain).tolist() == [[pytest.approx(0.0, abs=1e-12), 0.0]]
+
+
+def test_the_study_refuses_what_cannot_be(tmp_path):
+    for wrong, words in {
+        ("--tasks", "juggle"): "tasks has 'juggle'",
+        ("--seeds", "0"): "seeds is 0",
+        ("--rollouts", "few"): "rollouts has 'few'",
+        ("--trajectories", "1"): "trajectories is 1",
+    }.items():
+        command = ["reproduce", "fewer-steps", *SMALL, *wrong, "--out", str(tmp_path)]
+        result = CliRunner().invoke(app, command)
+        assert result.exit_code == 2 and words in result.output
