@@ -35,7 +35,7 @@ def report(results: Results) -> str:
     if results.growth:
         parts += ["## Large trees\n", "A push.\n", growth_table(results)]
     if settings.nodes == Settings.nodes:
-        parts += ["## Must show\n", *headlines(results)]
+        parts += ["## What a push has to reach\n", *headlines(results)]
     else:
         parts += ["The trees are too little to say how fast.\n"]
     return "\n".join(parts)
@@ -170,7 +170,7 @@ def growth_table(results: Results) -> str:
 
 
 def headlines(results: Results) -> Iterator[str]:
-    """What the library has to show, and what it shows."""
+    """The bars for a push, and how far it is over them."""
     yield (
         f"{PUBLIC_SECONDS} s is what the public Python implementation takes for 1,000 nodes of a"
         f" push on a machine of two cores, at {1e6 * PUBLIC_STEP:.1f} us a step.\n"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import CaptureScore, Problem, Tree, capture_score, escape_effort
+from energymargin._core import CaptureScore, Problem, Tree, capture_score, escape_effort, stream
 
 __all__ = ["OPTIONS", "PLAIN", "Found", "Score"]
 
@@ -57,6 +57,22 @@ def with_frame_before(
     return found
 
 
+def capture_of_two(problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]) -> list[Found]:
+    """Mean scores of two trees that share the rollouts, as two threads grow them at once."""
+    found = []
+    for problem, seed in zip(problems, seeds, strict=True):
+        trees = [
+            _found(problem, _grown(problem, half, stream(seed, i)))
+            for i, half in enumerate((max(rollouts // 2, 1), max(rollouts - rollouts // 2, 1)))
+        ]
+        scores = {
+            metric: sum(tree.scores[metric] for tree in trees) / len(trees)
+            for metric in trees[0].scores
+        }
+        found.append(Found(scores, sum(tree.steps for tree in trees)))
+    return found
+
+
 def effort(*, shorten: bool, stop_at_escape: bool) -> Score:
     """Effort of escape by AO-EST; without `shorten`, as published."""
 
@@ -81,6 +97,7 @@ def effort(*, shorten: bool, stop_at_escape: bool) -> Score:
 
 OPTIONS: dict[str, Score] = {
     "ends alone": capture(),
+    "two trees": capture_of_two,
     "2 nodes an edge": capture(2),
     "4 nodes an edge": capture(4),
     "8 nodes an edge": capture(8),

@@ -5,7 +5,8 @@ namespace energymargin {
 
 enum class Sampling {
   uniform,  //!< wrenches evenly between their bounds (paper, Section V)
-  mixed,    //!< nearly half of them so; the others at their bounds, along one axis, none at all, or that of the edge before
+  mixed,    //!< nearly half of them so; the others at their bounds, along one axis, none at all, or that of the edge
+            //!< before
 };
 
 }  // namespace energymargin
