@@ -45,6 +45,7 @@ void TreeRows::start(Constraints& joints, Constraints& normal, Constraints& fric
   data_ = &data;
   bodies_ = &bodies;
   trees_.clear();
+  at_start_.clear();
   for (const auto& [rows, constraints] :
        {std::tuple{&joints_, &joints}, std::tuple{&normal_, &normal}, std::tuple{&friction_, &friction}}) {
     rows->clear();
@@ -164,7 +165,7 @@ void TreeRows::finish() {
   }
   // A tree keeps changes of its own, as they were at the start. It knows only how to add: this sets them.
   for (const Tree& tree : trees_) {
-    tree.body->applyDeltaVeeMultiDof2(tree.at_start.data(), -1.0);
+    tree.body->applyDeltaVeeMultiDof2(&at_start_[tree.at_start], -1.0);
     tree.body->applyDeltaVeeMultiDof2(tree.changes, 1.0);
     tree.body->setPosUpdated(false);
   }
@@ -173,7 +174,8 @@ void TreeRows::finish() {
 void TreeRows::remember(btMultiBody& tree, const double* changes) {
   const auto same = [&](const Tree& one) { return one.body == &tree; };
   if (std::any_of(trees_.begin(), trees_.end(), same)) return;
-  trees_.push_back({&tree, changes, std::vector<double>(changes, changes + tree.getNumDofs() + 6)});
+  trees_.push_back({&tree, changes, at_start_.size()});
+  at_start_.insert(at_start_.end(), changes, changes + tree.getNumDofs() + 6);
 }
 
 }  // namespace energymargin

@@ -57,8 +57,8 @@ class TreeRows {
 
   struct Tree {
     btMultiBody* body;
-    const double* changes;         // in the solver's data
-    std::vector<double> at_start;  // of the rounds
+    const double* changes;  // in the solver's data
+    std::size_t at_start;   // where they begin in `at_start_`
   };
 
   Side side(int solver_body, btMultiBody* tree, int jacobian, int changes);
@@ -71,6 +71,7 @@ class TreeRows {
   btAlignedObjectArray<btSolverBody>* bodies_ = nullptr;
   std::vector<Row> joints_, normal_, friction_;
   std::vector<Tree> trees_;
+  std::vector<double> at_start_;  // changes at the start of the rounds, of one tree after the other
 };
 
 }  // namespace energymargin
