@@ -11,7 +11,7 @@ from statistics import median
 
 import numpy as np
 
-from measurements import Cost, Results, Settings
+from measurements import FRAME_TREES, Cost, Results, Settings
 
 # Of the public Python implementation: 1,000 nodes of a push with PyBullet, on another machine of
 # two cores.
@@ -194,7 +194,7 @@ def headline_rows(results: Results) -> Iterator[list[str]]:
         one, two = median(frames.ours), median(frames.others)
         yield [f"a tree of {few:,} nodes on one thread [ms]", "", f"{1e3 * one:.1f}"]
         yield [
-            f"two trees of {few // 2:,} nodes on two threads [ms]",
+            f"{FRAME_TREES} trees of {few // FRAME_TREES:,} nodes on two threads [ms]",
             f"<= {1e3 * FRAME:.0f}",
             f"{1e3 * two:.1f}",
         ]

@@ -119,7 +119,7 @@ def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
     assert first.exit_code == 0, first.output
     assert (tmp_path / "fewer_steps.png").stat().st_size > 10_000
     lines = (tmp_path / "fewer_steps.csv").read_text().splitlines()
-    capture_and_success = 8 * 2 * 2  # options, scores, sizes
+    capture_and_success = 9 * 2 * 2  # options, scores, sizes
     assert len(lines) == 1 + capture_and_success + 4 * 2
     runs = sorted((tmp_path / "scores").iterdir())
     assert len(runs) == len(OPTIONS) * 2 * 2

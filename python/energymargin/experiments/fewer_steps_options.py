@@ -12,6 +12,7 @@ from energymargin._core import CaptureScore, Problem, Tree, capture_score, escap
 
 __all__ = ["OPTIONS", "PLAIN", "Found", "Score"]
 
+TREES = 4  # of `several_trees`
 SHARE = 0.5  # of the frame before, beside the state's own tree
 
 
@@ -57,17 +58,16 @@ def with_frame_before(
     return found
 
 
-def capture_of_two(problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]) -> list[Found]:
-    """Mean scores of two trees that share the rollouts, as two threads grow them at once."""
+def several_trees(problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]) -> list[Found]:
+    """Mean scores of trees that share the rollouts, as threads grow them at once."""
     found = []
     for problem, seed in zip(problems, seeds, strict=True):
         trees = [
-            _found(problem, _grown(problem, half, stream(seed, i)))
-            for i, half in enumerate((max(rollouts // 2, 1), max(rollouts - rollouts // 2, 1)))
+            _found(problem, _grown(problem, max(rollouts // TREES, 1), stream(seed, i)))
+            for i in range(TREES)
         ]
         scores = {
-            metric: sum(tree.scores[metric] for tree in trees) / len(trees)
-            for metric in trees[0].scores
+            metric: sum(tree.scores[metric] for tree in trees) / TREES for metric in trees[0].scores
         }
         found.append(Found(scores, sum(tree.steps for tree in trees)))
     return found
@@ -97,7 +97,7 @@ def effort(*, shorten: bool, stop_at_escape: bool) -> Score:
 
 OPTIONS: dict[str, Score] = {
     "ends alone": capture(),
-    "two trees": capture_of_two,
+    "four trees": several_trees,
     "2 nodes an edge": capture(2),
     "4 nodes an edge": capture(4),
     "8 nodes an edge": capture(8),

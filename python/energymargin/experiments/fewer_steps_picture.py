@@ -20,7 +20,7 @@ __all__ = ["figure_fewer_steps"]
 # Okabe and Ito's colours, which all eyes tell apart; markers too, for print in grey.
 STYLES = {
     "ends alone": ("#000000", "o"),
-    "two trees": ("#999999", "<"),
+    "four trees": ("#999999", "<"),
     "2 nodes an edge": ("#56B4E9", "v"),
     "likely 1 %": ("#F0E442", "P"),
     "likely 10 %": ("#009E73", "X"),
