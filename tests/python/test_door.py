@@ -184,7 +184,8 @@ def test_several_trees_have_a_standard_error_and_one_has_none(problem):
 
 @pytest.mark.parametrize("score", [em.capture_score, em.escape_effort])
 def test_ctrl_c_ends_a_long_search(problem, score):
+    everywhere = em.regions.Ball("object", center=(0, 0, 0), radius=1e6)
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        score(problem, nodes=100_000)
+        score(with_captured(problem, everywhere), nodes=100_000)

@@ -70,7 +70,9 @@ int Propagator::extend(int from, const Edge& edge) const {
   const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches),
                                                    edge.steps, limit_, watch);
   if (!rollout.complete) return -1;
-  for (const Moment& moment : rollout.recorded) add(from, edge, moment.steps, moment.effort, moment.state);
+  for (const Moment& moment : rollout.recorded) {
+    if (moment.steps < rollout.steps) add(from, edge, moment.steps, moment.effort, moment.state);
+  }
   return add(from, edge, rollout.steps, rollout.effort, rollout.state);
 }
 
