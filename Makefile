@@ -22,8 +22,9 @@ SECONDS ?= 600
 SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf tasks tasks_scripted push push_multi \
              balance topple grasp scoop escape_energy datasets store limits audit golden properties_door properties_files
 
-# Escape energy: two thirds of the time of the sanitized C++ tests, so make sanitize alone runs them so.
-SLOW := ^Planner/Fixture
+# Most of the time of the sanitized C++ tests, so make sanitize alone runs these so: escape energy, ten thousand rollouts,
+# and searches that go on and on.
+SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState
 
 .PHONY: demo test sanitize fuzz bench check format stubs clean
 .DELETE_ON_ERROR:

@@ -98,7 +98,6 @@ Ends run(const std::vector<Problem>& problems, const std::vector<Start>& starts,
 // How far the objects' places are apart [m], sorted.
 std::vector<double> moved(const std::vector<Problem>& problems, const std::vector<Start>& starts, const Ends& a,
                           const std::vector<double>& b) {
-  if (a.numbers.size() != b.size()) throw std::invalid_argument("the saved ends are of other problems");
   std::vector<double> distances;
   std::size_t at = 0;
   for (const Start& start : starts) {
@@ -128,21 +127,19 @@ void print(const char* what, const std::vector<double>& distances) {
               at(1.0), static_cast<long>(same));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+void run(const std::vector<std::string>& words) {
   std::string save, against;
   std::vector<Problem> problems;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--save" && i + 1 < argc) {
-      save = argv[++i];
-    } else if (word == "--against" && i + 1 < argc) {
-      against = argv[++i];
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "--save") {
+      save = words.at(++i);
+    } else if (words[i] == "--against") {
+      against = words.at(++i);
     } else {
-      problems.push_back(load(word));
+      problems.push_back(load(words[i]));
     }
   }
+  if (problems.empty()) throw std::invalid_argument("no problem file is given");
   const std::vector<Start> starts = draw(problems);
   const Ends now = run(problems, starts, 1);
   std::printf("%.3f us a step\n", 1e6 * now.step_time);
@@ -150,7 +147,11 @@ int main(int argc, char** argv) {
   if (!against.empty()) {
     std::ifstream file(against, std::ios::binary);
     std::vector<double> before(now.numbers.size());
-    file.read(reinterpret_cast<char*>(before.data()), static_cast<std::streamsize>(before.size() * sizeof(double)));
+    const auto size = static_cast<std::streamsize>(before.size() * sizeof(double));
+    file.read(reinterpret_cast<char*>(before.data()), size);
+    if (file.gcount() != size || file.peek() != EOF) {
+      throw std::invalid_argument("'" + against + "' does not hold the ends of these problems");
+    }
     print("since saved", moved(problems, starts, now, before));
     std::printf("%s\n", before == now.numbers ? "all bits the same" : "bits differ");
   }
@@ -158,5 +159,16 @@ int main(int argc, char** argv) {
     std::ofstream(save, std::ios::binary)
         .write(reinterpret_cast<const char*>(now.numbers.data()),
                static_cast<std::streamsize>(now.numbers.size() * sizeof(double)));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    run({argv + 1, argv + argc});
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "energymargin_end_states: %s\n", error.what());
+    return 1;
   }
 }
