@@ -41,6 +41,7 @@ struct NormalRow : ContactRow {
 struct FrictionRow : ContactRow {
   double friction;
   std::size_t normal;  // index of its normal row
+  double* kept;        // where the contact point keeps the impulse
 };
 
 //! The rows of one step, and what they have changed so far. The arithmetic is that of Bullet's own solver,

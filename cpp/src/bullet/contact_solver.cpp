@@ -53,18 +53,18 @@ void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const bt
 void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info) {
   const btCollisionObject& a = *manifold.getBody0();
   const btCollisionObject& b = *manifold.getBody1();
-  const Ends ends{slot_of(a), slot_of(b), {}, {}};
+  const int slot_a = slot_of(a);
+  const int slot_b = slot_of(b);
   const bool both = info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS;
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
-    Ends at = ends;
-    at.arm_a = point.getPositionWorldOnA() - a.getWorldTransform().getOrigin();
-    at.arm_b = point.getPositionWorldOnB() - b.getWorldTransform().getOrigin();
+    const Ends ends{slot_a, slot_b, point.getPositionWorldOnA() - a.getWorldTransform().getOrigin(),
+                    point.getPositionWorldOnB() - b.getWorldTransform().getOrigin()};
     const std::size_t normal = rows_.normals().size();
-    add_normal(point, at, info);
-    set_friction_directions(point, velocity(at.slot_a, at.arm_a) - velocity(at.slot_b, at.arm_b), both);
-    add_friction(point, normal, point.m_lateralFrictionDir1, at);
-    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, at);
+    add_normal(point, ends, info);
+    set_friction_directions(point, velocity(slot_a, ends.arm_a) - velocity(slot_b, ends.arm_b), both);
+    add_friction(point, normal, point.m_lateralFrictionDir1, point.m_appliedImpulseLateral1, ends);
+    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, point.m_appliedImpulseLateral2, ends);
   }
 }
 
@@ -84,8 +84,9 @@ void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const b
 }
 
 void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
-                                 const Ends& ends) {
+                                 double& kept, const Ends& ends) {
   FrictionRow& row = rows_.add_friction();
+  row.kept = &kept;
   row.friction = point.m_combinedFriction;
   row.normal = normal;
   set_sides(row, direction, ends);
@@ -144,12 +145,7 @@ void ContactSolver::iterate(const btContactSolverInfo& info) {
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {
   for (const NormalRow& row : rows_.normals()) row.point->m_appliedImpulse = row.impulse;
-  const int directions = info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS ? 2 : 1;
-  for (std::size_t i = 0; i < rows_.frictions().size(); ++i) {
-    const FrictionRow& row = rows_.frictions()[i];
-    btManifoldPoint& point = *rows_.normals()[row.normal].point;
-    (directions == 1 || i % 2 == 0 ? point.m_appliedImpulseLateral1 : point.m_appliedImpulseLateral2) = row.impulse;
-  }
+  for (const FrictionRow& row : rows_.frictions()) *row.kept = row.impulse;
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     btRigidBody& body = *moving_[i].rigid;
     const Twist& change = rows_.change(i);

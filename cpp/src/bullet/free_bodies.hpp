@@ -10,8 +10,9 @@
 
 namespace energymargin {
 
-//! Free and fixed bodies in contact. One step does what Bullet's world does in one, and to the same bits, without what
-//! these scenes have no use for: sleep, islands, swept bounds, and a search for the few pairs that there are.
+//! Free and fixed bodies in contact. One step does what Bullet's world does in one, to the same bits but for the order
+//! of several contacts of one pair of compounds, and without what these scenes have no use for: sleep, islands, swept
+//! bounds, and a search for the few pairs that there are.
 class FreeBodies {
  public:
   explicit FreeBodies(btCollisionDispatcher& dispatcher) : pairs_(dispatcher) {}

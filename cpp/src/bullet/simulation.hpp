@@ -53,7 +53,7 @@ struct Span {
 //! Who does the steps.
 enum class Steps {
   own,     ///< FreeBodies, or Bullet with TreeRows; the contacts of RoundContacts
-  bullet,  ///< Bullet alone, for comparison: without joints to the same bits
+  bullet,  ///< Bullet alone, for comparison: the same bits where there are no joints and no compounds
 };
 
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.

@@ -10,9 +10,9 @@
 
 namespace energymargin {
 
-//! Does what btMultiBodyConstraintSolver does in a round, to the same bits. What makes it faster: most numbers of a
-//! row's Jacobian are zero, as those of a fixed base, or of all joints but the one that is driven; they are looked for
-//! once a step, and left out.
+//! Does what btMultiBodyConstraintSolver does in a round, to the same bits but for friction, whose cone it finds
+//! without an angle. What makes it faster: most numbers of a row's Jacobian are zero, as those of a fixed base, or of
+//! all joints but the one that is driven; they are looked for once a step, and left out.
 class TreeRows {
  public:
   using Constraints = btAlignedObjectArray<btMultiBodySolverConstraint>;

@@ -30,8 +30,8 @@ struct ImpulseWork {
   double overlap = 0.0;  // of moving bodies apart against their loads
 };
 
-//! Solves as Bullet does, to the same bits, with the rounds over rows of trees done by TreeRows. While it is watched it
-//! also sums up work: each impulse times the mean of the velocity along it before the step and after it.
+//! Solves as Bullet does, with the rounds over rows of trees done by TreeRows. While it is watched it also sums up
+//! work: each impulse times the mean of the velocity along it before the step and after it.
 class WatchedSolver : public btMultiBodyConstraintSolver {
  public:
   //! Whether TreeRows does the rounds, or Bullet.
