@@ -201,24 +201,39 @@ void bind_batch(py::module_& module) {
   py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
       .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
+      .def_readonly("times", &ScoreRow::times,
+                    "By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.")
       .def_readonly("seconds", &ScoreRow::seconds, "Time of its searches on their threads, added up [s].")
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
-          "What went wrong, or None.");
-  py::class_<Batch, HeldBatch>(module, "ScoreRun", "A running batch of problems on a pool of threads.")
-      .def(py::init([](const std::vector<Problem>& problems, const std::vector<std::string>& metrics, int nodes,
-                       std::uint64_t seed, int threads, const std::optional<std::vector<std::size_t>>& indices,
+          "What went wrong, or None.")
+      .def(py::pickle(
+          [](const ScoreRow& row) { return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error); },
+          [](const py::tuple& kept) {
+            return ScoreRow{kept[0].cast<std::size_t>(), kept[1].cast<std::map<std::string, double>>(),
+                            kept[2].cast<std::map<std::string, double>>(), kept[3].cast<double>(),
+                            kept[4].cast<std::string>()};
+          }));
+  py::class_<Batch, HeldBatch>(module, "ScoreRun", "A running batch on a pool of threads, to which problems can be added.")
+      .def(py::init([](const std::vector<std::string>& metrics, int nodes, std::uint64_t seed, int threads,
                        int nodes_per_edge, double least_likelihood, bool stop_at_escape) {
-             return HeldBatch(
-                 new Batch(problems, BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape,
-                                                  seed, threads, indices.value_or(std::vector<std::size_t>{})}));
+             return HeldBatch(new Batch(BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape,
+                                                     seed, threads}));
            }),
-           py::arg("problems"), py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"),
-           py::arg("indices") = py::none(), py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0,
-           py::arg("stop_at_escape") = false, "Starts at once; indices are the problems' stream indices.")
+           py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"), py::kw_only(),
+           py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("stop_at_escape") = false)
+      .def(
+          "add",
+          [](Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,
+             const std::optional<std::vector<std::string>>& metrics) {
+            batch.add(problems, indices, metrics.value_or(std::vector<std::string>{}));
+          },
+          py::arg("problems"), py::arg("indices"), py::arg("metrics") = py::none(),
+          "Puts problems at the end of the queue, with their stream indices; metrics: None takes the run's.")
+      .def_property_readonly("pending", &Batch::pending, "Problems that were added and whose rows are not taken yet.")
       .def("take", &Batch::take, py::arg("timeout"), py::call_guard<py::gil_scoped_release>(),
            "Rows finished since the last call; waits up to timeout [s] for the first.")
-      .def_property_readonly("finished", &Batch::finished)
+      .def_property_readonly("finished", &Batch::finished, "No row will come any more, unless problems are added.")
       .def("cancel", &Batch::cancel, py::call_guard<py::gil_scoped_release>(),
            "Stop within one rollout; unfinished problems give no row.");
 }

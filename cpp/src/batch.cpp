@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <iterator>
 #include <mutex>
+#include <numeric>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -51,28 +54,31 @@ std::string known_metrics() {
   return names;
 }
 
-void validate(const BatchOptions& options, std::size_t problems) {
-  require_at_least("nodes", options.nodes, 1);
-  require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
-  require_least_likelihood(options.least_likelihood);
-  require_at_least("threads", options.threads, 1);
-  if (!options.indices.empty() && options.indices.size() != problems) {
-    reject("indices", std::to_string(options.indices.size()) + " numbers", "one for each problem");
-  }
-  if (options.metrics.empty()) reject("metrics", "empty", "at least one metric");
-  for (const std::string& metric : options.metrics) {
+void require_metrics(const std::vector<std::string>& metrics) {
+  if (metrics.empty()) reject("metrics", "empty", "at least one metric");
+  for (const std::string& metric : metrics) {
     if (metric != force_metric && !is_tree_metric(metric) && !effort_metric(metric)) {
       reject("metrics", "'" + metric + "'", "some of " + known_metrics());
     }
   }
 }
 
-// The searches that the metrics need, each by one of its metrics: all that a tree gives come of the same one.
+void validate(const BatchOptions& options) {
+  require_at_least("nodes", options.nodes, 1);
+  require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
+  require_least_likelihood(options.least_likelihood);
+  require_at_least("threads", options.threads, 1);
+  require_metrics(options.metrics);
+}
+
+// The searches that the metrics need, each by the first of its metrics: all that a tree gives come of the same one.
 std::vector<std::string> searches_for(const std::vector<std::string>& metrics) {
   std::vector<std::string> searches;
   for (const std::string& metric : metrics) {
-    const std::string search = is_tree_metric(metric) ? tree_metrics[0] : metric;
-    if (std::find(searches.begin(), searches.end(), search) == searches.end()) searches.push_back(search);
+    const bool there = std::any_of(searches.begin(), searches.end(), [&](const std::string& search) {
+      return search == metric || (is_tree_metric(search) && is_tree_metric(metric));
+    });
+    if (!there) searches.push_back(metric);
   }
   return searches;
 }
@@ -113,7 +119,8 @@ void add_search(const Problem& problem, const std::string& search, const BatchOp
   } else {
     row.scores[force_metric] = force_score(problem).force;
   }
-  row.seconds += std::chrono::duration<double>(Clock::now() - start).count();
+  row.times[search] = std::chrono::duration<double>(Clock::now() - start).count();
+  row.seconds += row.times[search];
 }
 
 // The row of a problem; its error is that of the first search that has one.
@@ -123,6 +130,7 @@ ScoreRow joined(const std::vector<ScoreRow>& parts) {
   for (const ScoreRow& part : parts) {
     if (!part.error.empty()) return part;
     row.scores.insert(part.scores.begin(), part.scores.end());
+    row.times.insert(part.times.begin(), part.times.end());
     row.seconds += part.seconds;
   }
   return row;
@@ -139,112 +147,171 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
 
 class Batch::Pool {
  public:
-  Pool(std::vector<Problem> problems, BatchOptions options)
-      : problems_(std::move(problems)), options_(std::move(options)), searches_(searches_for(options_.metrics)) {
+  explicit Pool(BatchOptions options) : options_(std::move(options)) {
     options_.limit = options_.limit.or_when(stop_);
-    const std::size_t threads =
-        std::min(problems_.size() * searches_.size(), static_cast<std::size_t>(options_.threads));
-    working_ = with_threads ? static_cast<int>(threads) : 1;
-    for (std::size_t i = 0; with_threads && i < threads; ++i) threads_.emplace_back([this] { work(); });
   }
 
   ~Pool() { cancel(); }
 
+  void add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
+           const std::vector<std::string>& metrics) {
+    const std::vector<std::string> searches = searches_for(metrics);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (std::size_t i = 0; i < problems.size(); ++i) {
+      queue_.push_back(std::make_shared<Work>(Work{std::move(problems[i]), indices[i], searches}));
+    }
+    pending_ += problems.size();
+    if (with_threads) start_threads(queue_.size() * searches.size());
+    changed_.notify_all();
+  }
+
+  std::size_t pending() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return pending_;
+  }
+
   std::vector<ScoreRow> take(double timeout) {
     if (!with_threads) work_for(timeout);
-    const auto ready = [this] { return !rows_.empty() || working_ == 0; };
     std::unique_lock<std::mutex> lock(mutex_);
+    const auto ready = [this] { return !rows_.empty() || over(); };
     if (with_threads) changed_.wait_for(lock, std::chrono::duration<double>(timeout), ready);
+    pending_ -= rows_.size();
     return std::exchange(rows_, {});
   }
 
   bool finished() const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return working_ == 0 && rows_.empty();
+    return over() && rows_.empty();
   }
 
   void cancel() {
     stop_ = true;
+    end();
     for (std::thread& thread : threads_) {
       if (thread.joinable()) thread.join();
     }
   }
 
  private:
-  void work() {
-    while (take_on()) continue;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    --working_;
-    changed_.notify_all();
+  // A problem whose row is not there yet.
+  struct Work {
+    Problem problem;
+    std::size_t index;
+    std::vector<std::string> searches;
+    std::vector<ScoreRow> parts{};  // one a search
+    std::size_t started = 0;
+    std::size_t done = 0;
+  };
+
+  // One search of one problem: what is taken from the queue, so that a single problem keeps several threads busy, and so
+  // does the end of a batch.
+  struct Search {
+    std::shared_ptr<Work> work;
+    std::size_t which;
+  };
+
+  void start_threads(std::size_t searches) {
+    while (threads_.size() < std::min(searches, static_cast<std::size_t>(options_.threads))) {
+      threads_.emplace_back([this] {
+        while (const auto search = next(true)) run(*search);
+      });
+    }
+  }
+
+  // The next search, if need be once there is one; none if the batch has ended.
+  std::optional<Search> next(bool wait) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    if (wait) changed_.wait(lock, [this] { return ended_ || !queue_.empty(); });
+    if (ended_ || queue_.empty()) return std::nullopt;
+    const std::shared_ptr<Work> work = queue_.front();
+    const Search search{work, work->started++};
+    work->parts.resize(work->searches.size());
+    if (work->started == work->searches.size()) queue_.pop_front();
+    ++running_;
+    return search;
   }
 
   // Until there is a row, at least one search.
   void work_for(double timeout) {
     const auto end = Clock::now() + std::chrono::duration<double>(timeout);
-    bool more = working_ > 0;
-    while (more && rows_.empty()) {
-      more = take_on();
-      if (Clock::now() > end) break;
+    while (const auto search = next(false)) {
+      run(*search);
+      if (!rows_.empty() || Clock::now() > end) break;
     }
-    if (!more) working_ = 0;
   }
 
-  // What is taken from the queue is one search of one problem: so a single problem keeps several threads busy, and so
-  // does the end of a batch. False if there is none left, or the limit is reached.
-  bool take_on() {
-    const std::size_t next = next_++;
-    const std::size_t problem = next / searches_.size();
-    const std::size_t which = next % searches_.size();
-    if (problem >= problems_.size() || options_.limit.reached()) return false;
+  void run(const Search& search) {
     ScoreRow part;
-    part.index = options_.indices.empty() ? problem : options_.indices[problem];
+    part.index = search.work->index;
     try {
-      add_search(problems_[problem], searches_[which], options_, part);
+      if (options_.limit.reached()) throw search::Stopped();
+      add_search(search.work->problem, search.work->searches[search.which], options_, part);
     } catch (const search::Stopped&) {
-      return false;
+      end(1);
+      return;
     } catch (const std::exception& error) {
       part.error = error.what();
     }
-    add(problem, which, std::move(part));
-    return true;
+    keep(search, std::move(part));
   }
 
-  void add(std::size_t problem, std::size_t which, ScoreRow part) {
+  void keep(const Search& search, ScoreRow part) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    Unfinished& row = unfinished_[problem];
-    row.parts.resize(searches_.size());
-    row.parts[which] = std::move(part);
-    if (++row.done < searches_.size()) return;
-    rows_.push_back(joined(row.parts));
-    unfinished_.erase(problem);
+    --running_;
+    Work& work = *search.work;
+    work.parts[search.which] = std::move(part);
+    if (++work.done == work.searches.size()) rows_.push_back(joined(work.parts));
     changed_.notify_all();
   }
 
-  struct Unfinished {
-    std::vector<ScoreRow> parts;  // by search
-    std::size_t done = 0;
-  };
+  // No more searches are begun; so many were running that do not any more.
+  void end(std::size_t stopped = 0) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    running_ -= stopped;
+    ended_ = true;
+    queue_.clear();
+    changed_.notify_all();
+  }
 
-  std::vector<Problem> problems_;
+  // No row will come any more.
+  bool over() const { return running_ == 0 && (ended_ || pending_ == rows_.size()); }
+
   BatchOptions options_;
-  std::vector<std::string> searches_;
-  std::atomic<std::size_t> next_{0};
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<std::size_t, Unfinished> unfinished_;  // by problem
+  std::deque<std::shared_ptr<Work>> queue_;
   std::vector<ScoreRow> rows_;
-  int working_ = 0;
+  std::size_t pending_ = 0;
+  std::size_t running_ = 0;
+  bool ended_ = false;
   std::vector<std::thread> threads_;
 };
 
-Batch::Batch(std::vector<Problem> problems, const BatchOptions& options) {
-  validate(options, problems.size());
-  pool_ = std::make_unique<Pool>(std::move(problems), options);
+Batch::Batch(std::vector<Problem> problems, const BatchOptions& options) : Batch(options) {
+  const std::vector<std::size_t>& given = options.indices;
+  std::vector<std::size_t> counted(given.empty() ? problems.size() : 0);
+  std::iota(counted.begin(), counted.end(), std::size_t{0});
+  add(std::move(problems), given.empty() ? counted : given);
+}
+
+Batch::Batch(const BatchOptions& options) : metrics_(options.metrics) {
+  validate(options);
+  pool_ = std::make_unique<Pool>(options);
 }
 
 Batch::~Batch() = default;
 
+void Batch::add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
+                const std::vector<std::string>& metrics) {
+  if (indices.size() != problems.size()) {
+    reject("indices", std::to_string(indices.size()) + " numbers", "one for each problem");
+  }
+  if (!metrics.empty()) require_metrics(metrics);
+  pool_->add(std::move(problems), indices, metrics.empty() ? metrics_ : metrics);
+}
+
+std::size_t Batch::pending() const { return pool_->pending(); }
 std::vector<ScoreRow> Batch::take(double timeout) { return pool_->take(timeout); }
 bool Batch::finished() const { return pool_->finished(); }
 void Batch::cancel() { pool_->cancel(); }

@@ -190,6 +190,42 @@ TEST(Batch, CancelEndsItAndKeepsWhatIsFinished) {
   }
 }
 
+TEST(Batch, ProblemsThatAreAddedLaterHaveTheBitsOfTheFullRun) {
+  const auto full = all(pushes(6), options(2));
+  Batch batch(options(2));
+  EXPECT_TRUE(batch.finished());
+  batch.add(pushes(2), {0, 1});
+  auto rows = all(batch);
+  EXPECT_EQ(batch.pending(), 0u);
+  const std::vector<Problem> problems = pushes(6);
+  for (std::size_t i = 2; i < 6; ++i) batch.add({problems[i]}, {i});
+  EXPECT_EQ(batch.pending(), 4u);
+  rows.merge(all(batch));
+  ASSERT_EQ(rows.size(), 6u);
+  for (const auto& [index, row] : full) EXPECT_EQ(rows.at(index).scores, row.scores) << "row " << index;
+}
+
+TEST(Batch, ProblemsCanBeAddedForSomeOfTheMetrics) {
+  const auto full = all(pushes(2), options());
+  Batch batch(options());
+  batch.add(pushes(1), {0}, {"effort/rrt", "success"});
+  const ScoreRow row = all(batch).at(0);
+  EXPECT_EQ(row.scores.at("effort/rrt"), full.at(0).scores.at("effort/rrt"));
+  EXPECT_EQ(row.scores.at("success"), full.at(0).scores.at("success"));
+  EXPECT_EQ(row.scores.count("effort/est") + row.scores.count("force"), 0u);
+  EXPECT_TRUE(rejects([&] { batch.add(pushes(1), {0}, {"beauty"}); }, {"metrics", "'beauty'"}));
+  EXPECT_TRUE(rejects([&] { batch.add(pushes(2), {0}); }, {"indices", "1 numbers"}));
+}
+
+TEST(Batch, TimesOfTheMetricsAddUpToThatOfTheRow) {
+  const ScoreRow row = score(push(), 0, options());
+  double sum = 0.0;
+  for (const auto& [metric, time] : row.times) sum += time;
+  EXPECT_DOUBLE_EQ(sum, row.seconds);
+  EXPECT_EQ(row.times.count("capture") + row.times.count("success"), 1u);  // they come of one tree
+  EXPECT_GT(row.times.at("effort/est"), 0.0);
+}
+
 TEST(Batch, ThereAreNoHalfRows) {
   const std::atomic<bool> cancel{true};
   for (const std::string metric : {"capture", "effort/est", "effort/rrt"}) {

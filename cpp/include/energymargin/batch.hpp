@@ -17,6 +17,7 @@ namespace energymargin {
 struct ScoreRow {
   std::size_t index = 0;                 //!< the problem's stream index
   std::map<std::string, double> scores;  //!< by metric
+  std::map<std::string, double> times;   //!< by metric: time of its search [s]; of one tree's, at the first alone
   double seconds = 0.0;                  //!< time of its searches on their threads, added up [s]
   std::string error;                     //!< what went wrong, in the first search that fails; empty if all is well
 };
@@ -47,18 +48,29 @@ class Stopped : public std::runtime_error {
 
 }  // namespace search
 
-//! A running batch: threads take the next search of the next problem from one queue. A problem's row is there once all
-//! its searches are done.
+//! A running batch: threads take the next search of the next problem from one queue, to which problems can be added. A
+//! problem's row is there once all its searches are done; then the problem is let go.
 class Batch {
  public:
   //! Starts at once. Throws std::invalid_argument on an unknown metric, nodes or threads below 1; a bad problem
   //! gives a row with an error.
   Batch(std::vector<Problem> problems, const BatchOptions& options);
 
+  //! The same without problems yet; `options.indices` are not asked for.
+  explicit Batch(const BatchOptions& options);
+
   //! Cancels and joins.
   ~Batch();
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
+
+  //! Puts more problems at the end of the queue, with their stream indices, for these metrics (empty: those of the
+  //! options). Throws std::invalid_argument as the constructor does, or if there is not an index for each problem.
+  void add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
+           const std::vector<std::string>& metrics = {});
+
+  //! Problems that were added and whose rows are not taken yet.
+  std::size_t pending() const;
 
   //! Rows finished since the last call; waits up to `timeout` [s] for the first of them.
   std::vector<ScoreRow> take(double timeout);
@@ -71,6 +83,7 @@ class Batch {
 
  private:
   class Pool;
+  std::vector<std::string> metrics_;
   std::unique_ptr<Pool> pool_;
 };
 

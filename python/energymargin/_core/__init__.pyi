@@ -1096,6 +1096,10 @@ class ScoreRow:
     """
     The scores of one problem of a batch.
     """
+    def __getstate__(self) -> tuple[int, dict[str, float], dict[str, float], float, str]:
+        ...
+    def __setstate__(self, arg0: tuple) -> None:
+        ...
     @property
     def error(self) -> str | None:
         """
@@ -1116,13 +1120,20 @@ class ScoreRow:
         """
         Time of its searches on their threads, added up [s].
         """
+    @property
+    def times(self) -> dict[str, float]:
+        """
+        By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.
+        """
 class ScoreRun:
     """
-    A running batch of problems on a pool of threads.
+    A running batch on a pool of threads, to which problems can be added.
     """
-    def __init__(self, problems: collections.abc.Sequence[Problem], metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False) -> None:
+        ...
+    def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """
-        Starts at once; indices are the problems' stream indices.
+        Puts problems at the end of the queue, with their stream indices; metrics: None takes the run's.
         """
     def cancel(self) -> None:
         """
@@ -1134,7 +1145,14 @@ class ScoreRun:
         """
     @property
     def finished(self) -> bool:
-        ...
+        """
+        No row will come any more, unless problems are added.
+        """
+    @property
+    def pending(self) -> int:
+        """
+        Problems that were added and whose rows are not taken yet.
+        """
 def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
