@@ -197,6 +197,8 @@ struct JoinWithoutGil {
 };
 using HeldBatch = std::unique_ptr<Batch, JoinWithoutGil>;
 
+using Kept = py::typing::Tuple<py::object, py::ellipsis>;
+
 void bind_batch(py::module_& module) {
   py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
       .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
@@ -208,8 +210,10 @@ void bind_batch(py::module_& module) {
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.")
       .def(py::pickle(
-          [](const ScoreRow& row) { return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error); },
-          [](const py::tuple& kept) {
+          [](const ScoreRow& row) -> Kept {
+            return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error);
+          },
+          [](const Kept& kept) {
             return ScoreRow{kept[0].cast<std::size_t>(), kept[1].cast<std::map<std::string, double>>(),
                             kept[2].cast<std::map<std::string, double>>(), kept[3].cast<double>(),
                             kept[4].cast<std::string>()};

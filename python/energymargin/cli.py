@@ -1,4 +1,4 @@
-"""The commands: energymargin tasks | generate | score | evaluate | demo | reproduce.
+"""The commands: energymargin tasks | generate | score | evaluate | export | demo | reproduce.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,9 +22,19 @@ from energymargin.terminal import PICTURE_NODES, Nodes, Seed, Threads, Timeout, 
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
-    from energymargin.store import ScoreStore
+    from energymargin.evaluation import LabelledScores
+    from energymargin.executors import Executor
+    from energymargin.settings import SearchSettings
+    from energymargin.store import Run
 
 __all__ = ["main"]
+
+RunNumber = Annotated[
+    int | None,
+    typer.Option(
+        "--run", help="Which run, if there are several; `energymargin export` lists them."
+    ),
+]
 
 # Exit codes, as shells know them.
 BAD_INPUT = 2
@@ -183,37 +194,45 @@ def score(
     ] = False,
     seed: Seed = 0,
     threads: Threads = None,
+    processes: Annotated[
+        int | None,
+        typer.Option(help="So many processes instead of threads: a crash costs little."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."),
+    ] = None,
     timeout: Timeout = None,
 ) -> None:
-    """Score every state of a dataset. Stop it with Ctrl-C: the same command goes on from there.
+    """Score every state of a dataset that is not scored yet. Stopped in any way, the same command
+    goes on from there; started twice at once, the two share the work.
 
     Example: `energymargin score push.h5 -o push-scores.db --nodes 100`
+
+    On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
     """
     from energymargin import datasets
+    from energymargin.settings import SearchSettings
 
-    dataset = datasets.load(data)
+    settings = SearchSettings(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape)
+    executor = _executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
     chosen = None if metrics is None else split(metrics)
-    with _score(
-        dataset,
-        output,
-        metrics=chosen,
-        nodes=nodes,
-        nodes_per_edge=nodes_per_edge,
-        least_likelihood=least_likelihood,
-        stop_at_escape=stop_at_escape,
-        seed=seed,
-        threads=threads,
-        timeout=timeout,
-    ) as store:
-        scored, total = store.counts()
-        written = escape(str(output))
-        if scored < total:
-            say(f"[yellow]the time was over:[/] {_kept(scored, total, output)}")
+    with (
+        datasets.open(data) as dataset,
+        _score(
+            dataset, output, settings, metrics=chosen, executor=executor, timeout=timeout
+        ) as run,
+    ):
+        scored, states = run.counts()
+        if scored < states:
+            say(f"[yellow]the time was over:[/] {_kept(run)}")
             raise typer.Exit(TIMED_OUT)
+        written = escape(str(output))
+        which = f" --run {run.number}" if len(run.store.runs()) > 1 else ""
         say(
-            f"{scored} states are scored in {written}, {1e3 * store.seconds():.0f} ms a state. "
-            f"Next: [bold]energymargin evaluate {written}[/]"
+            f"{scored} states are scored in {written}, {1e3 * run.seconds():.3g} ms a state. "
+            f"Next: [bold]energymargin evaluate {written}{which}[/]"
         )
 
 
@@ -226,6 +245,7 @@ def evaluate(
     csv: Annotated[
         Path | None, typer.Option(help="Write every number to this file as well.")
     ] = None,
+    run: RunNumber = None,
     seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
@@ -235,7 +255,31 @@ def evaluate(
     from energymargin.store import ScoreStore
 
     with ScoreStore(scores) as store:
-        _evaluate(store, markdown, csv, seed)
+        _evaluate(store.run(run).labelled_scores(), markdown, csv, seed)
+
+
+@app.command()
+def export(
+    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A .csv or .parquet file; without it, what there is."),
+    ] = None,
+    run: RunNumber = None,
+) -> None:
+    """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
+
+    Example: `energymargin export push-scores.db -o push-scores.csv`
+    """
+    from energymargin import store
+
+    if output is None:
+        with store.ScoreStore(scores) as opened:
+            for one in opened.runs():
+                out.print(str(one), soft_wrap=True, highlight=False)
+        return
+    rows = store.export(scores, output, run)
+    say(f"Wrote {rows} states to {escape(str(output))}")
 
 
 @app.command()
@@ -252,14 +296,18 @@ def demo(
 
     Example: `energymargin demo -o out`
     """
+    from energymargin.executors import Threads
+    from energymargin.settings import SearchSettings
+
     if find_spec("matplotlib") is None:  # said now, not after the scores
         raise ImportError("the demo draws pictures: pip install energymargin[plots]")
     output.mkdir(parents=True, exist_ok=True)
     dataset = _demo_dataset(output / f"{DEMO_TASK}.h5", trajectories, seed)
     database = output / f"{DEMO_TASK}-scores.db"
-    with _score(dataset, database, nodes=nodes, seed=seed, threads=threads) as store:
-        _evaluate(store, output / "table.md", output / "table.csv", seed)
-        labelled = store.labelled_scores()
+    settings, executor = SearchSettings(nodes, seed), Threads(threads)
+    with _score(dataset, database, settings, executor=executor) as run:
+        labelled = run.labelled_scores()
+    _evaluate(labelled, output / "table.md", output / "table.csv", seed)
     from energymargin.experiments import pictures  # slow to load, which Ctrl-C would wait for
 
     pictures.figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")
@@ -285,56 +333,55 @@ def _generate(
     return dataset
 
 
+def _executor(threads: int | None, processes: int | None, scheduler: str | None) -> Executor:
+    """The one that was asked for."""
+    from energymargin.executors import Dask, Processes, Threads
+
+    asked = {"threads": threads, "processes": processes, "scheduler": scheduler}
+    given = [name for name, value in asked.items() if value is not None]
+    if len(given) > 1:
+        raise ValueError(f"--{given[0]} and --{given[1]} are given, expected one of them")
+    if scheduler is not None:
+        return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
+    return Threads(threads) if processes is None else Processes(processes)
+
+
+@contextmanager
 def _score(
     dataset: Dataset,
     output: Path,
+    settings: SearchSettings,
     *,
     metrics: Sequence[str] | None = None,
-    nodes: int,
-    nodes_per_edge: int = 1,
-    least_likelihood: float = 0.0,
-    stop_at_escape: bool = False,
-    seed: int,
-    threads: int | None,
+    executor: Executor,
     timeout: float | None = None,
-) -> ScoreStore:
-    """Scores what is missing and opens the file of all scores. Ctrl-C says what was kept."""
+) -> Iterator[Run]:
+    """Scores what is missing, and has the run of all scores. Ctrl-C says what was kept."""
     from energymargin.progress import progress_bar
-    from energymargin.store import ScoreStore, score_dataset
+    from energymargin.store import ScoreStore, begin_run, dataset_metrics, score_run
 
-    try:
-        with progress_bar(err, f"Scoring, {nodes} nodes", "states") as progress:
-            score_dataset(
-                dataset,
-                output,
-                metrics,
-                nodes,
-                seed,
-                nodes_per_edge=nodes_per_edge,
-                least_likelihood=least_likelihood,
-                stop_at_escape=stop_at_escape,
-                threads=threads,
-                progress=progress,
-                timeout=timeout,
-            )
-    except KeyboardInterrupt:
-        if output.exists():
-            with ScoreStore(output) as store:
-                scored, total = store.counts()
-            say(_kept(scored, total, output))
-        raise
-    return ScoreStore(output)
+    metrics = dataset_metrics(dataset, metrics)  # nothing is written if they cannot be
+    with ScoreStore(output, create=True) as store:
+        run = begin_run(store, dataset, metrics, settings)
+        try:
+            with progress_bar(err, f"Scoring, {settings.nodes} nodes", "states") as progress:
+                score_run(dataset, run, executor=executor, progress=progress, timeout=timeout)
+        except KeyboardInterrupt:
+            say(_kept(run))
+            raise
+        yield run
 
 
-def _kept(scored: int, total: int, path: Path) -> str:
-    kept = f"{scored} of {total} states are scored and kept in {escape(str(path))}"
+def _kept(run: Run) -> str:
+    scored, states = run.counts()
+    kept = f"{scored} of {states} states are scored and kept in {escape(str(run.store.path))}"
     return f"{kept}; the same command goes on from there."
 
 
-def _evaluate(store: ScoreStore, markdown: Path | None, csv: Path | None, seed: int) -> None:
+def _evaluate(labelled: LabelledScores, markdown: Path | None, csv: Path | None, seed: int) -> None:
     from energymargin import evaluation
 
-    result = evaluation.evaluate(store.labelled_scores(), seed=seed)
+    result = evaluation.evaluate(labelled, seed=seed)
     out.print(result.render())
     if markdown is not None:
         markdown.write_text(result.to_markdown())

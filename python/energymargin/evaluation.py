@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.scoring import ANY
+from energymargin.settings import ANY
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

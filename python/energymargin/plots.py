@@ -46,7 +46,7 @@ from energymargin.outlines import (
     view_of,
 )
 from energymargin.regions import Region
-from energymargin.scoring import ANY
+from energymargin.settings import ANY
 from energymargin.tasks.base import Task, Trajectory, plane_of
 
 __all__ = ["figure_qualitative", "figure_scores", "plot_state", "plot_trajectory_scores"]

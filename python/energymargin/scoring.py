@@ -1,47 +1,36 @@
-"""Scores of many problems on all cores; can be stopped without losing what is done."""
+"""Scores of many problems, wherever they are computed. What is done when it stops is not lost."""
 
 from __future__ import annotations
 
-import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
+from energymargin._core import Cancel, Problem
+from energymargin.executors import Executor, Row, Threads
+from energymargin.executors.chunks import POLL
+from energymargin.executors.session import Work
 from energymargin.limits import Limit
-from energymargin.tasks.base import whole_number
+from energymargin.settings import ANY, METRICS, SearchSettings, check_metrics
 
 __all__ = [
-    "ANY",
-    "METRICS",
-    "POLL",
     "ScoreError",
     "ScoreTable",
-    "check_settings",
+    "Source",
     "chosen_metrics",
     "held_interrupts",
     "metrics_of",
+    "run_all",
     "score",
-    "thread_count",
 ]
-
-ANY = "/any"
-"""Ends the name of a metric that asks for at least one of several objects, instead of all."""
-
-METRICS = (
-    *("capture", "success", "effort/est", "effort/rrt", "force"),
-    *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
-)
-MOST_NODES = 10**9
-
-# How long an interrupt may stay unnoticed [s].
-POLL = 0.05
 
 
 @dataclass(frozen=True)
@@ -78,15 +67,82 @@ class ScoreTable:
 
 
 class ScoreError(ValueError):
-    """Some problems could not be scored; `table` holds those that could."""
+    """Some problems could not be scored."""
 
-    def __init__(self, errors: dict[int, str], table: ScoreTable) -> None:
-        """`errors`: what went wrong, by the problem's index."""
+    def __init__(self, errors: dict[int, str], problems: int, table: ScoreTable | None = None):
+        """`errors`: what went wrong, by the problem's index; `table`: those that could, if there
+        is no store that has them."""
         first = min(errors)
-        many = f"{len(errors)} of {len(errors) + len(table)} problems could not be scored"
+        many = f"{len(errors)} of {problems} problems could not be scored"
         super().__init__(f"{many}; problem {first}: {errors[first]}")
         self.errors = errors
         self.table = table
+
+
+class Source(Protocol):
+    """Problems that are to be scored."""
+
+    def take(self, most: int) -> Sequence[Work]:
+        """Some of those that come next, at most so many; none if there are none right now."""
+        ...
+
+    @property
+    def empty(self) -> bool:
+        """Whether there will be no more."""
+        ...
+
+
+class _Given:
+    """A Source of problems that are all there."""
+
+    def __init__(
+        self, problems: Sequence[Problem], indices: Sequence[int], metrics: Sequence[str]
+    ) -> None:
+        self._problems, self._indices, self._metrics = problems, indices, tuple(metrics)
+        self._next = 0
+
+    def take(self, most: int) -> Sequence[Work]:
+        """As Source.take."""
+        first, self._next = self._next, min(self._next + most, len(self._problems))
+        return [
+            Work(self._indices[i], self._problems[i], self._metrics)
+            for i in range(first, self._next)
+        ]
+
+    @property
+    def empty(self) -> bool:
+        """As Source.empty."""
+        return self._next == len(self._problems)
+
+
+def run_all(
+    source: Source,
+    executor: Executor,
+    settings: SearchSettings,
+    deliver: Callable[[Sequence[Row]], None],
+    limit: Limit,
+) -> bool:
+    """Scores all that a source has; returns whether that was all, False if the limit came first.
+
+    `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
+    KeyboardInterrupt is raised; so with any other error, which is then raised.
+    """
+    with held_interrupts() as interrupted, executor.session(settings) as session:
+        try:
+            while not (interrupted.is_set() or limit.reached):
+                room = session.room()
+                if room and not source.empty:
+                    session.add(source.take(room))
+                if not session.pending:  # others have what is left
+                    time.sleep(POLL)
+                deliver(session.take(POLL))
+                if source.empty and not session.pending:
+                    return True
+        finally:
+            deliver(session.stop())
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+    return source.empty and not session.pending
 
 
 def score(
@@ -96,42 +152,44 @@ def score(
     seed: int = 0,
     threads: int | None = None,
     *,
+    executor: Executor | None = None,
     nodes_per_edge: int = 1,
     least_likelihood: float = 0.0,
     stop_at_escape: bool = False,
     progress: Callable[[int, int], None] | None = None,
-    on_rows: Callable[[list[ScoreRow]], None] | None = None,
+    on_rows: Callable[[list[Row]], None] | None = None,
     indices: Sequence[int] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> ScoreTable:
-    """Scores of every problem: the same bits for any number of threads.
+    """Scores of every problem: the same bits for any number of threads, and on any executor.
 
     `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
-    search tree, `threads` None takes all cores this process may use. `nodes_per_edge` and
-    `least_likelihood` go to `capture_score`, `stop_at_escape` to `escape_effort`.
-    `progress(done, total)` and `on_rows(rows)` are called as scores come in. `indices` are the
-    problems' stream indices, 0 to N-1 if not given: a part of the problems with their own indices
-    gets the scores it has in the whole. Each index has a stream of its own:
-    `capture_score(problem, seed=stream(seed, index))` grows the tree of that problem here.
+    search tree, `threads` None takes all cores this process may use. `executor`, in place of
+    `threads`, is of `em.executors`: Processes, or Dask. `nodes_per_edge` and `least_likelihood` go
+    to `capture_score`, `stop_at_escape` to `escape_effort`. `progress(done, total)` and
+    `on_rows(rows)` are called as scores come in. `indices` are the problems' stream indices, 0 to
+    N-1 if not given: a part of the problems with their own indices gets the scores it has in the
+    whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
+    grows the tree of that problem here.
 
     After `timeout` [s], or once `cancel` is set, the table has the rows that are finished, each
     with the scores that it has in the whole; the others are missing.
 
-    Ctrl-C stops within 0.1 s: `on_rows` has then got everything that was finished, and
+    Ctrl-C stops within 0.2 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
     computed, and ScoreError at the end if the simulation of a problem failed.
     """
     limit = Limit(timeout, cancel)
     metrics = chosen_metrics(problems, metrics)
-    check_settings(
-        metrics, nodes, seed, nodes_per_edge=nodes_per_edge, least_likelihood=least_likelihood
-    )
-    threads = thread_count(threads)
-    done: list[ScoreRow] = []
+    check_metrics(metrics)
+    settings = SearchSettings(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape)
+    if executor is not None and threads is not None:
+        raise ValueError(f"threads is {threads}, expected None with an executor")
+    done: list[Row] = []
     errors: dict[int, str] = {}
 
-    def deliver(rows: list[ScoreRow]) -> None:
+    def deliver(rows: Sequence[Row]) -> None:
         errors.update({row.index: row.error for row in rows if row.error})
         good = [row for row in rows if not row.error]
         done.extend(good)
@@ -140,30 +198,18 @@ def score(
         if progress is not None and rows:
             progress(len(done) + len(errors), len(problems))
 
-    with held_interrupts() as interrupted:
-        run = ScoreRun(
-            problems,
-            list(metrics),
-            nodes,
-            seed,
-            threads,
-            indices,
-            nodes_per_edge,
-            least_likelihood,
-            stop_at_escape,
-        )
-        try:
-            while not (run.finished or interrupted.is_set() or limit.reached):
-                deliver(run.take(POLL))
-        finally:
-            run.cancel()
-            deliver(run.take(0))
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-    table = _table(done, metrics, complete=len(done) + len(errors) == len(problems))
+    source = _Given(problems, _indices(indices, len(problems)), metrics)
+    complete = run_all(source, executor or Threads(threads), settings, deliver, limit)
+    table = _table(done, metrics, complete)
     if errors:
-        raise ScoreError(errors, table)
+        raise ScoreError(errors, len(problems), table)
     return table
+
+
+def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
+    if indices is not None and len(indices) != problems:
+        raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
+    return range(problems) if indices is None else indices
 
 
 def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
@@ -192,31 +238,6 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
     return there if metrics is None else metrics
 
 
-def check_settings(
-    metrics: Sequence[str],
-    nodes: int,
-    seed: int,
-    *,
-    nodes_per_edge: int = 1,
-    least_likelihood: float = 0.0,
-) -> None:
-    """Raises ValueError on an unknown metric, or on nodes or a seed that cannot be."""
-    unknown = [metric for metric in metrics if metric not in METRICS]
-    if unknown or not metrics:
-        what = repr(unknown[0]) if unknown else "empty"
-        raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
-    whole_number("nodes", nodes, 1, MOST_NODES)
-    whole_number("seed", seed, 0, 2**64 - 1)
-    whole_number("nodes_per_edge", nodes_per_edge, 1, MOST_NODES)
-    if not 0 <= least_likelihood < 1:
-        raise ValueError(f"least_likelihood is {least_likelihood}, expected at least 0 and below 1")
-
-
-def thread_count(threads: int | None) -> int:
-    """`threads`, or for None all cores that this process may use; ValueError if below 1."""
-    return len(os.sched_getaffinity(0)) if threads is None else whole_number("threads", threads, 1)
-
-
 @contextmanager
 def held_interrupts() -> Iterator[threading.Event]:
     """Ctrl-C sets the event instead of raising, so that no row is lost between a pool of threads
@@ -241,7 +262,7 @@ def held_interrupts() -> Iterator[threading.Event]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _table(rows: list[ScoreRow], metrics: Sequence[str], complete: bool) -> ScoreTable:
+def _table(rows: list[Row], metrics: Sequence[str], complete: bool) -> ScoreTable:
     rows = sorted(rows, key=lambda row: row.index)
     return ScoreTable(
         index=np.array([row.index for row in rows], dtype=np.int64),

@@ -1096,9 +1096,9 @@ class ScoreRow:
     """
     The scores of one problem of a batch.
     """
-    def __getstate__(self) -> tuple[int, dict[str, float], dict[str, float], float, str]:
+    def __getstate__(self) -> tuple[typing.Any, ...]:
         ...
-    def __setstate__(self, arg0: tuple) -> None:
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
         ...
     @property
     def error(self) -> str | None:

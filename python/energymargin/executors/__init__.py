@@ -1,1 +1,11 @@
-"""Where work is done: threads, processes, or the workers of a Dask cluster."""
+"""Where problems are scored: on threads, in processes, or by the workers of a Dask cluster.
+
+The scores are the same, to the last bit.
+"""
+
+from energymargin.executors.dask import Dask
+from energymargin.executors.processes import Processes
+from energymargin.executors.session import Executor, Row
+from energymargin.executors.threads import Threads
+
+__all__ = ["Dask", "Executor", "Processes", "Row", "Threads"]

@@ -28,15 +28,21 @@ from energymargin.evaluation import (
     LabelledScores,
     evaluate,
 )
+from energymargin.executors.chunks import POLL
+from energymargin.executors.threads import thread_count
 from energymargin.limits import Limit
-from energymargin.scoring import ANY, POLL, held_interrupts, thread_count
-from energymargin.store import ScoreStore
+from energymargin.scoring import held_interrupts
+from energymargin.settings import ANY
+from energymargin.store import Run, ScoreStore
+from energymargin.store.claims import Scorer
+from energymargin.store.known import adopt
+from energymargin.store.schema import state_digest
 from energymargin.tasks.base import ScriptedTask, Trajectory, whole_number
 
 __all__ = [
     "CEILING",
     "ceiling_dataset",
-    "ceiling_store",
+    "ceiling_run",
     "evaluate_ceiling",
     "scripted",
     "state_ceiling",
@@ -49,11 +55,17 @@ CAPTURED = {horizon: f"captured/{horizon}" for horizon in HORIZONS}
 
 @dataclass(frozen=True)
 class _Row:
-    """The shares of one state, as a ScoreStore takes them."""
+    """The shares of one state, as a store takes them."""
 
     index: int
     seconds: float
     scores: dict[str, float]
+    error: str | None = None
+
+    @property
+    def times(self) -> dict[str, float]:
+        """All of the time is that of the first share."""
+        return {next(iter(self.scores)): self.seconds}
 
 
 def ceiling_dataset(
@@ -69,11 +81,11 @@ def ceiling_dataset(
 ) -> bool:
     """The shares of every state of a dataset, kept in the file at `path` as soon as they are there.
 
-    The file is a ScoreStore: "captured/h" for each horizon h, and "success". Returns whether all
+    The file is a store: "captured/h" for each horizon h, and "success". Returns whether all
     are there: False if `timeout` [s] was over, or `cancel` was set, before. Then, or on
     KeyboardInterrupt, or any other error, all that was finished is in it, and the same call goes on
     to the same bits, on any number of threads. Raises ValueError on a task without a script,
-    numbers out of range, or a file of other settings. `progress(done, total)` counts all states of
+    or numbers out of range. `progress(done, total)` counts all states of
     the dataset.
     """
     limit = Limit(timeout, cancel)
@@ -91,46 +103,49 @@ def ceiling_dataset(
         )
         return _Row(index, time.perf_counter() - start, shares)
 
-    with (
-        ceiling_store(path, dataset, continuations, seed) as store,
-        held_interrupts() as interrupted,
-        ThreadPoolExecutor(threads) as pool,
-    ):
-        running = {pool.submit(row, index) for index in store.missing()}
-        try:
-            advance(*store.counts())
-            while running and not (interrupted.is_set() or limit.reached):
-                done, running = wait(running, POLL, FIRST_COMPLETED)
-                store.add([future.result() for future in done if not future.exception()])
-                advance(*store.counts())
-                for future in done:
-                    future.result()  # says what went wrong, after the others are kept
-        finally:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            store.add([f.result() for f in running if not (f.cancelled() or f.exception())])
-        scored, total = store.counts()
+    with ScoreStore(path, create=True) as store:
+        run = ceiling_run(store, dataset, continuations, seed)
+        digest = dataset.digest()
+        with (
+            Scorer(store, run) as scorer,
+            held_interrupts() as interrupted,
+            ThreadPoolExecutor(threads) as pool,
+        ):
+            claims = scorer.claim({n: state_digest(digest, n) for n in run.missing()})
+            running = {pool.submit(row, n) for n, claim in claims.items() if claim.metrics}
+            try:
+                advance(*run.counts())
+                while running and not (interrupted.is_set() or limit.reached):
+                    done, running = wait(running, POLL, FIRST_COMPLETED)
+                    scorer.add([future.result() for future in done if not future.exception()])
+                    advance(*run.counts())
+                    for future in done:
+                        future.result()  # says what went wrong, after the others are kept
+            finally:
+                stop.set()
+                pool.shutdown(cancel_futures=True)
+                scorer.add([f.result() for f in running if not (f.cancelled() or f.exception())])
+        scored, total = run.counts()
     if interrupted.is_set():
         raise KeyboardInterrupt
     return scored == total
 
 
-def ceiling_store(
-    path: str | os.PathLike[str], dataset: Dataset, continuations: int, seed: int
-) -> ScoreStore:
-    """Opens the file of these settings, or makes it if there is none; ValueError if they differ."""
+def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: int) -> Run:
+    """The run of these settings; ValueError if they cannot be."""
     shares, first = [*CAPTURED.values(), SUCCESS], dataset.trajectories[0]
     if first.captured_any is not None:
         shares += [name + ANY for name in CAPTURED.values()]
     if first.success_any is not None:
         shares.append(SUCCESS + ANY)
-    return ScoreStore.for_settings(
-        path,
-        dataset,
-        shares,
-        continuations=whole_number("continuations", continuations, 1),
-        seed=whole_number("seed", seed, 0, 2**64 - 1),
-    )
+    settings = {
+        "continuations": whole_number("continuations", continuations, 1),
+        "seed": whole_number("seed", seed, 0, 2**64 - 1),
+    }
+    run = store.begin(dataset, settings, dict.fromkeys(shares, settings))
+    digest = dataset.digest()
+    adopt(store, run, lambda numbers: [state_digest(digest, number) for number in numbers])
+    return run
 
 
 def state_ceiling(

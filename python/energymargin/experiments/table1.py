@@ -7,7 +7,8 @@ trajectories, and so the labels, the force score and the ceiling, are the same i
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,10 +24,11 @@ from energymargin.evaluation import (
     captured_labels,
     evaluate,
 )
+from energymargin.executors.threads import Threads, thread_count
 from energymargin.experiments.ceiling import (
     CEILING,
     ceiling_dataset,
-    ceiling_store,
+    ceiling_run,
     evaluate_ceiling,
     scripted,
 )
@@ -38,8 +40,7 @@ from energymargin.experiments.table1_text import (
     Table1,
     TaskResult,
 )
-from energymargin.scoring import thread_count
-from energymargin.store import ScoreStore, score_dataset
+from energymargin.store import Run, ScoreStore, begin_run, score_dataset
 from energymargin.tasks.base import EFFECTORS
 
 __all__ = [
@@ -142,8 +143,10 @@ class _Part:
         )
         part = cls(dataset, settings, folder)
         for effector in part.effectors():
-            part.scores(effector).close()
-        part.shares().close()
+            with part.scores(effector):
+                pass
+        with part.shares():
+            pass
         return part
 
     def effectors(self) -> list[str]:
@@ -155,21 +158,18 @@ class _Part:
         """The same trajectories, of a task with this effector."""
         return replace(self.dataset, parameters={**self.dataset.parameters, "effector": effector})
 
-    def scores(self, effector: str) -> ScoreStore:
-        """The file of the scores in one reading."""
-        return ScoreStore.for_dataset(
-            self._path(f"{effector}-scores"),
-            self.reading(effector),
-            METRICS,
-            self.settings.nodes,
-            self.settings.seed,
-        )
+    @contextmanager
+    def scores(self, effector: str) -> Iterator[Run]:
+        """The scores in one reading."""
+        with ScoreStore(self._path(f"{effector}-scores"), create=True) as store:
+            yield begin_run(store, self.reading(effector), METRICS, self.settings.search)
 
-    def shares(self) -> ScoreStore:
-        """The file of the ceiling."""
-        return ceiling_store(
-            self._path(CEILING), self.dataset, self.settings.continuations, self.settings.seed
-        )
+    @contextmanager
+    def shares(self) -> Iterator[Run]:
+        """The shares of the ceiling."""
+        settings = self.settings
+        with ScoreStore(self._path(CEILING), create=True) as store:
+            yield ceiling_run(store, self.dataset, settings.continuations, settings.seed)
 
     def problem(self) -> Problem:
         """That of the first state."""
@@ -195,9 +195,8 @@ class _Part:
                     self.reading(effector),
                     self._path(f"{effector}-scores"),
                     METRICS,
-                    settings.nodes,
-                    settings.seed,
-                    threads=threads,
+                    settings.search,
+                    executor=Threads(threads),
                     progress=progress,
                 ),
             )
@@ -222,10 +221,10 @@ class _Part:
         seed, weights = self.settings.seed, self.problem().force_weights
         readings = {}
         for effector in self.effectors():
-            with self.scores(effector) as store:
-                readings[effector] = evaluate(store.labelled_scores(), seed=seed)
-        with self.shares() as store:
-            labelled = store.labelled_scores()
+            with self.scores(effector) as run:
+                readings[effector] = evaluate(run.labelled_scores(), seed=seed)
+        with self.shares() as run:
+            labelled = run.labelled_scores()
         return TaskResult(
             task=self.dataset.task,
             readings=readings,

@@ -29,7 +29,7 @@ from energymargin.experiments.ceiling import (
     CONTINUATIONS,
 )
 from energymargin.experiments.sheet import Sheet
-from energymargin.scoring import check_settings
+from energymargin.settings import SearchSettings
 from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
@@ -62,9 +62,14 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Checks the numbers: a mistake is said before anything is computed, or written."""
-        check_settings(METRICS, self.nodes, self.seed)
+        _ = self.search
         whole_number("trajectories", self.trajectories, 1)
         whole_number("continuations", self.continuations, 1)
+
+    @property
+    def search(self) -> SearchSettings:
+        """Those of the scores."""
+        return SearchSettings(self.nodes, self.seed)
 
     def command(self, folder: Path) -> str:
         """What to type to make the table again."""

@@ -31,7 +31,7 @@ from energymargin._core import (
     interval,
     stream,
 )
-from energymargin.scoring import thread_count
+from energymargin.executors.threads import thread_count
 from energymargin.tasks.base import whole_number
 
 __all__ = [

@@ -1,0 +1,36 @@
+"""Scores on the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from energymargin.executors.chunks import PoolSession
+from energymargin.settings import ALGORITHM, SearchSettings
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["Dask"]
+
+
+@dataclass(frozen=True)
+class Dask:
+    """The workers of a Dask cluster; each of their threads scores a problem at a time.
+
+    Needs the extra [cluster], here and on the workers. Problems are sent to them as JSON, so
+    regions made of a Python predicate need threads.
+    """
+
+    scheduler: str | Client
+    """Its address, such as tcp://127.0.0.1:8786, or a Client."""
+    notice: Callable[[str], None] | None = None
+    """Is told in a line what a person wants to know: no workers, one died, no scheduler."""
+
+    def session(self, settings: SearchSettings) -> PoolSession:
+        """As Executor.session. Raises ConnectionError if there is no scheduler."""
+        from energymargin.executors.dask_pool import DaskPool
+
+        pool = DaskPool(self.scheduler, release=ALGORITHM, notice=self.notice)
+        return PoolSession(pool, settings)

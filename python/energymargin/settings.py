@@ -1,0 +1,73 @@
+"""What a score depends on beside its problem: the metric, and how its search is made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from energymargin.tasks.base import whole_number
+
+__all__ = ["ALGORITHM", "ANY", "METRICS", "SearchSettings", "check_metrics"]
+
+ALGORITHM = "0.5.0"
+"""The version of energymargin since which the same settings give the same bits. A change that moves
+any score sets it to the version that has the change, together with the golden values."""
+
+ANY = "/any"
+"""Ends the name of a metric that asks for at least one of several objects, instead of all."""
+
+METRICS = (
+    *("capture", "success", "effort/est", "effort/rrt", "force"),
+    *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
+)
+MOST_NODES = 10**9
+
+# Of each kind of metric, the settings that change its value.
+_OF_TREE = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
+_OF_EFFORT = ("nodes", "seed", "stop_at_escape")
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How the trees of the scores are grown. Raises ValueError on what cannot be."""
+
+    nodes: int = 1000
+    """Nodes of each search tree."""
+    seed: int = 0
+    """Each problem has a stream of its own: the tree of problem i has the seed stream(seed, i)."""
+    nodes_per_edge: int = 1
+    """Of capture and success, as of `capture_score`."""
+    least_likelihood: float = 0.0
+    """Of capture and success, as of `capture_score`."""
+    stop_at_escape: bool = False
+    """Of the efforts, as of `escape_effort`."""
+
+    def __post_init__(self) -> None:
+        """Checks each of them."""
+        whole_number("nodes", self.nodes, 1, MOST_NODES)
+        whole_number("seed", self.seed, 0, 2**64 - 1)
+        whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES)
+        if not 0 <= self.least_likelihood < 1:
+            raise ValueError(
+                f"least_likelihood is {self.least_likelihood}, expected at least 0 and below 1"
+            )
+
+    def of(self, metric: str) -> dict[str, Any]:
+        """Those that change the value of one metric."""
+        if metric == "force":
+            return {}
+        names = _OF_EFFORT if metric.startswith("effort") else _OF_TREE
+        return {name: value for name, value in self.all().items() if name in names}
+
+    def all(self) -> dict[str, Any]:
+        """All of them, by name."""
+        return asdict(self)
+
+
+def check_metrics(metrics: Sequence[str]) -> None:
+    """Raises ValueError on an unknown metric, or none at all."""
+    unknown = [metric for metric in metrics if metric not in METRICS]
+    if unknown or not metrics:
+        what = repr(unknown[0]) if unknown else "empty"
+        raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")

@@ -1,0 +1,17 @@
+"""Scores on disk: durable, shared by several scorers, and known by what was scored."""
+
+from energymargin.store.export import export, load
+from energymargin.store.file import ScoreStore
+from energymargin.store.run import Run
+from energymargin.store.scoring import begin_run, dataset_metrics, score_dataset, score_run
+
+__all__ = [
+    "Run",
+    "ScoreStore",
+    "begin_run",
+    "dataset_metrics",
+    "export",
+    "load",
+    "score_dataset",
+    "score_run",
+]

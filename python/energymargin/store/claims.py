@@ -1,0 +1,186 @@
+"""Who computes what: several scorers on one store share the work, and a dead one's is taken over.
+
+A scorer claims what it is about to compute, and says from time to time that it is still there. If
+it has not for a minute, or if its process is gone from this machine, its claims count no more. That
+a scorer was only slow, and two have computed the same, does no harm: it is the same score.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
+from types import TracebackType
+
+from energymargin.executors import Row
+from energymargin.store.file import ScoreStore
+from energymargin.store.run import Run
+
+__all__ = ["Claim", "Scorer"]
+
+LEASE = 60.0  # s; how long a scorer is believed in that says nothing
+BEAT = 5.0  # s; how often it says something
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What a scorer may compute of a state now."""
+
+    metrics: tuple[str, ...]
+    """Scores that nobody has, and nobody else computes."""
+    taken: bool
+    """Whether somebody else computes others that it lacks."""
+
+
+class Scorer:
+    """A scorer of one run. Use it in a `with` statement, at whose end its claims are given up."""
+
+    def __init__(self, store: ScoreStore, run: Run) -> None:
+        """Signs up."""
+        self._store, self._run, self._database = store, run, store.database
+        self._problems: dict[int, int] = {}  # of the claimed states, by their numbers
+        self._beaten = 0.0
+        with store.transaction():
+            self._bury()
+            (self._number,) = self._database.execute(
+                "INSERT INTO scorers (host, process, until) VALUES (?, ?, ?) RETURNING id",
+                (socket.gethostname(), os.getpid(), time.time() + LEASE),
+            ).fetchone()
+
+    def claim(self, digests: Mapping[int, bytes]) -> dict[int, Claim]:
+        """Claims what these states lack; `digests` of their problems, by their numbers."""
+        with self._store.transaction():
+            self._bury()
+            self._sign()
+            return {
+                number: self._claim(number, self._problem(number, digest))
+                for number, digest in digests.items()
+            }
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Keeps the scores of these rows, all or none, and gives up the claims on them."""
+        asked = self._run.asked
+        with self._store.transaction():
+            self._sign()
+            for row in rows:
+                problem = self._problems[row.index]
+                self._database.executemany(
+                    "INSERT INTO scores VALUES (?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                    [
+                        (problem, row.index, asked[metric], value, row.times.get(metric, 0.0))
+                        for metric, value in row.scores.items()
+                        if metric in asked
+                    ],
+                )
+            self._give_up([row.index for row in rows])
+        for row in rows:
+            del self._problems[row.index]
+
+    def give_up(self, numbers: Sequence[int]) -> None:
+        """Gives up the claims on these states."""
+        with self._store.transaction():
+            self._give_up(numbers)
+
+    def beat(self) -> None:
+        """Says that it is still there, if it is time to."""
+        if time.monotonic() > self._beaten + BEAT:
+            with self._store.transaction():
+                self._sign()
+
+    def alone(self) -> bool:
+        """Whether no other scorer has signed up."""
+        (count,) = self._database.execute("SELECT count(*) FROM scorers").fetchone()
+        return bool(count == 1)
+
+    def close(self) -> None:
+        """Signs off; its claims are for others."""
+        with self._store.transaction():
+            self._database.execute("DELETE FROM scorers WHERE id = ?", (self._number,))
+
+    def __enter__(self) -> Scorer:
+        """The scorer itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Signs off, unless the disk is full: then others see that the process is gone."""
+        with suppress(OSError) if error else nullcontext():
+            self.close()
+
+    def _problem(self, number: int, digest: bytes) -> int:
+        """The number of a problem, which is from now on that of the state."""
+        self._database.execute(
+            "INSERT INTO problems (digest) VALUES (?) ON CONFLICT DO NOTHING", (digest,)
+        )
+        (problem,) = self._database.execute(
+            "SELECT id FROM problems WHERE digest = ?", (digest,)
+        ).fetchone()
+        self._database.execute(
+            "UPDATE states SET problem = ? WHERE dataset = ? AND number = ? AND problem IS NOT ?",
+            (problem, self._run.dataset, number, problem),
+        )
+        self._problems[number] = problem
+        return int(problem)
+
+    def _claim(self, number: int, problem: int) -> Claim:
+        lacking = {
+            metric: question
+            for metric, question in self._run.asked.items()
+            if question not in self._questions("scores", problem, number)
+        }
+        taken = self._questions("claims", problem, number)
+        free = {metric: q for metric, q in lacking.items() if q not in taken}
+        self._database.executemany(
+            "INSERT INTO claims VALUES (?, ?, ?, ?)",
+            [(problem, number, question, self._number) for question in free.values()],
+        )
+        return Claim(tuple(free), taken=len(free) < len(lacking))
+
+    def _questions(self, table: str, problem: int, number: int) -> set[int]:
+        rows = self._database.execute(
+            f"SELECT question FROM {table} WHERE problem = ? AND stream = ?", (problem, number)
+        )
+        return {question for (question,) in rows}
+
+    def _give_up(self, numbers: Sequence[int]) -> None:
+        self._database.executemany(
+            "DELETE FROM claims WHERE problem = ? AND stream = ? AND scorer = ?",
+            [(self._problems[number], number, self._number) for number in numbers],
+        )
+
+    def _sign(self) -> None:
+        self._beaten = time.monotonic()
+        self._database.execute(
+            "INSERT INTO scorers VALUES (?, ?, ?, ?) "
+            "ON CONFLICT (id) DO UPDATE SET until = excluded.until",
+            (self._number, socket.gethostname(), os.getpid(), time.time() + LEASE),
+        )
+
+    def _bury(self) -> None:
+        """Strikes off the scorers that are gone, with their claims."""
+        now, here = time.time(), socket.gethostname()
+        scorers = self._database.execute("SELECT id, host, process, until FROM scorers").fetchall()
+        gone = [
+            (number,)
+            for number, host, process, until in scorers
+            if until < now or (host == here and not _runs(process))
+        ]
+        self._database.executemany("DELETE FROM scorers WHERE id = ?", gone)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process of this machine is still there."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass  # it is another user's
+    return True

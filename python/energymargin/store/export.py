@@ -1,0 +1,148 @@
+"""A store's scores as a table: a data frame, CSV, or Parquet. One row is a state of a run."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from energymargin.store.file import ScoreStore
+from energymargin.store.run import Run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["export", "load"]
+
+BLOCK = 10000  # rows in memory
+NEEDS = "pip install energymargin[tables]"
+SUFFIXES = (".csv", ".parquet")
+
+
+def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
+    """All scores of a store, or those of one run, with the states' labels and the settings.
+
+    A row is a state of a run: its `run`, `task`, `trajectory`, `frame`; the labels `captured`,
+    `succeeded` (of its trajectory) and, with several objects, `captured_any`, `succeeded_any`; the
+    settings; a column for each metric (NaN: not there yet, inf: no escape was found); `seconds` of
+    computing. Needs the extra [tables]. Raises what ScoreStore does.
+    """
+    try:
+        import pandas as pd
+    except ImportError:
+        raise ImportError(f"data frames are made by pandas: {NEEDS}") from None
+    with ScoreStore(path) as store:
+        table = _Table(_runs(store, run))
+        frame = pd.DataFrame.from_records(list(table.rows()), columns=list(table.kinds))
+    return frame.astype({name: _OF_PANDAS[kind] for name, kind in table.kinds.items()})
+
+
+def export(
+    path: str | os.PathLike[str], output: str | os.PathLike[str], run: int | None = None
+) -> int:
+    """Writes what `load` gives into a .csv or .parquet file, block by block; returns the rows.
+
+    The file is there whole, or as it was. Parquet needs the extra [tables]. Raises ValueError on
+    another suffix.
+    """
+    output = Path(output)
+    if output.suffix not in SUFFIXES:
+        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    temporary = output.with_name(f".{output.name}.{os.getpid()}")
+    try:
+        with ScoreStore(path) as store:
+            table = _Table(_runs(store, run))
+            write = _write_csv if output.suffix == ".csv" else _write_parquet
+            rows = write(table, temporary)
+        os.replace(temporary, output)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return rows
+
+
+_OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Some runs of a store, below one another."""
+
+    runs: Sequence[Run]
+
+    @property
+    def kinds(self) -> dict[str, type]:
+        """The columns, each with the type of its values."""
+        kinds: dict[str, type] = {"run": int, "task": str, "trajectory": int, "frame": int}
+        kinds |= {"captured": bool, "succeeded": bool}
+        if any(run.several for run in self.runs):
+            kinds |= {"captured_any": bool, "succeeded_any": bool}
+        for run in self.runs:
+            kinds |= {name: _kind(value) for name, value in run.settings.items()}
+        kinds |= {"algorithm": str}
+        kinds |= {metric: float for run in self.runs for metric in run.metrics}
+        return kinds | {"seconds": float}
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """A value for each column, None where there is none."""
+        columns = list(self.kinds)
+        for run in self.runs:
+            of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
+            of_run |= {n: str(v) if _kind(v) is str else v for n, v in run.settings.items()}
+            for row in run.rows():
+                trajectory, frame, *labels, seconds = row[:7]
+                captured, succeeded, captured_any, succeeded_any = map(_flag, labels)
+                own = of_run | dict(zip(run.metrics, row[7:], strict=True))
+                own |= {"trajectory": trajectory, "frame": frame, "seconds": seconds}
+                own |= {"captured": captured, "succeeded": succeeded}
+                own |= {"captured_any": captured_any, "succeeded_any": succeeded_any}
+                yield tuple(own.get(column) for column in columns)
+
+
+def _write_csv(table: _Table, path: Path) -> int:
+    count = 0
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(table.kinds)
+        for row in table.rows():
+            writer.writerow(row)
+            count += 1
+    return count
+
+
+def _write_parquet(table: _Table, path: Path) -> int:
+    try:
+        import pyarrow as pa
+        from pyarrow.parquet import ParquetWriter
+    except ImportError:
+        raise ImportError(f"Parquet files are written by pyarrow: {NEEDS}") from None
+    of_arrow = {int: pa.int64(), bool: pa.bool_(), float: pa.float64(), str: pa.string()}
+    schema = pa.schema([(name, of_arrow[kind]) for name, kind in table.kinds.items()])
+    rows, count = table.rows(), 0
+    with ParquetWriter(path, schema) as writer:
+        while block := list(islice(rows, BLOCK)):
+            columns = [
+                pa.array(column, field.type)
+                for column, field in zip(zip(*block, strict=True), schema, strict=True)
+            ]
+            writer.write_batch(pa.record_batch(columns, schema=schema))
+            count += len(block)
+    return count
+
+
+def _runs(store: ScoreStore, number: int | None) -> list[Run]:
+    return store.runs() if number is None else [store.run(number)]
+
+
+def _kind(value: Any) -> type:
+    """Of a setting; a whole number beyond 63 bits, as a seed may be, is kept as text."""
+    if isinstance(value, int) and value >= 2**63:
+        return str
+    return next((kind for kind in (bool, int, float) if isinstance(value, kind)), str)
+
+
+def _flag(label: int | None) -> bool | None:
+    return None if label is None else bool(label)

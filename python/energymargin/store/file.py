@@ -1,0 +1,249 @@
+"""A file of scores: what it holds, and how it is opened."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import sqlite3
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from energymargin.datasets import Dataset
+from energymargin.settings import ALGORITHM
+from energymargin.store import schema
+from energymargin.store.run import Run
+
+__all__ = ["ScoreStore"]
+
+# How long the file may be held by another process [s], and how often a signal is looked at.
+PATIENCE = 600.0
+WAIT = 0.1
+CACHE = 65536  # KiB of the file in memory
+CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
+LABELS = 10000  # states that are put in at a time
+
+
+class ScoreStore:
+    """An open file of scores; close it, or use it in a `with` statement.
+
+    It holds the runs of any number of datasets and settings. Several processes of one machine may
+    have it open at once, and write to it.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
+        """Opens a file, or with `create` makes it if there is none.
+
+        A file of an older version is brought to this one. Raises FileNotFoundError if there is
+        none, ValueError if it is not a file of scores, is damaged, or comes from a newer version.
+        """
+        self.path = Path(path)
+        if not self.path.exists():
+            if not create:
+                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
+            if not self.path.parent.is_dir():
+                raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
+        self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
+        try:
+            self._open(create)
+        except BaseException as error:
+            self.database.close()
+            if isinstance(error, sqlite3.DatabaseError) and not is_busy(error):
+                raise ValueError(
+                    f"{self.path} is not a file of scores, or damaged: {error}"
+                ) from error
+            raise
+
+    def runs(self) -> list[Run]:
+        """Every dataset with a choice of settings that was ever begun here, in that order."""
+        return [Run(self, n) for (n,) in self.database.execute("SELECT id FROM runs ORDER BY id")]
+
+    def run(self, number: int | None = None) -> Run:
+        """A run by its number, or for None the only one; ValueError if there is no such run."""
+        runs = self.runs()
+        found = [run for run in runs if number is None or run.number == number]
+        if len(found) == 1:
+            return found[0]
+        there = "; ".join(map(str, runs)) or "none"
+        if number is None:
+            raise ValueError(f"{self.path} has {len(runs)} runs, choose one by its number: {there}")
+        raise ValueError(f"run is {number}, and {self.path} has {there}")
+
+    def begin(
+        self,
+        dataset: Dataset,
+        settings: Mapping[str, Any],
+        questions: Mapping[str, Mapping[str, Any]],
+    ) -> Run:
+        """The run of this dataset with these settings, which is begun if there is none.
+
+        `questions` are the settings of each metric, by its name: those that change its value.
+        """
+        digest = dataset.digest()
+        with self.transaction():
+            number = self._dataset(dataset, digest)
+            asked = sorted(self._question(metric, own) for metric, own in questions.items())
+            for run in self.runs():
+                if run.dataset == number and run.questions == asked:
+                    return run
+            cursor = self.database.execute(
+                "INSERT INTO runs (dataset, settings) VALUES (?, ?)", (number, _json(settings))
+            )
+            self.database.executemany(
+                "INSERT INTO asked VALUES (?, ?)", [(cursor.lastrowid, one) for one in asked]
+            )
+            assert cursor.lastrowid is not None  # it was just inserted
+            return Run(self, cursor.lastrowid)
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """Everything that is written in it is kept, or nothing; others wait for its end.
+
+        Raises OSError if the disk is full, TimeoutError if another process holds the file for ten
+        minutes.
+        """
+        try:
+            self._retried("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._retried("COMMIT")
+            except BaseException:
+                if self.database.in_transaction:
+                    self.database.execute("ROLLBACK")
+                raise
+        except sqlite3.OperationalError as error:
+            if "full" in str(error):
+                raise OSError(
+                    errno.ENOSPC,
+                    "the disk is full; what was kept before is safe: make room, and the same "
+                    "command goes on",
+                    str(self.path),
+                ) from error
+            raise
+
+    def close(self) -> None:
+        """Closes the file."""
+        self.database.close()
+
+    def __enter__(self) -> ScoreStore:
+        """The open file itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Closes the file."""
+        self.close()
+
+    def _open(self, create: bool) -> None:
+        self.database.execute("PRAGMA foreign_keys = ON")
+        self.database.execute(f"PRAGMA cache_size = -{CACHE}")
+        if create and self._is_empty():
+            with self.transaction():
+                if self._is_empty():  # still, now that nobody else can make it
+                    schema.create(self.database)
+        self._check_format()
+        self._retried("PRAGMA journal_mode = WAL")
+        self.database.execute("PRAGMA synchronous = NORMAL")
+        if self._version() < schema.VERSION:
+            with self.transaction():
+                if self._version() < schema.VERSION:
+                    schema.migrate(self.database, self._version())
+
+    def _is_empty(self) -> bool:
+        (tables,) = self._retried("SELECT count(*) FROM sqlite_master").fetchone()
+        return bool(tables == 0)
+
+    def _version(self) -> int:
+        return int(self._retried("PRAGMA user_version").fetchone()[0])
+
+    def _check_format(self) -> None:
+        (application,) = self._retried("PRAGMA application_id").fetchone()
+        if application != schema.APPLICATION_ID:
+            raise ValueError(
+                f"{self.path} is not a file of scores: it is an SQLite file of something else"
+            )
+        version = self._version()
+        if version > schema.VERSION:
+            raise ValueError(
+                f"{self.path} has version {version} of the scores' format, "
+                f"and this energymargin reads up to {schema.VERSION}: update it"
+            )
+        if self.path.stat().st_size < CHECKED:
+            (state,) = self._retried("PRAGMA quick_check(1)").fetchone()
+            if state != "ok":
+                raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
+
+    def _dataset(self, dataset: Dataset, digest: str) -> int:
+        """The number of a dataset, which is put in with its labels if it is not there."""
+        found = self.database.execute("SELECT id FROM datasets WHERE digest = ?", (digest,))
+        row = found.fetchone() or self._adopted(dataset, digest)
+        if row is not None:
+            return int(row[0])
+        cursor = self.database.execute(
+            "INSERT INTO datasets (digest, task, parameters, states) VALUES (?, ?, ?, ?)",
+            (digest, dataset.task, json.dumps(dataset.parameters), dataset.size),
+        )
+        assert cursor.lastrowid is not None  # it was just inserted
+        for first in range(0, dataset.size, LABELS):
+            last = min(first + LABELS, dataset.size)
+            labels = dataset.labels(first, last)
+            self.database.executemany(
+                "INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)",
+                ((cursor.lastrowid, n, *own) for n, own in enumerate(labels, start=first)),
+            )
+        return cursor.lastrowid
+
+    def _adopted(self, dataset: Dataset, digest: str) -> tuple[int] | None:
+        """A dataset of an older file, if it is this one: from now on known by its digest."""
+        old = self.database.execute("SELECT id FROM datasets WHERE digest IS NULL").fetchall()
+        if not old:
+            return None
+        row: tuple[int] | None = self.database.execute(
+            "UPDATE datasets SET digest = ?, parameters = ? WHERE digest IS NULL AND digest_2 = ? "
+            "RETURNING id",
+            (digest, json.dumps(dataset.parameters), dataset.digest_of_version_2()),
+        ).fetchone()
+        return row
+
+    def _question(self, metric: str, settings: Mapping[str, Any]) -> int:
+        key = (metric, _json(settings), ALGORITHM)
+        self.database.execute(
+            "INSERT INTO questions (metric, settings, algorithm) VALUES (?, ?, ?) "
+            "ON CONFLICT DO NOTHING",
+            key,
+        )
+        (number,) = self.database.execute(
+            "SELECT id FROM questions WHERE (metric, settings, algorithm) = (?, ?, ?)", key
+        ).fetchone()
+        return int(number)
+
+    def _retried(self, statement: str) -> sqlite3.Cursor:
+        """Runs a statement once other processes let go of the file; a Ctrl-C gets through."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            try:
+                return self.database.execute(statement)
+            except sqlite3.OperationalError as error:
+                if not is_busy(error):
+                    raise
+                if time.monotonic() > end:
+                    raise TimeoutError(
+                        f"{self.path} was held by another process for {PATIENCE:.0f} s"
+                    ) from error
+
+
+def is_busy(error: BaseException) -> bool:
+    """Whether another process holds the file right now."""
+    return isinstance(error, sqlite3.OperationalError) and "locked" in str(error)
+
+
+def _json(settings: Mapping[str, Any]) -> str:
+    return json.dumps(settings, sort_keys=True)

@@ -1,0 +1,72 @@
+"""Whether the problems of a dataset are still those that a store knows its states by."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from energymargin.store.file import ScoreStore
+from energymargin.store.run import Run
+from energymargin.store.schema import state_digest
+
+__all__ = ["Digests", "adopt", "forget_if_changed"]
+
+Digests = Callable[[Sequence[int]], Sequence[bytes]]
+"""Fingerprints of the problems of some states, by their numbers, which rise."""
+
+SAMPLE = 100  # states that are looked at; of a smaller dataset, all
+BLOCK = 100  # states at a time
+
+
+def adopt(store: ScoreStore, run: Run, digests: Digests) -> None:
+    """Gives the problems of a dataset that comes from an older file the digests they have now."""
+    (old,) = store.database.execute(
+        "SELECT digest_2 FROM datasets WHERE id = ?", (run.dataset,)
+    ).fetchone()
+    if old is None:
+        return
+    with store.transaction():
+        for first in range(0, run.states, BLOCK):
+            numbers = range(first, min(first + BLOCK, run.states))
+            store.database.executemany(
+                "UPDATE OR IGNORE problems SET digest = ? WHERE digest = ?",
+                [
+                    (digest, state_digest(old, number))
+                    for number, digest in zip(numbers, digests(numbers), strict=True)
+                ],
+            )
+        store.database.execute("UPDATE datasets SET digest_2 = NULL WHERE id = ?", (run.dataset,))
+
+
+def forget_if_changed(store: ScoreStore, run: Run, digests: Digests) -> None:
+    """Looks up all states anew, if some make another problem than when they were scored.
+
+    So it is when the task's code was changed since.
+    """
+    sample = np.unique(np.linspace(0, run.states - 1, SAMPLE).astype(int)).tolist()
+    known = _known(store.database, run, sample)
+    numbers = sorted(known)
+    for first in range(0, len(numbers), BLOCK):
+        some = numbers[first : first + BLOCK]
+        if [known[number] for number in some] != list(digests(some)):
+            with store.transaction():
+                store.database.execute(
+                    "UPDATE states SET problem = NULL WHERE dataset = ?", (run.dataset,)
+                )
+            return
+
+
+def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> dict[int, bytes]:
+    """Digests of the problems of these states, as far as the store has them."""
+    found = {}
+    for number in numbers:
+        row = database.execute(
+            "SELECT digest FROM states JOIN problems ON problem = problems.id "
+            "WHERE dataset = ? AND number = ?",
+            (run.dataset, number),
+        ).fetchone()
+        if row is not None:
+            found[number] = row[0]
+    return found

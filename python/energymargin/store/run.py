@@ -1,0 +1,163 @@
+"""One dataset with one choice of settings, in a file of scores."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from energymargin.evaluation import LabelledScores
+from energymargin.settings import METRICS
+
+if TYPE_CHECKING:
+    from energymargin.store.file import ScoreStore
+
+__all__ = ["Run"]
+
+
+class Run:
+    """What a store holds of a dataset with a choice of settings."""
+
+    def __init__(self, store: ScoreStore, number: int) -> None:
+        """A run that is in the store."""
+        self.store = store
+        self.number = number
+        self._database = store.database
+        self.dataset, settings = self._database.execute(
+            "SELECT dataset, settings FROM runs WHERE id = ?", (number,)
+        ).fetchone()
+        self.settings: dict[str, Any] = json.loads(settings)
+        self.task, self.states = self._database.execute(
+            "SELECT task, states FROM datasets WHERE id = ?", (self.dataset,)
+        ).fetchone()
+
+    @cached_property
+    def asked(self) -> dict[str, int]:
+        """The number of each metric's question, in the order of METRICS."""
+        rows = self._database.execute(
+            "SELECT metric, questions.id FROM asked JOIN questions ON question = questions.id "
+            "WHERE run = ?",
+            (self.number,),
+        ).fetchall()
+        order = {metric: place for place, metric in enumerate(METRICS)}
+        return dict(sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0])))
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """Of which there are scores, in the order of METRICS."""
+        return tuple(self.asked)
+
+    @property
+    def questions(self) -> list[int]:
+        """Their numbers, rising."""
+        return sorted(self.asked.values())
+
+    @cached_property
+    def algorithm(self) -> str:
+        """The version of energymargin since which the scores have these bits."""
+        (algorithm,) = self._database.execute(
+            "SELECT max(algorithm) FROM asked JOIN questions ON question = id WHERE run = ?",
+            (self.number,),
+        ).fetchone()
+        return str(algorithm)
+
+    @cached_property
+    def several(self) -> bool:
+        """Whether there are labels of at least one of several objects."""
+        row = self._database.execute(
+            "SELECT 1 FROM states WHERE dataset = ? "
+            "AND (captured_any IS NOT NULL OR success_any IS NOT NULL)",
+            (self.dataset,),
+        ).fetchone()
+        return row is not None
+
+    def __str__(self) -> str:
+        """In one line, as for a choice among several."""
+        scored, states = self.counts()
+        settings = ", ".join(f"{name} {value}" for name, value in self.settings.items())
+        return (
+            f"run {self.number}: {self.task}, {scored} of {states} states, "
+            f"{', '.join(self.metrics)} ({settings}; algorithm {self.algorithm})"
+        )
+
+    def counts(self) -> tuple[int, int]:
+        """How many states have all their scores, and how many there are."""
+        (missing,) = self._database.execute(
+            f"SELECT count(*) FROM states WHERE dataset = ? AND {self.lacks}", (self.dataset,)
+        ).fetchone()
+        return self.states - int(missing), self.states
+
+    def missing(self, first: int = 0, last: int | None = None) -> list[int]:
+        """The numbers of the states from `first` on, before `last`, that lack a score; rising."""
+        rows = self._database.execute(
+            f"SELECT number FROM states WHERE dataset = ? AND number >= ? AND number < ? "
+            f"AND {self.lacks} ORDER BY number",
+            (self.dataset, first, self.states if last is None else last),
+        )
+        return [number for (number,) in rows]
+
+    def seconds(self) -> float:
+        """Mean computing time of a state that has all its scores [s]; 0 if none has."""
+        scored, _ = self.counts()
+        total = sum(self.times().values())
+        return total / scored if scored else 0.0
+
+    def times(self) -> dict[str, float]:
+        """Computing time of each metric, of all states [s]; of one tree, at the first alone."""
+        return {
+            metric: float(
+                self._database.execute(
+                    "SELECT total(seconds) FROM states JOIN scores "
+                    "ON scores.problem = states.problem AND stream = number AND question = ? "
+                    "WHERE dataset = ?",
+                    (question, self.dataset),
+                ).fetchone()[0]
+            )
+            for metric, question in self.asked.items()
+        }
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """One row a state, in the order of their numbers: trajectory, frame, captured, success,
+        captured_any, success_any, seconds, and a value of each of `metrics`; None is missing."""
+        values = "".join(
+            f", max(iif(question = {question}, value, NULL))" for question in self.asked.values()
+        )
+        return self._database.execute(
+            "SELECT trajectory, frame, captured, success, captured_any, success_any, "
+            f"total(seconds){values} FROM states LEFT JOIN scores "
+            "ON scores.problem = states.problem AND stream = number "
+            f"AND question IN ({self._listed}) WHERE dataset = ? GROUP BY number ORDER BY number",
+            (self.dataset,),
+        )
+
+    def labelled_scores(self) -> LabelledScores:
+        """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
+        table = np.full((self.states, 7 + len(self.metrics)), np.nan)
+        for number, row in enumerate(self.rows()):
+            table[number] = row  # None becomes NaN
+        trajectory, _, captured, success, captured_any, success_any, _ = table.T[:7]
+        return LabelledScores(
+            task=self.task,
+            trajectory=trajectory.astype(np.int64),
+            captured=captured.astype(bool),
+            success=success.astype(bool),
+            scores={m: table[:, 7 + i].copy() for i, m in enumerate(self.metrics)},
+            captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
+            success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
+        )
+
+    @property
+    def lacks(self) -> str:
+        """In SQL: whether a row of `states` lacks a score of the run."""
+        return (
+            "(problem IS NULL OR (SELECT count(*) FROM scores "
+            "WHERE scores.problem = states.problem "
+            f"AND stream = number AND question IN ({self._listed})) < {len(self.asked)})"
+        )
+
+    @cached_property
+    def _listed(self) -> str:
+        return ", ".join(map(str, self.questions))

@@ -1,0 +1,156 @@
+"""The tables of a store of scores (SQLite), and how an older file becomes one.
+
+    datasets   id, digest, task, parameters (JSON), states (how many), digest_2 (of version 2)
+    states     dataset, number, trajectory, frame, captured, success, captured_any, success_any
+               (NULL: one set for all objects), problem (NULL: not looked at yet)
+    problems   id, digest: SHA-256 of what the problem is
+    questions  id, metric, settings (JSON: those that change this metric), algorithm
+    scores     problem, stream, question, value (inf: no escape was found), seconds
+    runs       id, dataset, settings (JSON: all of them)
+    asked      run, question: what a run asks of each state of its dataset
+    scorers    id, host, process, until: who is at work, and how long others believe that [s]
+    claims     problem, stream, question, scorer: what is being computed
+
+A score belongs to what the problem is, not to where it stands: two datasets with the same state at
+the same number share it, and so do two runs that ask the same question.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from typing import Any
+
+from energymargin.settings import METRICS, SearchSettings
+
+__all__ = ["APPLICATION_ID", "VERSION", "create", "migrate", "state_digest"]
+
+# Marks the file as ours in SQLite's own header: "EMsc".
+APPLICATION_ID = 0x454D7363
+# 1 had no labels of at least one object; 1 and 2 were of one dataset and one choice of settings
+VERSION = 3
+
+_TABLES = """
+CREATE TABLE datasets (
+    id INTEGER PRIMARY KEY, digest TEXT UNIQUE, task TEXT NOT NULL, parameters TEXT,
+    states INTEGER NOT NULL, digest_2 TEXT
+);
+CREATE TABLE problems (id INTEGER PRIMARY KEY, digest BLOB NOT NULL UNIQUE);
+CREATE TABLE states (
+    dataset INTEGER NOT NULL REFERENCES datasets, number INTEGER NOT NULL,
+    trajectory INTEGER NOT NULL, frame INTEGER NOT NULL,
+    captured INTEGER NOT NULL, success INTEGER NOT NULL,
+    captured_any INTEGER, success_any INTEGER, problem INTEGER REFERENCES problems,
+    PRIMARY KEY (dataset, number)
+) WITHOUT ROWID;
+CREATE TABLE questions (
+    id INTEGER PRIMARY KEY, metric TEXT NOT NULL, settings TEXT NOT NULL, algorithm TEXT NOT NULL,
+    UNIQUE (metric, settings, algorithm)
+);
+CREATE TABLE scores (
+    problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
+    question INTEGER NOT NULL REFERENCES questions, value REAL NOT NULL, seconds REAL NOT NULL,
+    PRIMARY KEY (problem, stream, question)
+) WITHOUT ROWID;
+CREATE TABLE runs (
+    id INTEGER PRIMARY KEY, dataset INTEGER NOT NULL REFERENCES datasets, settings TEXT NOT NULL
+);
+CREATE TABLE asked (
+    run INTEGER NOT NULL REFERENCES runs, question INTEGER NOT NULL REFERENCES questions,
+    PRIMARY KEY (run, question)
+) WITHOUT ROWID;
+CREATE TABLE scorers (
+    id INTEGER PRIMARY KEY AUTOINCREMENT, host TEXT NOT NULL, process INTEGER NOT NULL,
+    until REAL NOT NULL
+);
+CREATE TABLE claims (
+    problem INTEGER NOT NULL, stream INTEGER NOT NULL, question INTEGER NOT NULL,
+    scorer INTEGER NOT NULL REFERENCES scorers ON DELETE CASCADE,
+    PRIMARY KEY (problem, stream, question)
+) WITHOUT ROWID;
+CREATE INDEX claims_of_scorer ON claims (scorer);
+"""
+
+# Settings that older files do not name, as they were then.
+_BEFORE = {"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False}
+# Settings of older files that are none of a search.
+_OF_FILE = ("task", "dataset", "metrics", "energymargin")
+
+
+def create(database: sqlite3.Connection) -> None:
+    """Makes the tables of a new file, in the transaction that is open."""
+    for statement in _TABLES.split(";"):
+        if statement.strip():
+            database.execute(statement)
+    database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    database.execute(f"PRAGMA user_version = {VERSION}")
+
+
+def state_digest(dataset: str, number: int) -> bytes:
+    """Stands for the content of a recorded state, where a problem's own is not there to be read."""
+    return hashlib.sha256(f"state {number} of the dataset {dataset}".encode()).digest()
+
+
+def migrate(database: sqlite3.Connection, version: int) -> None:
+    """Brings a file of an older version to this one, in the transaction that is open.
+
+    Its problems are known by the old fingerprint of their dataset alone, until it is scored again.
+    """
+    database.execute("ALTER TABLE states RENAME TO old_states")
+    database.execute("ALTER TABLE scores RENAME TO old_scores")
+    create(database)
+    settings = {
+        name: json.loads(value)
+        for name, value in database.execute("SELECT name, value FROM settings")
+    }
+    count = _move_states(database, settings, some=version > 1)
+    _move_scores(database, settings)
+    for table in ("settings", "old_scores", "old_states"):
+        database.execute(f"DROP TABLE {table}")
+    database.execute("UPDATE datasets SET states = ?", (count,))
+
+
+def _move_states(database: sqlite3.Connection, settings: dict[str, Any], some: bool) -> int:
+    """The one dataset, its states, and a problem for each; returns how many."""
+    digest = settings["dataset"]
+    database.execute(
+        "INSERT INTO datasets VALUES (1, NULL, ?, NULL, 0, ?)", (settings["task"], digest)
+    )
+    any_object = "captured_any, success_any" if some else "NULL, NULL"
+    states = database.execute(
+        f"SELECT trajectory, frame, captured, success, {any_object} FROM old_states "
+        "ORDER BY trajectory, frame"
+    ).fetchall()
+    problems = [(n + 1, state_digest(digest, n)) for n in range(len(states))]
+    database.executemany("INSERT INTO problems VALUES (?, ?)", problems)
+    database.executemany(
+        "INSERT INTO states VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?)",
+        [(n, *state, n + 1) for n, state in enumerate(states)],
+    )
+    return len(states)
+
+
+def _move_scores(database: sqlite3.Connection, settings: dict[str, Any]) -> None:
+    """The one run, its questions, and the scores; the first metric has a state's whole time."""
+    numbers = {name: value for name, value in settings.items() if name not in _OF_FILE}
+    if set(settings["metrics"]) <= set(METRICS) and "nodes" in numbers:
+        numbers = _BEFORE | numbers
+    database.execute("INSERT INTO runs VALUES (1, 1, ?)", (_json(numbers),))
+    for question, metric in enumerate(settings["metrics"], start=1):
+        own = SearchSettings(**numbers).of(metric) if "nodes" in numbers else numbers
+        database.execute(
+            "INSERT INTO questions VALUES (?, ?, ?, ?)",
+            (question, metric, _json(own), settings["energymargin"]),
+        )
+        database.execute("INSERT INTO asked VALUES (1, ?)", (question,))
+        database.execute(
+            "INSERT INTO scores SELECT problem, number, ?, value, iif(?, seconds, 0) "
+            "FROM old_scores JOIN old_states USING (trajectory, frame) "
+            "JOIN states USING (trajectory, frame) WHERE metric = ? AND seconds IS NOT NULL",
+            (question, question == 1, metric),
+        )
+
+
+def _json(settings: dict[str, Any]) -> str:
+    return json.dumps(settings, sort_keys=True)

@@ -1,0 +1,253 @@
+"""Scores a dataset into a store: what is missing there, and nothing else."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from energymargin import datasets
+from energymargin._core import Cancel, Problem
+from energymargin.datasets import Dataset
+from energymargin.executors import Executor, Row, Threads
+from energymargin.executors.session import Work
+from energymargin.limits import Limit
+from energymargin.scoring import ScoreError, chosen_metrics, run_all
+from energymargin.settings import SearchSettings, check_metrics
+from energymargin.store.claims import Scorer
+from energymargin.store.file import ScoreStore
+from energymargin.store.known import adopt, forget_if_changed
+from energymargin.store.run import Run
+from energymargin.store.schema import state_digest
+
+__all__ = ["begin_run", "dataset_metrics", "score_dataset", "score_run"]
+
+SAMPLE = 20  # states that say which metrics there are
+WINDOW = 20000  # states that are searched at a time for what they lack
+BLOCK = 16  # problems that are made before the clock is looked at
+MAKE = 0.1  # s; how long problems are made before their workers are looked after
+AGAIN = 0.5  # s; how long others are left alone with what they have claimed
+
+
+def score_dataset(
+    dataset: Dataset | str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    metrics: Sequence[str] | None = None,
+    settings: SearchSettings | None = None,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> bool:
+    """Scores every state of a dataset that lacks a score in the store at `path`, and keeps each
+    as soon as it is there. Returns whether all are scored now: False if `timeout` [s] was over, or
+    `cancel` was set, before.
+
+    Then, or on KeyboardInterrupt, or any other error, all that was finished is in the store, and
+    the same call goes on from it: the scores are those of an undisturbed run, to the last bit. So
+    they are on any executor, and with several such calls at once, in one process or in several:
+    they share the work.
+
+    `dataset`, or its file, is read in blocks; `metrics` None takes all that there are; `settings`
+    None is SearchSettings(), `executor` None is Threads(). `progress(done, total)` counts all
+    states. Errors: as `em.score`, and ScoreStore.
+    """
+    limit = Limit(timeout, cancel)
+    if not isinstance(dataset, Dataset):
+        with datasets.open(dataset) as opened:
+            return score_dataset(
+                *(opened, path, metrics, settings),
+                executor=executor,
+                progress=progress,
+                **limit.rest(),
+            )
+    metrics = dataset_metrics(dataset, metrics)  # nothing is written if they cannot be
+    with ScoreStore(path, create=True) as store:
+        run = begin_run(store, dataset, metrics, settings or SearchSettings())
+        return score_run(dataset, run, executor=executor, progress=progress, **limit.rest())
+
+
+def begin_run(
+    store: ScoreStore,
+    dataset: Dataset,
+    metrics: Sequence[str],
+    settings: SearchSettings,
+) -> Run:
+    """The run of a dataset with these metrics and settings, whose states are known by what they
+    are now."""
+    run = store.begin(dataset, settings.all(), {metric: settings.of(metric) for metric in metrics})
+
+    def digests(numbers: Sequence[int]) -> list[bytes]:
+        return [known.digest for known in _known(dataset, numbers)]
+
+    adopt(store, run, digests)
+    forget_if_changed(store, run, digests)
+    return run
+
+
+def score_run(
+    dataset: Dataset,
+    run: Run,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> bool:
+    """Scores what a run lacks, of its dataset. Arguments and errors: as `score_dataset`."""
+    limit = Limit(timeout, cancel)
+    settings = SearchSettings(**run.settings)
+    with Scorer(run.store, run) as scorer:
+        counted = _Counted(run, scorer, progress)
+        missing = _Missing(dataset, run, scorer, counted)
+        complete = run_all(missing, executor or Threads(), settings, missing.deliver, limit)
+    counted.tell()
+    if missing.errors:
+        raise ScoreError(missing.errors, dataset.size)
+    return complete
+
+
+def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence[str]:
+    """Those that are asked for, or all that a few of the states have, which stand for the others.
+
+    Raises ValueError on metrics that cannot be.
+    """
+    numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
+    chosen = chosen_metrics(dataset.problems(numbers), metrics)
+    check_metrics(chosen)
+    return chosen
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A state's problem, and what it is known by."""
+
+    problem: Problem
+    written: str | None
+    """As JSON; None if it cannot be written down."""
+    digest: bytes
+
+
+def _known(dataset: Dataset, numbers: Sequence[int]) -> Iterator[_Known]:
+    """The states of these numbers; one that cannot be written is known by where it stands."""
+    for number, problem in zip(numbers, dataset.problems(numbers), strict=True):
+        try:
+            written = problem.to_json()
+        except ValueError:
+            yield _Known(problem, None, state_digest(dataset.digest(), number))
+        else:
+            yield _Known(problem, written, hashlib.sha256(written.encode()).digest())
+
+
+class _Missing:
+    """A Source of all that a run lacks and nobody else computes, in the order of the states.
+
+    It goes through the states again and again, until a pass has found nothing that is left.
+    """
+
+    def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _Counted) -> None:
+        self.errors: dict[int, str] = {}
+        """What went wrong, by the number of the state."""
+        self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
+        self._out: set[int] = set()  # numbers of states that are being scored
+        self._found: list[int] = []  # numbers of states that lack a score, before the cursor
+        self._cursor = 0
+        self._left = False  # whether others still had something in this pass
+        self._resting = 0.0  # until when
+
+    @property
+    def empty(self) -> bool:
+        """As Source.empty."""
+        return self._at_end and not self._left
+
+    @property
+    def _at_end(self) -> bool:
+        return self._cursor >= self._run.states and not self._found
+
+    def take(self, most: int) -> Sequence[Work]:
+        """As Source.take."""
+        self._scorer.beat()
+        if self._at_end:
+            if time.monotonic() < self._resting:
+                return []
+            self._cursor, self._left = 0, False
+        self._look(most)
+        start, taken = time.monotonic(), list[Work]()
+        while self._found and len(taken) < most and time.monotonic() < start + MAKE:
+            some = min(BLOCK, most - len(taken))
+            numbers, self._found = self._found[:some], self._found[some:]
+            taken += self._claimed(numbers)
+        self._out.update(work.index for work in taken)
+        return taken
+
+    def deliver(self, rows: Sequence[Row]) -> None:
+        """Keeps the rows, and what went wrong."""
+        self._scorer.beat()
+        if not rows:
+            return
+        good = [row for row in rows if not row.error]
+        bad = {row.index: row.error for row in rows if row.error}
+        self._scorer.add(good)
+        if bad:
+            self._scorer.give_up(list(bad))
+            self.errors.update(bad)
+        self._out.difference_update(row.index for row in rows)
+        self._counted.add(len(rows))
+
+    def _look(self, most: int) -> None:
+        """Looks further for states that lack a score."""
+        while len(self._found) < most and self._cursor < self._run.states:
+            last = self._cursor + WINDOW
+            self._found += [
+                number
+                for number in self._run.missing(self._cursor, last)
+                if number not in self._out and number not in self.errors
+            ]
+            self._cursor = last
+        if self._cursor >= self._run.states:
+            self._resting = time.monotonic() + AGAIN
+
+    def _claimed(self, numbers: Sequence[int]) -> list[Work]:
+        known = dict(zip(numbers, _known(self._dataset, numbers), strict=True))
+        claims = self._scorer.claim({number: one.digest for number, one in known.items()})
+        self._left |= any(claim.taken for claim in claims.values())
+        self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
+        return [
+            Work(number, known[number].problem, claim.metrics, known[number].written)
+            for number, claim in claims.items()
+            if claim.metrics
+        ]
+
+
+class _Counted:
+    """How many states are scored, by whomever, for a progress bar."""
+
+    SHARE = 0.05  # of the time, at most, that counting anew may take
+
+    def __init__(
+        self, run: Run, scorer: Scorer, progress: Callable[[int, int], None] | None
+    ) -> None:
+        self._run, self._scorer = run, scorer
+        self._progress = progress or (lambda _done, _total: None)
+        self.tell()
+
+    def add(self, states: int) -> None:
+        """So many more are scored. What others have done is counted now and then."""
+        self._done += states
+        if time.monotonic() > self._next and not self._scorer.alone():
+            self.tell()
+        elif states:
+            self._progress(min(self._done, self._run.states), self._run.states)
+
+    def tell(self) -> None:
+        """Counts anew, and says so."""
+        start = time.monotonic()
+        self._done, total = self._run.counts()
+        now = time.monotonic()
+        self._next = now + max(1.0, (now - start) / self.SHARE)
+        self._progress(self._done, total)
