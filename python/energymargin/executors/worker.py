@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import Any
 
-__all__ = ["STOP"]
+__all__ = ["STOP", "sendable"]
 
 STOP = -1  # in place of a job's number
 
@@ -56,10 +56,11 @@ def _result(pickled: bytes, stop: threading.Event) -> tuple[Any, Exception | Non
         function, payload = pickle.loads(pickled)
         return function(payload, stop.is_set), None
     except Exception as error:
-        return None, _sendable(error)
+        return None, sendable(error)
 
 
-def _sendable(error: Exception) -> Exception:
+def sendable(error: Exception) -> Exception:
+    """The error, or its words if it cannot be pickled."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
