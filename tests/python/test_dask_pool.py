@@ -37,6 +37,16 @@ def wait_until_stopped(marks, stopped):
     return "stopped"
 
 
+def be_whole(marks, stopped):
+    (marks / str(os.getpid())).touch()
+    end = time.monotonic() + 1.0
+    while time.monotonic() < end:
+        if stopped():
+            return "a part"
+        time.sleep(0.01)
+    return "whole"
+
+
 @pytest.fixture(scope="module")
 def cluster():
     with Cluster(workers=2) as cluster:
@@ -153,25 +163,36 @@ def test_a_worker_without_the_library_is_an_error_that_says_so(tmp_path):
             all_of(pool, 1)
 
 
-def test_of_a_killed_worker_nobody_hears_but_a_job_that_kills_its_workers_is_found():
+def test_of_killed_workers_nobody_hears_but_jobs_that_kill_their_workers_are_found():
     notices = []
     settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
     with (
-        Cluster(workers=2, **settings) as cluster,
+        Cluster(workers=1, threads=2, **settings) as cluster,
         DaskPool(cluster.address, notice=notices.append) as pool,
     ):
-        taken = Taken(pool).until(lambda: pool.slots == 2)
+        taken = Taken(pool)
         for job in range(60):
             pool.submit(job, double, job)
         taken.until(lambda: taken)
         cluster.kill_worker()
-        pool.submit(60, die, None)
+        for job in (60, 61):
+            pool.submit(job, die, None)
         cluster.start_worker(nanny=True)
         cluster.start_worker(nanny=True)
-        taken.until(lambda: len(taken) == 61)
-    assert [job for job in taken if taken[job].died] == [60]
+        taken.until(lambda: len(taken) == 62)
+    assert sorted(job for job in taken if taken[job].died) == [60, 61]
     assert [taken[job].value[0] for job in range(60)] == [2 * job for job in range(60)]
     assert any("is gone" in words for words in notices)
+
+
+def test_what_a_job_leaves_undone_on_a_worker_that_closes_is_done_elsewhere(tmp_path):
+    with Cluster(workers=1) as cluster, DaskPool(cluster.address) as pool:
+        pool.submit(0, be_whole, tmp_path)
+        taken = Taken(pool).until(lambda: list(tmp_path.iterdir()))
+        cluster.workers[0].terminate()
+        cluster.start_worker()
+        assert taken.until(lambda: taken)[0].value == "whole"
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_jobs_survive_a_scheduler_that_is_killed_and_comes_back():

@@ -33,7 +33,7 @@ Event = Outcome | int | str | Exception
 CONNECT = 5.0  # [s] for one attempt
 ANSWER = 30.0  # [s] until a scheduler that is connected but silent counts as away
 POLL = 0.5  # [s] between two questions for the workers
-LONGEST_PAUSE = 5.0  # [s] between two attempts to connect
+LONGEST_PAUSE = 2.0  # [s] between two attempts to connect
 
 _Cancelled = (asyncio.CancelledError, concurrent.futures.CancelledError)
 
@@ -63,9 +63,9 @@ class Session:
         self._client: distributed.Client | None = None
         self._workers: dict[str, int] | None = None
         self._jobs: dict[int, bytes] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._running: dict[int, asyncio.Task[None]] = {}
+        self._waiting: deque[int] = deque()
         self._suspects: deque[int] = deque()
-        self._alone: int | None = None
         self._stopping = False
         self._lost = asyncio.Event()
 
@@ -95,13 +95,13 @@ class Session:
     def submit(self, job: int, pickled: bytes) -> None:
         """A job, as a pickled pair of function and payload."""
         self._jobs[job] = pickled
-        self._start(job)
+        self._waiting.append(job)
+        self._hand_out()
 
     async def stop(self) -> None:
         """Tells the jobs that run to return what they have, and the others not to start."""
         self._stopping = True
-        running = {task.get_name() for task in self._tasks}
-        for job in [job for job in self._jobs if str(job) not in running]:
+        for job in set(self._jobs) - set(self._running):
             self._drop(job)
         if self._client is not None:
             with contextlib.suppress(Exception):  # whoever does not hear it is cancelled later
@@ -110,7 +110,7 @@ class Session:
     def cancel(self) -> None:
         """Gives up every job."""
         self._stopping = True
-        for task in self._tasks:
+        for task in self._running.values():
             task.cancel()
 
     # The connection.
@@ -139,9 +139,11 @@ class Session:
     async def _disconnect(self) -> None:
         client, self._client = self._client, None
         self._workers, self.slots = None, 0
-        for task in list(self._tasks):
+        running = list(self._running.values())
+        self._running.clear()
+        for task in running:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*running, return_exceptions=True)
         if client is not None:
             with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
                 await asyncio.wait_for(client.close(), 1.0)
@@ -167,8 +169,8 @@ class Session:
             f"{len(self._jobs)} jobs are submitted again"
         )
         self._count(workers)
-        for job in set(self._jobs) - set(self._suspects):
-            self._start(job)
+        self._waiting = deque(job for job in self._jobs if job not in self._suspects)
+        self._hand_out()
 
     def _check_patience(self, waited: float, error: BaseException) -> None:
         if waited > self._patience:
@@ -204,27 +206,41 @@ class Session:
 
     # The jobs.
 
-    def _start(self, job: int) -> None:
-        if self._stopping:
-            self._drop(job)
-        elif self._client is not None:
-            task = asyncio.create_task(self._run(self._client, job), name=str(job))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
+    def _hand_out(self) -> None:
+        """Starts what may start: all that waits, or one suspect with nothing beside it."""
+        if self._client is None or self._stopping:
+            return
+        if not self._suspects:
+            while self._waiting:
+                self._start(self._client, self._waiting.popleft())
+        elif not self._running:
+            self._start(self._client, self._suspects[0])
+
+    def _start(self, client: distributed.Client, job: int) -> None:
+        task = asyncio.create_task(self._run(client, job))
+        self._running[job] = task
+        task.add_done_callback(lambda task: self._ran(job, task))
+
+    def _ran(self, job: int, task: asyncio.Task[None]) -> None:
+        if self._running.get(job) is task:
+            del self._running[job]
+            self._hand_out()
 
     async def _run(self, client: distributed.Client, job: int) -> None:
         from distributed import KilledWorker
 
         call = Task(self._pool, self._release, self._release_of, self._jobs[job])
         key = f"energymargin-{uuid.uuid4().hex}"
+        future = None
         try:
-            answer = await client.submit(pickle.loads, pickle.dumps(call), key=key, pure=False)
+            future = client.submit(pickle.loads, pickle.dumps(call), key=key, pure=False)
+            answer = await future
         except _Cancelled:
             self._cancelled(job)
         except KilledWorker as killed:
             self._killed(job, killed)
         except Exception as error:
-            self._failed(client, error)
+            self._failed(error, in_task=future is not None and future.status == "error")
         else:
             self._answered(job, answer)
 
@@ -236,16 +252,15 @@ class Session:
 
     def _killed(self, job: int, killed: distributed.KilledWorker) -> None:
         """Dask blames all that its dead workers had at hand; guilty is who kills them alone."""
-        if self._alone == job:
+        if job in self._suspects:
             worker = killed.last_worker.address
             self._end(Outcome(job, died=f"its worker died each time, the last one {worker}"))
-            return
-        self._suspects.append(job)
-        self._start_a_suspect()
+        else:
+            self._suspects.append(job)
 
-    def _failed(self, client: distributed.Client, error: Exception) -> None:
-        """Jobs' own errors come as answers: this one is the cluster's."""
-        if client.status != "running":
+    def _failed(self, error: Exception, in_task: bool) -> None:
+        """Jobs' own errors come as answers, so one in a task is of a worker that cannot run it."""
+        if not in_task:
             self._lost.set()
             return
         self._happened(
@@ -258,13 +273,19 @@ class Session:
 
     def _answered(self, job: int, answer: Answer) -> None:
         kind, data = answer
-        if kind == "skipped" or (kind == "stopped" and not self._stopping):
-            self._start(job)  # its worker was closing: elsewhere; a pool that stops drops it
-        elif kind == "refused":
+        if kind == "refused":
             words = pickle.loads(data)
             self._happened(RuntimeError(f"{words}; install the same release of energymargin there"))
+        elif kind == "skipped" and self._stopping:
+            self._drop(job)
+        elif kind == "skipped" or (kind == "stopped" and not self._stopping):
+            self._again(job)  # its worker was closing
         else:
             self._end(_outcome(job, kind == "error", data))
+
+    def _again(self, job: int) -> None:
+        if job not in self._suspects:
+            self._waiting.append(job)
 
     def _end(self, outcome: Outcome) -> None:
         self._forget(outcome.job)
@@ -276,14 +297,8 @@ class Session:
 
     def _forget(self, job: int) -> None:
         self._jobs.pop(job, None)
-        if self._alone == job:
-            self._alone = None
-            self._start_a_suspect()
-
-    def _start_a_suspect(self) -> None:
-        if self._alone is None and self._suspects:
-            self._alone = self._suspects.popleft()
-            self._start(self._alone)
+        if job in self._suspects:
+            self._suspects.remove(job)
 
 
 def _outcome(job: int, is_error: bool, data: bytes) -> Outcome:
