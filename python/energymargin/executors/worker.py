@@ -18,6 +18,8 @@ from typing import Any
 
 from energymargin.executors.jobs import STOP
 
+__all__ = ["sendable"]
+
 Jobs = SimpleQueue[tuple[int, bytes]]
 
 
@@ -54,10 +56,11 @@ def _result(pickled: bytes, stop: threading.Event) -> tuple[Any, Exception | Non
         function, payload = pickle.loads(pickled)
         return function(payload, stop.is_set), None
     except Exception as error:
-        return None, _sendable(error)
+        return None, sendable(error)
 
 
-def _sendable(error: Exception) -> Exception:
+def sendable(error: Exception) -> Exception:
+    """The error, or its words if it cannot be pickled."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
