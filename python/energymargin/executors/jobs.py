@@ -6,7 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-__all__ = ["Job", "Outcome", "Pool", "Stopped"]
+__all__ = ["STOP", "Job", "Outcome", "Pool", "Stopped"]
+
+STOP = -1
+"""To a worker, in place of a job's number: what runs is to return early."""
 
 Stopped = Callable[[], bool]
 """Asked by a job now and then: whether nobody waits for more of it, so that it returns early."""

@@ -15,8 +15,7 @@ from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Any
 
-from energymargin.executors.jobs import Job, Outcome
-from energymargin.executors.worker import STOP
+from energymargin.executors.jobs import STOP, Job, Outcome
 
 __all__ = ["ProcessPool"]
 

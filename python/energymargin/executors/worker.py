@@ -16,9 +16,7 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import Any
 
-__all__ = ["STOP"]
-
-STOP = -1  # in place of a job's number
+from energymargin.executors.jobs import STOP
 
 Jobs = SimpleQueue[tuple[int, bytes]]
 
