@@ -63,7 +63,7 @@ class Trajectory:
     """Time of each frame [s], shape (K,)."""
     states: NDArray[np.float64]
     """State vector of each frame, shape (K, n)."""
-    contacts: list[list[Contact]]
+    contacts: Sequence[list[Contact]]
     """Contacts and their forces in each frame, K lists."""
     captured: NDArray[np.bool_]
     """Whether each state lies in its own capture set, shape (K,); all objects in theirs."""

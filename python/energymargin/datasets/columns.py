@@ -1,0 +1,338 @@
+"""Trajectories in flat columns, as a file of version 3 has them, and back.
+
+A block is some trajectories in a row. Its rows say how many entries of each column are whose; the
+columns of all of them follow each other, so that a million states are a few arrays.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Contact
+from energymargin.tasks.base import Trajectory, whole_number
+
+__all__ = [
+    "BLOCK_STATES",
+    "COLUMNS",
+    "CONTACT",
+    "NO_LABEL",
+    "ROW",
+    "Block",
+    "Bodies",
+    "any_column",
+    "any_label",
+    "as_block",
+    "as_blocks",
+    "check_labels",
+    "cuts",
+    "joined",
+    "starts",
+]
+
+ROW = np.dtype(
+    [
+        ("frames", "<i8"),  # K
+        ("width", "<i8"),  # n, the length of its state vectors
+        ("contact_count", "<i8"),  # of all its frames
+        ("params_bytes", "<i8"),  # of their JSON
+        ("seed", "<i8"),
+        ("success", "?"),
+        ("success_any", "i1"),  # NO_LABEL where there is one set for all objects
+    ]
+)
+"""What there is once a trajectory."""
+
+CONTACT = np.dtype(
+    [
+        ("body_a", "<u4"),  # its number in the table of the bodies' names
+        ("body_b", "<u4"),
+        ("position", "<f8", (3,)),
+        ("normal", "<f8", (3,)),
+        ("distance", "<f8"),
+        ("normal_force", "<f8"),
+        ("tangential_force", "<f8", (3,)),
+        ("friction", "<f8"),
+    ]
+)
+
+COLUMNS = {
+    "times": ("frames", np.dtype("<f8")),
+    "captured": ("frames", np.dtype("?")),
+    "captured_any": ("frames", np.dtype("i1")),  # NO_LABEL as above
+    "contact_counts": ("frames", np.dtype("<i8")),
+    "states": ("values", np.dtype("<f8")),  # frame by frame
+    "contacts": ("contact_count", CONTACT),
+    "params": ("params_bytes", np.dtype("u1")),  # JSON texts, in UTF-8
+}
+"""The columns: what counts the entries of a trajectory in it, and its type."""
+
+NO_LABEL = -1
+BLOCK_STATES = 4096  # a few MB; enough that what a block costs beside its bytes does not count
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some trajectories in a row."""
+
+    rows: NDArray[np.void]
+    """Of the trajectories, shape (T,), type ROW."""
+    columns: Mapping[str, NDArray[Any]]
+    """By name, as in COLUMNS."""
+    bodies: Sequence[str]
+    """Names, by the numbers in the contacts."""
+
+    def __len__(self) -> int:
+        """T, the number of trajectories."""
+        return len(self.rows)
+
+    @cached_property
+    def starts(self) -> dict[str, NDArray[np.int64]]:
+        """Where each trajectory begins in the columns, by what counts their entries."""
+        return starts(self.rows)
+
+    def part(self, first: int, last: int) -> Block:
+        """The trajectories from `first` on, before `last`."""
+        columns = {
+            name: self.columns[name][self.starts[counter][first] : self.starts[counter][last]]
+            for name, (counter, _) in COLUMNS.items()
+        }
+        return Block(self.rows[first:last], columns, self.bodies)
+
+    def trajectory(self, index: int) -> Trajectory:
+        """One of them. Raises ValueError if its entries do not fit together."""
+        row, columns = self.rows[index], self.part(index, index + 1).columns
+        return Trajectory(
+            times=columns["times"],
+            states=columns["states"].reshape(row["frames"], row["width"]),
+            contacts=_Contacts(columns["contacts"], columns["contact_counts"], self.bodies),
+            captured=columns["captured"],
+            success=bool(row["success"]),
+            params=_params(columns["params"]),
+            seed=int(row["seed"]),
+            captured_any=_labels(columns["captured_any"]),
+            success_any=any_label(int(row["success_any"])),
+        )
+
+    def check(self) -> None:
+        """Raises ValueError unless the entries fit together."""
+        counts, contacts = self.columns["contact_counts"], self.columns["contacts"]
+        ends = self.starts["frames"]
+        sums = np.diff(np.concatenate([[0], np.cumsum(counts)])[ends])
+        if (counts < 0).any() or (sums != self.rows["contact_count"]).any():
+            raise ValueError("the contacts of its frames are not as many as of its trajectories")
+        for name in ("body_a", "body_b"):
+            if len(contacts) and contacts[name].max() >= len(self.bodies):
+                raise ValueError(f"a contact is of body {contacts[name].max()}, which has no name")
+        check_labels(self.columns["captured_any"])
+
+
+def starts(rows: NDArray[np.void]) -> dict[str, NDArray[np.int64]]:
+    """Where each of T trajectories begins in a column, and the end; shape (T + 1,)."""
+    counts = {name: rows[name] for name in ("frames", "contact_count", "params_bytes")}
+    counts["values"] = rows["frames"] * rows["width"]
+    return {name: np.concatenate([[0], np.cumsum(count)]) for name, count in counts.items()}
+
+
+def cuts(frames: NDArray[np.int64]) -> list[int]:
+    """Where trajectories of so many frames are cut into blocks: the first of each, and the end.
+
+    A block ends with the trajectory that fills it, so that the cuts depend on what is cut alone.
+    """
+    ends = np.cumsum(frames)
+    found = [0]
+    while found[-1] < len(ends):
+        before = ends[found[-1] - 1] if found[-1] else 0
+        found.append(min(int(np.searchsorted(ends, before + BLOCK_STATES)) + 1, len(ends)))
+    return found
+
+
+def check_labels(labels: NDArray[np.int8]) -> None:
+    """Raises ValueError on a label that is none."""
+    if not np.isin(labels, (NO_LABEL, 0, 1)).all():
+        raise ValueError("a label of at least one object is neither there nor absent")
+
+
+class Bodies:
+    """A table of the names of bodies, in the order of their first contacts.
+
+    That order depends on the contacts alone, not on the blocks in which they come.
+    """
+
+    def __init__(self) -> None:
+        """An empty one."""
+        self._numbers: dict[str, int] = {}
+
+    @property
+    def names(self) -> list[str]:
+        """By their numbers."""
+        return list(self._numbers)
+
+    def renumbered(self, block: Block) -> NDArray[np.void]:
+        """A block's contacts with the numbers of this table, which gets the names it lacks."""
+        contacts = block.columns["contacts"]
+        pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
+        used, first = np.unique(pairs, return_index=True)
+        order = used[np.argsort(first)].tolist()
+        numbers = np.zeros(len(block.bodies), dtype=np.uint32)
+        for old in order:
+            numbers[old] = self._numbers.setdefault(block.bodies[old], len(self._numbers))
+        if (numbers[used] == used).all():
+            return contacts
+        renumbered = contacts.copy()
+        renumbered["body_a"], renumbered["body_b"] = numbers[pairs[:, 0]], numbers[pairs[:, 1]]
+        return renumbered
+
+
+def as_block(trajectories: Sequence[Trajectory]) -> Block:
+    """These trajectories. Raises ValueError on a seed of more than 64 bits."""
+    bodies: dict[str, int] = {}
+    contacts = [_contact_rows(trajectory.contacts, bodies) for trajectory in trajectories]
+    params = [json.dumps(t.params, sort_keys=True).encode() for t in trajectories]
+    rows = [
+        (
+            *np.shape(t.states),
+            len(contacts[i]),
+            len(params[i]),
+            whole_number("seed", t.seed, -(2**63), 2**63 - 1),
+            t.success,
+            NO_LABEL if t.success_any is None else t.success_any,
+        )
+        for i, t in enumerate(trajectories)
+    ]
+    columns: dict[str, list[NDArray[Any]]] = {
+        "times": [t.times for t in trajectories],
+        "captured": [t.captured for t in trajectories],
+        "captured_any": [any_column(t) for t in trajectories],
+        "contact_counts": [_contact_counts(t.contacts) for t in trajectories],
+        "states": [np.ravel(t.states) for t in trajectories],
+        "contacts": contacts,
+        "params": [np.frombuffer(text, np.uint8) for text in params],
+    }
+    return Block(
+        np.array(rows, dtype=ROW),
+        {name: _joined(columns[name], kind) for name, (_, kind) in COLUMNS.items()},
+        list(bodies),
+    )
+
+
+def as_blocks(trajectories: Sequence[Trajectory]) -> Iterator[Block]:
+    """All of them, block by block."""
+    ends = cuts(np.array([len(trajectory) for trajectory in trajectories], dtype=np.int64))
+    for first, last in pairwise(ends):
+        yield as_block(trajectories[first:last])
+
+
+def joined(blocks: Sequence[Block]) -> Block:
+    """One block of several."""
+    bodies = Bodies()
+    contacts = [bodies.renumbered(block) for block in blocks]
+    columns = {
+        name: _joined([block.columns[name] for block in blocks], kind)
+        for name, (_, kind) in COLUMNS.items()
+        if name != "contacts"
+    }
+    columns["contacts"] = _joined(contacts, CONTACT)
+    return Block(np.concatenate([block.rows for block in blocks]), columns, bodies.names)
+
+
+class _Contacts(Sequence[list[Contact]]):
+    """The contacts of recorded frames, made when a frame is asked for."""
+
+    def __init__(
+        self, rows: NDArray[np.void], counts: NDArray[np.int64], bodies: Sequence[str]
+    ) -> None:
+        self.rows, self.counts, self.bodies = rows, counts, bodies
+        self._ends = np.cumsum(counts).tolist()
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    @overload
+    def __getitem__(self, index: int) -> list[Contact]: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[list[Contact]]: ...
+    def __getitem__(self, index: int | slice) -> list[Contact] | list[list[Contact]]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        frame = range(len(self))[index]
+        first = self._ends[frame - 1] if frame else 0
+        return [self._contact(row) for row in self.rows[first : self._ends[frame]].tolist()]
+
+    def _contact(self, row: tuple[Any, ...]) -> Contact:
+        a, b, *values = row
+        numbers = dict(zip((CONTACT.names or ())[2:], values, strict=True))
+        return Contact(body_a=self.bodies[a], body_b=self.bodies[b], **numbers)
+
+
+def _contact_rows(
+    contacts: Sequence[Sequence[Contact]], bodies: dict[str, int]
+) -> NDArray[np.void]:
+    """Of all frames, with the numbers in `bodies`, which gets the names that it lacks."""
+    if isinstance(contacts, _Contacts):
+        numbers = [bodies.setdefault(name, len(bodies)) for name in contacts.bodies]
+        rows = contacts.rows.copy()
+        for name in ("body_a", "body_b"):
+            rows[name] = np.array(numbers, dtype=np.uint32)[rows[name]] if len(rows) else 0
+        return rows
+    return np.array(
+        [
+            (
+                bodies.setdefault(contact.body_a, len(bodies)),
+                bodies.setdefault(contact.body_b, len(bodies)),
+                contact.position,
+                contact.normal,
+                contact.distance,
+                contact.normal_force,
+                contact.tangential_force,
+                contact.friction,
+            )
+            for frame in contacts
+            for contact in frame
+        ],
+        dtype=CONTACT,
+    )
+
+
+def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> NDArray[np.int64]:
+    if isinstance(contacts, _Contacts):
+        return contacts.counts
+    return np.array([len(frame) for frame in contacts], dtype=np.int64)
+
+
+def any_column(trajectory: Trajectory) -> NDArray[np.int8]:
+    """Its `captured_any`, shape (K,); NO_LABEL if there is none."""
+    if trajectory.captured_any is None:
+        return np.full(len(trajectory), NO_LABEL, dtype=np.int8)
+    return trajectory.captured_any.astype(np.int8)
+
+
+def _joined(arrays: Iterable[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
+    return np.concatenate([np.zeros(0, kind), *arrays]).astype(kind, copy=False)
+
+
+def _labels(column: NDArray[np.int8]) -> NDArray[np.bool_] | None:
+    """Raises ValueError if some frames have a label, and others none."""
+    absent = column == NO_LABEL
+    if absent.any() and not absent.all():
+        raise ValueError("some of its frames have a label of at least one object, and others none")
+    return None if absent.any() else column.astype(bool)
+
+
+def any_label(value: int) -> bool | None:
+    """None if it is NO_LABEL."""
+    return None if value == NO_LABEL else bool(value)
+
+
+def _params(text: NDArray[np.uint8]) -> dict[str, float]:
+    params = json.loads(text.tobytes())
+    if not isinstance(params, dict):
+        raise ValueError(f"params is {params!r}, expected a table of numbers by their names")
+    return params

@@ -1,0 +1,190 @@
+"""Recorded trajectories of a task, with their labels: in memory, or in an open file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import tasks
+from energymargin._core import Problem
+from energymargin.datasets import digests, files
+from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
+from energymargin.tasks.base import Task, Trajectory
+
+__all__ = ["Dataset", "Label"]
+
+Label = tuple[int, int, bool, bool, bool | None, bool | None]
+"""Of a state: trajectory, frame, captured, success, captured_any, success_any."""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Trajectories of one task.
+
+    Its states are numbered through: all frames of the first trajectory, then the second's. Whether
+    they are in memory or in an open file, it is the same dataset; what it computes of all states it
+    reads in blocks.
+    """
+
+    task: str
+    """The task's name."""
+    parameters: dict[str, Any]
+    """The task's parameters: `tasks.make(task, **parameters)` makes it again."""
+    seed: int
+    """The seed of `generate`."""
+    trajectories: Sequence[Trajectory]
+
+    @cached_property
+    def lengths(self) -> NDArray[np.int64]:
+        """Frames of each trajectory, shape (T,)."""
+        if isinstance(self.trajectories, files.Recorded):
+            return np.asarray(self.trajectories.rows["frames"])
+        return np.array([len(trajectory) for trajectory in self.trajectories], dtype=np.int64)
+
+    @property
+    def size(self) -> int:
+        """Number of all states."""
+        return int(self._ends[-1])
+
+    @cached_property
+    def successes(self) -> NDArray[np.bool_]:
+        """Whether each trajectory ends in the success set, shape (T,)."""
+        if isinstance(self.trajectories, files.Recorded):
+            return np.asarray(self.trajectories.rows["success"])
+        return np.array([trajectory.success for trajectory in self.trajectories], dtype=bool)
+
+    def frames(self) -> list[tuple[int, int]]:
+        """Trajectory and frame of each state, in the order of their numbers."""
+        return list(self._places(range(self.size)))
+
+    def labels(self, first: int, last: int) -> list[Label]:
+        """Of the states from number `first` on, before `last`.
+
+        Raises ValueError unless 0 <= first <= last <= size.
+        """
+        if not 0 <= first <= last <= self.size:
+            raise ValueError(
+                f"first and last are {first} and {last}, expected 0 <= first <= last <= {self.size}"
+            )
+        captured, some = self._captured(first, last)
+        return [
+            (t, k, c, bool(self.successes[t]), any_label(a), any_label(self._successes_any[t]))
+            for (t, k), c, a in zip(
+                self._places(range(first, last)), captured.tolist(), some.tolist(), strict=True
+            )
+        ]
+
+    def problems(self, numbers: Sequence[int] | None = None) -> list[Problem]:
+        """The problems of the states of these numbers, which rise; by default of all.
+
+        Each has the friction and the contact forces recorded there. Raises ValueError on numbers
+        that do not rise from 0 to below `size`, and with the trajectory and frame of a state that
+        makes no problem.
+        """
+        problems = []
+        places = self._places(range(self.size) if numbers is None else self._rising(numbers))
+        for t, of_trajectory in groupby(places, key=lambda place: place[0]):
+            trajectory = self.trajectories[t]
+            problems += [self._problem(trajectory, t, k) for _, k in of_trajectory]
+        return problems
+
+    def digest(self) -> str:
+        """A fingerprint of all that can change a score or a label, whatever the file."""
+        return digests.digest(self.task, self.parameters, self._blocks())
+
+    def digest_of_version_2(self) -> str:
+        """The fingerprint of energymargin up to 0.5, by which older files of scores name theirs.
+
+        Slower by far, and not for large datasets.
+        """
+        return digests.digest_of_version_2(self.task, self.parameters, self.trajectories)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the file in one go: it is there whole, or as it was.
+
+        The same dataset makes the same bytes. Raises OSError if it cannot be written.
+        """
+        files.write(Path(path), self.task, self.parameters, self.seed, self._blocks())
+
+    def close(self) -> None:
+        """Closes the file that is read from; nothing to do for one in memory."""
+        if isinstance(self.trajectories, files.Recorded):
+            self.trajectories.close()
+
+    def __enter__(self) -> Dataset:
+        """The dataset itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Closes the file."""
+        self.close()
+
+    @cached_property
+    def _ends(self) -> NDArray[np.int64]:
+        """Number of the first state of each trajectory, and of all; shape (T + 1,)."""
+        return np.concatenate([[0], np.cumsum(self.lengths)])
+
+    @cached_property
+    def _successes_any(self) -> NDArray[np.int8]:
+        if isinstance(self.trajectories, files.Recorded):
+            return np.asarray(self.trajectories.rows["success_any"])
+        some = [trajectory.success_any for trajectory in self.trajectories]
+        return np.array([NO_LABEL if one is None else one for one in some], dtype=np.int8)
+
+    @cached_property
+    def _made(self) -> Task:
+        return tasks.make(self.task, **self.parameters)
+
+    def _captured(self, first: int, last: int) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
+        if isinstance(self.trajectories, files.Recorded):
+            return self.trajectories.captured(first, last)
+        t, end = np.searchsorted(self._ends, [first, max(first, last - 1)], side="right") - [1, 0]
+        some = self.trajectories[t:end]
+        inside = slice(first - self._ends[t], last - self._ends[t])
+        captured = [np.zeros(0, bool), *(trajectory.captured for trajectory in some)]
+        any_object = [np.zeros(0, np.int8), *map(any_column, some)]
+        return np.concatenate(captured)[inside], np.concatenate(any_object)[inside]
+
+    def _blocks(self) -> Iterator[Block]:
+        if isinstance(self.trajectories, files.Recorded):
+            return self.trajectories.blocks()
+        return as_blocks(self.trajectories)
+
+    def _places(self, numbers: Sequence[int] | NDArray[np.int64]) -> Iterable[tuple[int, int]]:
+        """Trajectory and frame of these states."""
+        wanted = np.asarray(numbers, dtype=np.int64)
+        trajectory = np.searchsorted(self._ends, wanted, side="right") - 1
+        frame = wanted - self._ends[trajectory]
+        return zip(trajectory.tolist(), frame.tolist(), strict=True)
+
+    def _rising(self, numbers: Sequence[int]) -> NDArray[np.int64]:
+        wanted = np.asarray(numbers, dtype=np.int64)
+        bad = (wanted < 0) | (wanted >= self.size)
+        if bad.any() or (np.diff(wanted) <= 0).any():
+            what = f"{wanted[bad][0]} among them" if bad.any() else "some that do not rise"
+            raise ValueError(
+                f"numbers has {what}, expected numbers of states that rise, below {self.size}"
+            )
+        return wanted
+
+    def _problem(self, trajectory: Trajectory, t: int, k: int) -> Problem:
+        try:
+            return self._made.problem(
+                trajectory.states[k], trajectory.params, trajectory.contacts[k]
+            )
+        except ValueError as error:
+            raise ValueError(f"trajectory {t}, frame {k}: {error}") from error

@@ -1,0 +1,291 @@
+"""The file of a dataset (HDF5), format version 3: flat columns, written and read in blocks.
+
+    attributes    format, version, task, parameters (JSON), seed
+    trajectories  a row for each of T trajectories: type ROW
+    times, captured, captured_any, contact_counts, states, contacts, params
+                  all trajectories' entries, one after the other: see COLUMNS
+    bodies        names, by the numbers in the contacts
+
+The same dataset makes the same bytes: blocks are cut, chunks written, and bodies numbered as the
+trajectories alone say.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, overload
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.datasets.columns import (
+    BLOCK_STATES,
+    COLUMNS,
+    NO_LABEL,
+    ROW,
+    Block,
+    Bodies,
+    check_labels,
+    cuts,
+    joined,
+    starts,
+)
+from energymargin.tasks.base import Trajectory
+
+__all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
+
+FORMAT = "energymargin dataset"
+VERSION = 3  # 2 had a group for each trajectory; 1 no labels of at least one object
+
+# Chunks of this many bytes, shuffled and packed with gzip: 2 to 3 times smaller than the numbers
+# (of balance, topple and push), and a checksum tells when a disk has changed them.
+CHUNK_BYTES = 2**18
+_PACKED = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
+_LIBRARY = ("v110", "v110")  # its metadata has checksums too
+
+_BLOCKS_KEPT = 4  # of those that were read last
+
+
+class FileError(ValueError):
+    """A file that is whole, but not one that can be read here."""
+
+
+def write(
+    path: Path, task: str, parameters: dict[str, Any], seed: int, blocks: Iterable[Block]
+) -> None:
+    """Writes the file in one go: it is there whole, or as it was.
+
+    Raises OSError if it cannot be written.
+    """
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with _writing(path), h5py.File(temporary, "w", libver=_LIBRARY) as file:
+            file.attrs.update(
+                format=FORMAT,
+                version=VERSION,
+                task=task,
+                parameters=json.dumps(parameters),
+                seed=seed,
+            )
+            _write_blocks(file, _cut(blocks))
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def opened(path: Path) -> h5py.File:
+    """A file of any version, to be read. Raises FileError if it is none of ours, or a newer one."""
+    with path.open("rb"):  # h5py's own words for a file that is missing or not readable are long
+        pass
+    if not h5py.is_hdf5(path):
+        raise FileError(f"{path} is not a dataset: it is not an HDF5 file")
+    with reading(path):
+        file = h5py.File(path, "r")
+        try:
+            _check_format(path, file)
+        except BaseException:
+            file.close()
+            raise
+        return file
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Says of which file it is that something is missing, or odd."""
+    try:
+        yield
+    except FileError:
+        raise
+    except (OSError, LookupError, TypeError, RuntimeError, ValueError, ArithmeticError) as error:
+        raise ValueError(f"{path} is damaged or cut short: {_one_line(error)}") from error
+
+
+class Recorded(Sequence[Trajectory]):
+    """The trajectories of an open file, which are read in blocks when they are asked for.
+
+    What is in memory is a row for each trajectory, and the few blocks that were read last.
+    """
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        """Raises ValueError if the file has not what it should."""
+        self.path, self._file = path, file
+        with reading(path):
+            self.rows = _rows(file)
+            self._starts = starts(self.rows)
+            self._bodies = [str(name) for name in file["bodies"].asstr()[()]]
+            _check_columns(file, self._starts)
+        self._cuts = np.array(cuts(self.rows["frames"]))
+        self._block = lru_cache(_BLOCKS_KEPT)(self._read)
+
+    def __len__(self) -> int:
+        """T, the number of trajectories."""
+        return len(self.rows)
+
+    @overload
+    def __getitem__(self, index: int) -> Trajectory: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Trajectory]: ...
+    def __getitem__(self, index: int | slice) -> Trajectory | list[Trajectory]:
+        """Raises ValueError if the file is damaged there, or closed."""
+        if isinstance(index, slice):
+            return [self[t] for t in range(*index.indices(len(self)))]
+        t = range(len(self))[index]
+        number = int(np.searchsorted(self._cuts, t, side="right")) - 1
+        block = self._block(number)
+        with reading(self.path):
+            return block.trajectory(t - int(self._cuts[number]))
+
+    def blocks(self) -> Iterator[Block]:
+        """All trajectories, block by block."""
+        for number in range(len(self._cuts) - 1):
+            yield self._read(number)
+
+    def captured(self, first: int, last: int) -> tuple[NDArray[np.bool_], NDArray[np.int8]]:
+        """Of the states from number `first` on, before `last`: `captured` and `captured_any`."""
+        self._require_open()
+        with reading(self.path):
+            captured, some = (self._file[name][first:last] for name in ("captured", "captured_any"))
+            check_labels(some)
+        return captured, some
+
+    def close(self) -> None:
+        """Closes the file; nothing can be read any more."""
+        self._block.cache_clear()
+        self._file.close()
+
+    def _read(self, number: int) -> Block:
+        self._require_open()
+        first, last = self._cuts[number], self._cuts[number + 1]
+        with reading(self.path):
+            columns = {
+                name: self._file[name][self._starts[counter][first] : self._starts[counter][last]]
+                for name, (counter, _) in COLUMNS.items()
+            }
+            block = Block(self.rows[first:last], columns, self._bodies)
+            block.check()
+        return block
+
+    def _require_open(self) -> None:
+        if not self._file:
+            raise ValueError(f"{self.path} is closed: read from it before, or open it again")
+
+
+class _Column:
+    """A column of a file that grows by whole chunks, whatever pieces it gets."""
+
+    def __init__(self, file: h5py.File, name: str, kind: np.dtype[Any]) -> None:
+        self._chunk = max(1, CHUNK_BYTES // kind.itemsize)
+        self._column = file.create_dataset(
+            name, (0,), kind, chunks=(self._chunk,), maxshape=(None,), **_PACKED
+        )
+        self._pending: NDArray[Any] = np.zeros(0, kind)
+
+    def append(self, entries: NDArray[Any]) -> None:
+        self._pending = np.concatenate([self._pending, entries])
+        self._write(len(self._pending) // self._chunk * self._chunk)
+
+    def end(self) -> None:
+        self._write(len(self._pending))
+
+    def _write(self, count: int) -> None:
+        if count == 0:
+            return
+        before = len(self._column)
+        self._column.resize(before + count, axis=0)
+        self._column[before:] = self._pending[:count]
+        self._pending = self._pending[count:]
+
+
+def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
+    rows = _Column(file, "trajectories", ROW)
+    columns = {name: _Column(file, name, kind) for name, (_, kind) in COLUMNS.items()}
+    bodies = Bodies()
+    for block in blocks:
+        entries = {**block.columns, "contacts": bodies.renumbered(block)}
+        rows.append(block.rows)
+        for name, column in columns.items():
+            column.append(entries[name])
+    for column in (rows, *columns.values()):
+        column.end()
+    file.create_dataset("bodies", data=bodies.names, dtype=h5py.string_dtype())
+
+
+def _cut(blocks: Iterable[Block]) -> Iterator[Block]:
+    """The same trajectories, in the blocks in which they are always written."""
+    waiting: list[Block] = []
+    for block in blocks:
+        waiting.append(block)
+        if sum(int(block.rows["frames"].sum()) for block in waiting) < BLOCK_STATES:
+            continue
+        whole = joined(waiting)
+        ends = cuts(whole.rows["frames"])
+        if int(whole.rows["frames"][ends[-2] :].sum()) < BLOCK_STATES:
+            ends.pop()  # the last one waits for more
+        for first, last in pairwise(ends):
+            yield whole.part(first, last)
+        waiting = [whole.part(ends[-1], len(whole))]
+    if sum(map(len, waiting)):
+        yield joined(waiting)
+
+
+def _rows(file: h5py.File) -> NDArray[np.void]:
+    rows: NDArray[np.void] = file["trajectories"][()]
+    if rows.dtype != ROW or rows.ndim != 1 or len(rows) == 0:
+        raise ValueError(f"its table of trajectories has shape {rows.shape} of {rows.dtype}")
+    counts = ("frames", "width", "contact_count", "params_bytes")
+    if any((rows[name] < 0).any() for name in counts) or (rows["frames"] == 0).any():
+        raise ValueError("a trajectory has less than nothing")
+    if not np.isin(rows["success_any"], (NO_LABEL, 0, 1)).all():
+        check_labels(rows["success_any"])
+    return rows
+
+
+def _check_columns(file: h5py.File, ends: dict[str, NDArray[np.int64]]) -> None:
+    for name, (counter, kind) in COLUMNS.items():
+        column, expected = file[name], int(ends[counter][-1])
+        if column.shape != (expected,) or column.dtype != kind:
+            raise ValueError(
+                f"{name} has shape {column.shape} of {column.dtype}, "
+                f"expected {(expected,)} of {kind}"
+            )
+
+
+def _check_format(path: Path, file: h5py.File) -> None:
+    found = file.attrs.get("format")
+    if found is None:
+        raise FileError(f"{path} is not a dataset: it is an HDF5 file of something else")
+    if found != FORMAT:
+        raise FileError(f"{path} is not a dataset: it is {found!r}")
+    version = int(file.attrs["version"])
+    if version < 1:
+        raise ValueError(f"its version is {version}")
+    if version > VERSION:
+        raise FileError(
+            f"{path} has version {version} of the dataset format, "
+            f"and this energymargin reads up to {VERSION}: update it"
+        )
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Of HDF5's long words about a file that cannot be written, those that matter."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        if os.strerror(errno.ENOSPC) in str(error):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from error
+        raise
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())

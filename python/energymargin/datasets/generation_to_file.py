@@ -1,0 +1,239 @@
+"""A dataset of any size, made in shards by any number of workers, straight into its file.
+
+Each shard is kept as soon as it is there, so that a run that ends, however it ends, is gone on with
+by the next. The file is the same to the byte, whoever made which shard and when.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from energymargin import tasks
+from energymargin._core import Cancel, Cancelled
+from energymargin.datasets import files
+from energymargin.datasets.columns import as_block
+from energymargin.datasets.parts import Parts, folder_of, spans_in
+from energymargin.datasets.rollouts import Request, Shard, roll_out, rollout
+from energymargin.executors.jobs import Outcome, Pool
+from energymargin.executors.process_pool import ProcessPool
+from energymargin.limits import Limit
+from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
+
+__all__ = ["generate_file", "trajectories_kept"]
+
+# A shard is at most this large: 0.1 s of balance, 3 s of grasp, and at most 20 MB.
+SHARD_TRAJECTORIES = 50
+SHARD_STATES = 20_000
+
+KEEP_EVERY = 5.0  # s; what is made in this process is kept at least so often
+TAKE = 0.05  # s; how long a timeout or a cancel may go unseen
+LAST_WORDS = 0.15  # s; for workers to hand over what they have before they are ended
+AHEAD = 3  # jobs for each worker that are handed to the pool
+MOST_DEATHS = 3  # of workers, at the same shard
+
+Progress = Callable[[int, int], None]
+
+
+def generate_file(
+    path: str | os.PathLike[str],
+    task: str | Task,
+    trajectories: int = 50,
+    frames: int = 10,
+    seed: int = 0,
+    *,
+    workers: int | None = 1,
+    pool: Pool | None = None,
+    progress: Progress | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> int:
+    """Makes the file of `generate`, which replaces one that is there, without holding it in memory.
+
+    Returns how many trajectories the file has. `workers` is the number of processes; 1 is this one
+    alone, and None all cores if there is work for more than one. `pool` has the workers instead,
+    such as those of a cluster. The file is the same, to the byte, for any of them.
+
+    What is done is kept in a folder beside the file until the file is whole. After Ctrl-C, a kill
+    or a full disk the same call goes on from there. `progress(done, total)` counts trajectories.
+
+    After `timeout` [s], or once `cancel` is set, the file has the first trajectories, those that
+    are done without a gap, and the folder stays. Raises ValueError on an unknown task, numbers out
+    of range, a task that workers cannot make, or a folder with parts of another dataset;
+    TimeoutError or Cancelled if not even one trajectory is done; RuntimeError if a shard ends one
+    worker after the other; OSError if the file cannot be written.
+    """
+    limit = Limit(timeout, cancel)
+    made = tasks.make(task) if isinstance(task, str) else task
+    total = whole_number("trajectories", trajectories, 1)
+    if workers is not None:
+        whole_number("workers", workers, 1)
+    request = Request.of(made, frames, seed)
+    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 2)))
+    with Parts(Path(path), request) as parts:
+        work = _Work(parts, request, total, size, limit, progress)
+        with _pool(made, work, workers, pool) as elsewhere:
+            if elsewhere is None:
+                _work_here(made, work)
+            else:
+                _work_in(elsewhere, work)
+        return _join(parts, request, total, limit)
+
+
+def trajectories_kept(path: str | os.PathLike[str]) -> int:
+    """How many trajectories of a file that is being made are kept beside it."""
+    return sum(last - first for first, last in spans_in(folder_of(Path(path))))
+
+
+@dataclass
+class _Work:
+    """What is to be done, and where it is kept."""
+
+    parts: Parts
+    request: Request
+    total: int
+    size: int
+    limit: Limit
+    progress: Progress | None
+
+    def __post_init__(self) -> None:
+        """Says what is there already."""
+        self.done = self.parts.kept(self.total)
+        if self.done:
+            self.advance(0)
+
+    def shards(self) -> Iterator[Shard]:
+        """Those that are missing."""
+        missing = self.parts.missing(self.size, self.total)
+        return (Shard(self.request, first, last) for first, last in missing)
+
+    def advance(self, count: int) -> None:
+        """So many more trajectories are there."""
+        self.done += count
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+
+
+@contextmanager
+def _pool(task: Task, work: _Work, workers: int | None, pool: Pool | None) -> Iterator[Pool | None]:
+    """The workers; None is this process."""
+    if pool is not None:
+        _require_registered(task, "there is a pool of workers")
+        yield pool
+        return
+    if workers is None:
+        workers = os.cpu_count() or 1 if _can_be_made_again(task) else 1
+    elif workers > 1:
+        _require_registered(task, f"workers is {workers}")
+    workers = min(workers, sum(1 for _ in work.shards()))
+    if workers <= 1:
+        yield None
+        return
+    with ProcessPool(workers) as own:
+        yield own
+
+
+def _work_here(task: Task, work: _Work) -> None:
+    """One trajectory after the other."""
+    for shard in work.shards():
+        recorded: list[Trajectory] = []
+        first, kept = shard.first, time.monotonic()
+        try:
+            for index in range(shard.first, shard.last):
+                if work.limit.reached:
+                    return
+                recorded.append(rollout(task, work.request, index, work.limit))
+                work.advance(1)
+                if time.monotonic() - kept > KEEP_EVERY:
+                    work.parts.keep(first, as_block(recorded))
+                    first, recorded, kept = index + 1, [], time.monotonic()
+        except (TimeoutError, Cancelled):
+            if not work.limit.reached:  # the task's own
+                raise
+            return
+        finally:
+            if recorded:
+                work.parts.keep(first, as_block(recorded))
+
+
+def _work_in(pool: Pool, work: _Work) -> None:
+    """Shard after shard, a few of them at hand for each worker."""
+    waiting = list(work.shards())[::-1]
+    running: dict[int, Shard] = {}
+    deaths: Counter[int] = Counter()
+    try:
+        while (waiting or running) and not work.limit.reached:
+            while waiting and len(running) < AHEAD * max(1, pool.slots):
+                shard = waiting.pop()
+                running[shard.first] = shard
+                pool.submit(shard.first, roll_out, shard)
+            for outcome in sorted(pool.take(TAKE), key=_went_wrong):
+                shard = running.pop(outcome.job)
+                if outcome.died:
+                    deaths[shard.first] += 1
+                    _require_few(deaths[shard.first], shard, outcome)
+                    waiting.append(shard)
+                else:
+                    _keep(work, outcome)
+    finally:
+        if running:
+            for outcome in pool.stop(LAST_WORDS):
+                if not _went_wrong(outcome):
+                    _keep(work, outcome)
+
+
+def _went_wrong(outcome: Outcome) -> bool:
+    return bool(outcome.died) or outcome.error is not None
+
+
+def _keep(work: _Work, outcome: Outcome) -> None:
+    if outcome.error is not None:
+        raise outcome.error
+    if outcome.value is not None:
+        work.parts.keep(outcome.job, outcome.value)
+        work.advance(len(outcome.value))
+
+
+def _join(parts: Parts, request: Request, total: int, limit: Limit) -> int:
+    """Makes the file of the parts; returns how many trajectories it has."""
+    count = parts.without_gap(total)
+    if count == 0:
+        limit.require("one trajectory was done")
+    whole = parts.folder / "whole.h5"
+    files.write(whole, request.task, request.parameters, request.seed, parts.blocks(count))
+    os.replace(whole, parts.path)
+    if count == total:
+        parts.remove()
+    return count
+
+
+def _require_few(deaths: int, shard: Shard, outcome: Outcome) -> None:
+    if deaths >= MOST_DEATHS:
+        raise RuntimeError(
+            f"{deaths} workers died at trajectories {shard.first} to {shard.last - 1}, the last "
+            f"one {outcome.died}: what is done is kept; see what that task does there, or whether "
+            "memory is short"
+        )
+
+
+def _require_registered(task: Task, given: str) -> None:
+    if not _can_be_made_again(task):
+        raise ValueError(
+            f"{given}, but workers cannot make the task {task.name!r} of "
+            f"{type(task).__module__}: register it as an entry point of the group "
+            "'energymargin.tasks', or use workers=1"
+        )
+
+
+def _can_be_made_again(task: Task) -> bool:
+    """Whether a worker gets the same task by its name and parameters."""
+    if task.name not in tasks.names():
+        return False
+    parameters = parameters_of(task)
+    again = tasks.make(task.name, **parameters)
+    return type(again) is type(task) and parameters_of(again) == parameters
