@@ -8,7 +8,7 @@ from typing import Any
 
 from energymargin.tasks.base import whole_number
 
-__all__ = ["ALGORITHM", "ANY", "METRICS", "SearchSettings", "check_metrics"]
+__all__ = ["ALGORITHM", "ANY", "METRICS", "SearchSettings", "algorithm", "check_metrics"]
 
 ALGORITHM = "0.5.0"
 """The version of energymargin since which the same settings give the same bits. A change that moves
@@ -71,3 +71,8 @@ def check_metrics(metrics: Sequence[str]) -> None:
     if unknown or not metrics:
         what = repr(unknown[0]) if unknown else "empty"
         raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
+
+
+def algorithm() -> str:
+    """ALGORITHM, as a worker elsewhere is asked for it."""
+    return ALGORITHM

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from energymargin.executors.chunks import PoolSession
-from energymargin.settings import ALGORITHM, SearchSettings
+from energymargin.settings import SearchSettings, algorithm
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -32,5 +32,5 @@ class Dask:
         """As Executor.session. Raises ConnectionError if there is no scheduler."""
         from energymargin.executors.dask_pool import DaskPool
 
-        pool = DaskPool(self.scheduler, release=ALGORITHM, notice=self.notice)
+        pool = DaskPool(self.scheduler, release_of=algorithm, notice=self.notice)
         return PoolSession(pool, settings)

@@ -105,13 +105,12 @@ def ceiling_dataset(
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
-        digest = dataset.digest()
         with (
             Scorer(store, run) as scorer,
             held_interrupts() as interrupted,
             ThreadPoolExecutor(threads) as pool,
         ):
-            claims = scorer.claim({n: state_digest(digest, n) for n in run.missing()})
+            claims = scorer.claim({n: state_digest(run.digest, n) for n in run.missing()})
             running = {pool.submit(row, n) for n, claim in claims.items() if claim.metrics}
             try:
                 advance(*run.counts())
@@ -143,8 +142,7 @@ def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: i
         "seed": whole_number("seed", seed, 0, 2**64 - 1),
     }
     run = store.begin(dataset, settings, dict.fromkeys(shares, settings))
-    digest = dataset.digest()
-    adopt(store, run, lambda numbers: [state_digest(digest, number) for number in numbers])
+    adopt(store, run, lambda numbers: [state_digest(run.digest, number) for number in numbers])
     return run
 
 

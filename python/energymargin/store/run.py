@@ -30,8 +30,8 @@ class Run:
             "SELECT dataset, settings FROM runs WHERE id = ?", (number,)
         ).fetchone()
         self.settings: dict[str, Any] = json.loads(settings)
-        self.task, self.states = self._database.execute(
-            "SELECT task, states FROM datasets WHERE id = ?", (self.dataset,)
+        self.task, self.states, self.digest = self._database.execute(
+            "SELECT task, states, digest FROM datasets WHERE id = ?", (self.dataset,)
         ).fetchone()
 
     @cached_property

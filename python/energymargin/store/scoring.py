@@ -83,7 +83,7 @@ def begin_run(
     run = store.begin(dataset, settings.all(), {metric: settings.of(metric) for metric in metrics})
 
     def digests(numbers: Sequence[int]) -> list[bytes]:
-        return [known.digest for known in _known(dataset, numbers)]
+        return [known.digest for known in _known(dataset, run, numbers)]
 
     adopt(store, run, digests)
     forget_if_changed(store, run, digests)
@@ -133,13 +133,13 @@ class _Known:
     digest: bytes
 
 
-def _known(dataset: Dataset, numbers: Sequence[int]) -> Iterator[_Known]:
+def _known(dataset: Dataset, run: Run, numbers: Sequence[int]) -> Iterator[_Known]:
     """The states of these numbers; one that cannot be written is known by where it stands."""
     for number, problem in zip(numbers, dataset.problems(numbers), strict=True):
         try:
             written = problem.to_json()
         except ValueError:
-            yield _Known(problem, None, state_digest(dataset.digest(), number))
+            yield _Known(problem, None, state_digest(run.digest, number))
         else:
             yield _Known(problem, written, hashlib.sha256(written.encode()).digest())
 
@@ -213,7 +213,7 @@ class _Missing:
             self._resting = time.monotonic() + AGAIN
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
-        known = dict(zip(numbers, _known(self._dataset, numbers), strict=True))
+        known = dict(zip(numbers, _known(self._dataset, self._run, numbers), strict=True))
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._left |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
