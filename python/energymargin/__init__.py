@@ -3,7 +3,7 @@
 from importlib import import_module
 from types import ModuleType
 
-from energymargin import datasets, evaluation, regions, scenes, store, tasks
+from energymargin import datasets, evaluation, executors, regions, scenes, store, tasks
 from energymargin._core import (
     Audit,
     Body,
@@ -43,6 +43,7 @@ from energymargin._core import (
 )
 from energymargin.meshes import Mesh
 from energymargin.scoring import ScoreTable, score
+from energymargin.settings import SearchSettings
 
 __all__ = [
     "Audit",
@@ -71,6 +72,7 @@ __all__ = [
     "Rollout",
     "Scene",
     "ScoreTable",
+    "SearchSettings",
     "Simulation",
     "Sphere",
     "Spring",
@@ -81,6 +83,7 @@ __all__ = [
     "escape_effort",
     "escape_energy",
     "evaluation",
+    "executors",
     "force_score",
     "mass_properties",
     "regions",

@@ -65,7 +65,7 @@ def whole(dataset, tmp_path_factory):
 
 def shares(path):
     with ScoreStore(path) as store:
-        return store.labelled_scores()
+        return store.run().labelled_scores()
 
 
 def same(labelled, other):
@@ -178,7 +178,7 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_shares(dataset, whole, tmp_p
     with pytest.raises(Stop):
         ceiling_dataset(dataset, path, CONTINUATIONS, SEED, progress=stop)
     with ScoreStore(path) as store:
-        kept, total = store.counts()
+        kept, total = store.run().counts()
     assert 3 <= kept < total
     ceiling_dataset(
         dataset, path, CONTINUATIONS, SEED, progress=lambda *count: counts.append(count)
@@ -187,16 +187,15 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_shares(dataset, whole, tmp_p
     assert same(shares(path), whole)
 
 
-def test_other_settings_are_refused_with_what_differs(dataset, tmp_path):
+def test_other_settings_are_another_run_in_the_same_file(dataset, tmp_path):
     path = tmp_path / "c.db"
     with pytest.raises(ValueError, match="continuations is 0"):
         ceiling_dataset(dataset, path, 0)
-    assert not path.exists()
-    ceiling_dataset(dataset, path, 1, SEED)
-    with pytest.raises(
-        ValueError, match=r"c\.db holds other scores.*continuations: 1 there, 2 now"
-    ):
-        ceiling_dataset(dataset, path, 2, SEED)
+    for continuations in (1, 2, 1):
+        assert ceiling_dataset(dataset, path, continuations, SEED)
+    with ScoreStore(path) as store:
+        assert [run.settings["continuations"] for run in store.runs()] == [1, 2]
+        assert all(run.counts() == (48, 48) for run in store.runs())
 
 
 def test_a_task_without_a_script_is_refused(dataset, tmp_path, monkeypatch):

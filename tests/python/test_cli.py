@@ -131,7 +131,7 @@ def scored(path):
     if not path.exists():
         return 0
     with sqlite3.connect(path) as file:
-        return file.execute("SELECT count(seconds) FROM states").fetchone()[0]
+        return file.execute("SELECT count(*) / 5 FROM scores").fetchone()[0]
 
 
 def test_a_timeout_keeps_what_is_scored_and_the_same_command_goes_on(folder):
@@ -179,7 +179,7 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_sc
 
     assert run(*arguments, "-o", "part.db", cwd=folder).returncode == 0
     with ScoreStore(folder / "part.db") as part, ScoreStore(folder / "whole.db") as whole:
-        again, undisturbed = part.labelled_scores().scores, whole.labelled_scores().scores
+        again, undisturbed = (s.run().labelled_scores().scores for s in (part, whole))
     for metric, values in undisturbed.items():
         assert np.array_equal(again[metric], values)
 
@@ -203,7 +203,14 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
     }
     assert run(*arguments, cwd=folder).stdout == done.stdout
     assert {name: (folder / "out" / name).stat().st_mtime_ns for name in kept} == kept
+    other = run("demo", "-o", "out", "--trajectories", 6, "--nodes", 11, cwd=folder)
+    assert other.returncode == 0
     refused(
-        run("demo", "-o", "out", "--trajectories", 6, "--nodes", 11, cwd=folder),
-        "nodes: 10 there, 11 now",
+        run("evaluate", "out/push-scores.db", cwd=folder),
+        "has 2 runs, choose one by its number",
+        "run 2: push, 60 of 60 states",
+    )
+    assert (
+        run("evaluate", "out/push-scores.db", "--run", 1, cwd=folder).stdout
+        == done.stdout.split("In out")[0]
     )

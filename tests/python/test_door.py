@@ -158,7 +158,8 @@ task = em.tasks.make("push", friction=0.3)
 p = task.problem(task.rollout(1).states[1])
 inside = em.regions.Predicate(lambda z: np.ones(len(z), dtype=bool))
 q = em.Problem(p.scene, p.state, force=p.force, torque=p.torque, duration=0.5, captured=inside)
-run = core.ScoreRun([q] * 20, ["effort/est"], 200, 0, 2)
+run = core.ScoreRun(["effort/est"], 200, 0, 2)
+run.add([q] * 20, range(20))
 time.sleep(0.2)
 del run
 """

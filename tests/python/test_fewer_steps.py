@@ -1,7 +1,7 @@
 """What more of each rollout gives: its states as nodes, its end at the escape, and the study."""
 
 import json
-import sqlite3
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,25 +76,14 @@ def test_nothing_grows_where_the_likelihood_is_below_the_least():
         assert np.exp(-problem.rate * (tree.costs[parent] + before.effort)) > 0.5
 
 
-def test_a_file_of_scores_belongs_to_its_nodes_an_edge(dataset, tmp_path):
-    path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["capture"], nodes=8, nodes_per_edge=2)
-    with pytest.raises(ValueError, match="nodes_per_edge: 2 there, 1 now"):
-        score_dataset(dataset, path, ["capture"], nodes=8)
-
-
-def test_a_file_from_before_goes_on_with_the_settings_of_then(dataset, tmp_path):
-    path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["force"], nodes=8)
-    with sqlite3.connect(path) as database:
-        gone = database.execute(
-            "DELETE FROM settings "
-            "WHERE name IN ('nodes_per_edge', 'least_likelihood', 'stop_at_escape')"
-        )
-        assert gone.rowcount == 3
-    assert score_dataset(dataset, path, ["force"], nodes=8)
-    with pytest.raises(ValueError, match="stop_at_escape: False there, True now"):
-        score_dataset(dataset, path, ["force"], nodes=8, stop_at_escape=True)
+def test_other_nodes_an_edge_are_another_run_but_of_an_effort(dataset, tmp_path):
+    path, settings = tmp_path / "s.db", em.SearchSettings(nodes=8)
+    score_dataset(dataset, path, ["capture", "effort/est"], settings)
+    score_dataset(dataset, path, ["capture", "effort/est"], replace(settings, nodes_per_edge=2))
+    with ScoreStore(path) as store:
+        one, two = store.runs()
+        assert one.asked["capture"] != two.asked["capture"]
+        assert one.asked["effort/est"] == two.asked["effort/est"]
 
 
 def test_the_command_hands_all_settings_on(dataset, tmp_path):
@@ -103,7 +92,7 @@ def test_the_command_hands_all_settings_on(dataset, tmp_path):
     command = ["score", str(tmp_path / "data.h5"), "--nodes", "10", *options]
     assert CliRunner().invoke(app, command).exit_code == 0
     with ScoreStore(tmp_path / "data-scores.db") as store:
-        settings, scores = store.settings(), store.labelled_scores().scores
+        settings, scores = store.run().settings, store.run().labelled_scores().scores
     chosen = {"nodes_per_edge": 2, "least_likelihood": 0.1, "stop_at_escape": True}
     assert chosen.items() <= settings.items()
     table = em.score(dataset.problems(), nodes=10, **chosen)

@@ -156,11 +156,12 @@ def test_a_table_has_the_rows_that_are_done_with_the_scores_of_the_whole(dataset
 
 def test_a_file_of_scores_goes_on_after_a_timeout(dataset, tmp_path):
     half, whole = tmp_path / "half.db", tmp_path / "whole.db"
-    assert not store.score_dataset(dataset, half, ["capture"], nodes=30, cancel=cancelled())
-    assert store.score_dataset(dataset, half, ["capture"], nodes=30, timeout=600)
-    assert store.score_dataset(dataset, whole, ["capture"], nodes=30)
+    settings = em.SearchSettings(nodes=30)
+    assert not store.score_dataset(dataset, half, ["capture"], settings, cancel=cancelled())
+    assert store.score_dataset(dataset, half, ["capture"], settings, timeout=600)
+    assert store.score_dataset(dataset, whole, ["capture"], settings)
     with store.ScoreStore(half) as a, store.ScoreStore(whole) as b:
-        values = [s.labelled_scores().scores["capture"] for s in (a, b)]
+        values = [s.run().labelled_scores().scores["capture"] for s in (a, b)]
     assert np.array_equal(*values)
 
 

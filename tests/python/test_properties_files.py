@@ -172,8 +172,9 @@ def test_a_damaged_file_of_scores_is_read_or_refused(score_file, tmp_path, data)
     path = tmp_path / "scores.db"
     path.write_bytes(data.draw(damaged(score_file)))
     with contextlib.suppress(ValueError), ScoreStore(path) as store:
-        store.labelled_scores()
-        store.missing()
+        for run in store.runs():
+            run.labelled_scores()
+            run.missing()
 
 
 @given(st.lists(st.one_of(st.text(max_size=12), st.text(max_size=9).map("friction={}".format))))

@@ -1,17 +1,24 @@
 import sqlite3
+import threading
+from dataclasses import replace
 
 import numpy as np
+import older_stores
 import pytest
 
+import energymargin as em
 from energymargin import datasets, scoring
-from energymargin.store import ScoreStore, score_dataset
+from energymargin.settings import METRICS, SearchSettings
+from energymargin.store import ScoreStore, begin_run, score_dataset
+from energymargin.store.claims import Scorer
 
 NODES, SEED = 20, 3
+SETTINGS = SearchSettings(nodes=NODES, seed=SEED)
 
 
 @pytest.fixture(scope="module")
 def dataset():
-    return datasets.generate("push", trajectories=2, frames=3, seed=0)
+    return datasets.generate("topple", trajectories=2, frames=3, seed=0)
 
 
 @pytest.fixture(scope="module")
@@ -31,104 +38,205 @@ def stop_after(count):
     return progress
 
 
+def scores(path, run=None):
+    with ScoreStore(path) as store:
+        return store.run(run).labelled_scores().scores
+
+
+def rows(path, table):
+    """How many there are, looked at from outside."""
+    with sqlite3.connect(path) as file:
+        return file.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
+
+
+def same(found, table):
+    return set(found) == set(table.scores) and all(
+        np.array_equal(found[metric], table[metric]) for metric in found
+    )
+
+
 def test_a_file_holds_every_score_and_label_to_the_last_bit(dataset, table, tmp_path):
-    score_dataset(dataset, tmp_path / "s.db", nodes=NODES, seed=SEED)
+    assert score_dataset(dataset, tmp_path / "s.db", settings=SETTINGS)
     with ScoreStore(tmp_path / "s.db") as store:
-        labelled = store.labelled_scores()
-        assert store.counts() == (6, 6) and store.seconds() > 0
-    for metric in table.scores:
-        assert np.array_equal(labelled.scores[metric], table[metric])
+        run = store.run()
+        labelled = run.labelled_scores()
+        assert run.counts() == (6, 6) and run.missing() == [] and run.task == "topple"
+        assert run.seconds() == pytest.approx(sum(run.times().values()) / 6) and run.seconds() > 0
+    assert same(labelled.scores, table)
     assert labelled.trajectory.tolist() == [0, 0, 0, 1, 1, 1]
     assert labelled.captured.tolist() == [c for t in dataset.trajectories for c in t.captured]
     assert labelled.success.tolist() == [t.success for t in dataset.trajectories for _ in range(3)]
 
 
 def test_a_run_that_was_stopped_goes_on_to_the_same_scores(dataset, table, tmp_path):
+    path, one = tmp_path / "s.db", em.executors.Threads(1)
     with pytest.raises(Stop):
-        score_dataset(
-            dataset, tmp_path / "s.db", nodes=NODES, seed=SEED, threads=1, progress=stop_after(2)
-        )
-    with ScoreStore(tmp_path / "s.db") as store:
-        kept, total = store.counts()
-        assert 2 <= kept < total and len(store.missing()) == total - kept
-        assert np.isnan(store.labelled_scores().scores["capture"]).sum() == total - kept
+        score_dataset(dataset, path, settings=SETTINGS, executor=one, progress=stop_after(2))
+    with ScoreStore(path) as store:
+        run = store.run()
+        kept, total = run.counts()
+        assert 2 <= kept < total and len(run.missing()) == total - kept
+        assert np.isnan(run.labelled_scores().scores["capture"]).sum() == total - kept
+    assert rows(path, "claims") == rows(path, "scorers") == 0
     counts = []
-    score_dataset(
-        dataset,
-        tmp_path / "s.db",
-        nodes=NODES,
-        seed=SEED,
-        progress=lambda *count: counts.append(count),
-    )
+    score_dataset(dataset, path, settings=SETTINGS, progress=lambda *count: counts.append(count))
     assert counts[0] == (kept, 6) and counts[-1] == (6, 6)
-    with ScoreStore(tmp_path / "s.db") as store:
-        for metric in table.scores:
-            assert np.array_equal(store.labelled_scores().scores[metric], table[metric])
+    assert same(scores(path), table)
+
+
+def test_only_what_is_missing_is_computed(dataset, table, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["capture", "force"], SETTINGS)
+    with sqlite3.connect(path) as file:
+        marked = "UPDATE scores SET value = value + 2, seconds = 0"
+        file.execute(marked)
+    score_dataset(dataset, path, None, SETTINGS)
+    found = scores(path, 2)
+    for metric in ("capture", "force"):
+        assert np.array_equal(found[metric], table[metric] + 2)
+    for metric in ("success", "effort/est", "effort/rrt"):
+        assert np.array_equal(found[metric], table[metric])
+
+
+def test_other_settings_are_another_run_and_share_what_they_have_in_common(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["effort/rrt", "force"], SETTINGS)
+    for other in (replace(SETTINGS, nodes=40), replace(SETTINGS, seed=4)):
+        score_dataset(dataset, path, ["effort/rrt", "force"], other)
+    with ScoreStore(path) as store:
+        settings = [(run.settings["nodes"], run.settings["seed"]) for run in store.runs()]
+        assert settings == [(20, 3), (40, 3), (20, 4)]
+        with pytest.raises(ValueError, match=r"has 3 runs, choose one .*run 2: topple, 6 of 6"):
+            store.run()
+        with pytest.raises(ValueError, match=r"run is 4, and .* has run 1: topple"):
+            store.run(4)
+    assert rows(path, "scores") == 3 * 6 + 6  # the force score has no settings
+    efforts = [scores(path, run)["effort/rrt"] for run in (1, 2, 3)]
+    assert not np.array_equal(efforts[0], efforts[1])
+    assert not np.array_equal(efforts[0], efforts[2])
+
+
+def test_a_longer_dataset_computes_what_it_has_more(dataset, table, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, settings=SETTINGS)
+    longer = datasets.generate("topple", trajectories=3, frames=3, seed=0)
+    with pytest.raises(Stop):
+        score_dataset(longer, path, settings=SETTINGS, progress=stop_after(6))
+    assert rows(path, "scores") == 6 * 5
+    score_dataset(longer, path, settings=SETTINGS)
+    assert rows(path, "scores") == 9 * 5
+    found = scores(path, 2)
+    assert all(np.array_equal(found[metric][:6], table[metric]) for metric in found)
+
+
+def test_a_task_whose_code_was_changed_is_scored_anew(dataset, table, tmp_path, monkeypatch):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
+    made = em.tasks.make("topple")
+    original = type(made).problem
+
+    def problem(self, *arguments):
+        asked = original(self, *arguments)
+        return em.Problem(
+            asked.scene,
+            asked.state,
+            force=asked.force,
+            torque=asked.torque,
+            duration=0.9 * asked.duration,
+            captured=asked.captured,
+            succeeded=asked.succeeded,
+        )
+
+    monkeypatch.setattr(type(made), "problem", problem)
+    score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
+    changed = em.score(dataset.problems(), ["effort/rrt"], NODES, SEED)
+    assert np.array_equal(scores(path)["effort/rrt"], changed["effort/rrt"])
+    assert not np.array_equal(changed["effort/rrt"], table["effort/rrt"])
+    monkeypatch.undo()
+    score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
+    assert np.array_equal(scores(path)["effort/rrt"], table["effort/rrt"])
+    assert rows(path, "scores") == 12  # nothing was computed a third time
 
 
 def test_the_labels_of_at_least_one_object_are_kept(tmp_path):
     several = datasets.generate("scoop", trajectories=2, frames=3, seed=0)
-    score_dataset(several, tmp_path / "s.db", nodes=5)
+    score_dataset(several, tmp_path / "s.db", settings=SearchSettings(nodes=5))
     with ScoreStore(tmp_path / "s.db") as store:
-        labelled = store.labelled_scores()
-    assert set(labelled.scores) == set(scoring.METRICS)
+        labelled = store.run().labelled_scores()
+    assert set(labelled.scores) == set(METRICS)
     some = [label for t in several.trajectories for label in t.captured_any]
     assert labelled.captured_any.tolist() == some
     ends = [t.success_any for t in several.trajectories for _ in range(3)]
     assert labelled.success_any.tolist() == ends
 
 
-def test_a_file_of_version_1_is_read_and_goes_on(dataset, table, tmp_path):
+@pytest.mark.parametrize("version", [1, 2])
+def test_an_older_file_is_migrated_and_goes_on(dataset, table, tmp_path, version):
     path = tmp_path / "s.db"
-    ScoreStore.for_dataset(path, dataset, list(table.scores), NODES, SEED).close()
-    with sqlite3.connect(path) as file:
-        for column in ("captured_any", "success_any"):
-            file.execute(f"ALTER TABLE states DROP COLUMN {column}")
-        file.execute("PRAGMA user_version = 1")
-    score_dataset(dataset, path, nodes=NODES, seed=SEED)
+    settings = {"nodes": NODES, "seed": SEED}
+    older_stores.write(path, dataset, table.scores, settings, states=4, version=version)
     with ScoreStore(path) as store:
-        labelled = store.labelled_scores()
-    assert labelled.captured_any is None and labelled.success_any is None
-    assert np.array_equal(labelled.scores["capture"], table["capture"])
+        run = store.run()
+        assert run.counts() == (4, 6) and run.seconds() == pytest.approx(0.25)
+        assert run.settings == SETTINGS.all() and run.algorithm == "0.5.0"
+        kept = run.labelled_scores().scores
+        assert np.array_equal(kept["effort/est"][:4], table["effort/est"][:4])
+        assert np.isnan(kept["capture"][4:]).all()
+    counts = []
+    score_dataset(dataset, path, settings=SETTINGS, progress=lambda *count: counts.append(count))
+    assert counts[0] == (4, 6)
+    assert same(scores(path), table)
+    longer = datasets.generate("topple", trajectories=3, frames=3, seed=0)
+    with pytest.raises(Stop):  # the migrated scores are known by what was scored
+        score_dataset(longer, path, settings=SETTINGS, progress=stop_after(6))
+    assert rows(path, "scores") == 6 * 5
 
 
 def test_an_infinite_effort_survives_the_file(dataset, tmp_path):
-    with ScoreStore.for_dataset(tmp_path / "s.db", dataset, ["effort/est"], NODES, SEED) as store:
-        rows = []
-        scoring.score(dataset.problems(), ["effort/est"], nodes=1, on_rows=rows.extend)
-        assert any(np.isinf(row.scores["effort/est"]) for row in rows)
-        store.add(rows)
-        expected = [row.scores["effort/est"] for row in sorted(rows, key=lambda row: row.index)]
-        assert store.labelled_scores().scores["effort/est"].tolist() == expected
+    expected = em.score(dataset.problems(), ["effort/est"], nodes=1)["effort/est"]
+    assert np.isinf(expected).any()
+    score_dataset(dataset, tmp_path / "s.db", ["effort/est"], SearchSettings(nodes=1))
+    assert scores(tmp_path / "s.db")["effort/est"].tolist() == expected.tolist()
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"nodes": 21}, "nodes: 20 there, 21 now"),
-        ({"seed": 4}, "seed: 3 there, 4 now"),
-        ({"metrics": ["force"]}, "metrics"),
-    ],
-)
-def test_other_settings_are_refused_with_what_differs(dataset, tmp_path, change, message):
-    settings = {"metrics": ["capture"], "nodes": NODES, "seed": SEED}
-    score_dataset(dataset, tmp_path / "s.db", **settings)
-    with pytest.raises(ValueError, match=message):
-        score_dataset(dataset, tmp_path / "s.db", **{**settings, **change})
+def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
+    dataset, tmp_path, monkeypatch
+):
+    task = type(em.tasks.make("topple"))
+    original = task.problem
 
+    def problem(self, *arguments):
+        asked = original(self, *arguments)
+        inside = em.regions.Predicate(lambda z: np.ones(len(z), dtype=bool))
+        return em.Problem(
+            asked.scene,
+            asked.state,
+            force=asked.force,
+            torque=asked.torque,
+            duration=asked.duration,
+            captured=inside,
+        )
 
-def test_another_dataset_is_refused(dataset, tmp_path):
-    score_dataset(dataset, tmp_path / "s.db", ["force"])
-    other = datasets.generate("push", trajectories=2, frames=3, seed=1)
-    with pytest.raises(ValueError, match=r"s\.db holds other scores.*dataset"):
-        score_dataset(other, tmp_path / "s.db", ["force"])
+    monkeypatch.setattr(task, "problem", problem)
+    assert score_dataset(dataset, tmp_path / "s.db", ["capture"], SearchSettings(nodes=5))
+    assert scores(tmp_path / "s.db")["capture"].tolist() == [1.0] * 6
+    with pytest.raises(ValueError, match=r"problem 0 cannot be sent .*: use threads"):
+        score_dataset(
+            dataset,
+            tmp_path / "p.db",
+            ["capture"],
+            SearchSettings(nodes=5),
+            executor=em.executors.Processes(1),
+        )
 
 
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
-        score_dataset(dataset, tmp_path / "s.db", nodes=0)
+        score_dataset(dataset, tmp_path / "s.db", settings=SearchSettings(nodes=0))
     with pytest.raises(ValueError, match="capture/any"):
         score_dataset(dataset, tmp_path / "s.db", ["capture/any"])
+    with pytest.raises(ValueError, match="beauty"):
+        score_dataset(dataset, tmp_path / "s.db", ["beauty"])
     assert list(tmp_path.iterdir()) == []
 
 
@@ -138,29 +246,88 @@ def test_a_file_of_another_format_is_refused(tmp_path):
         ScoreStore(tmp_path / "text.db")
     with sqlite3.connect(tmp_path / "other.db") as other:
         other.execute("CREATE TABLE scores (x)")
-    with pytest.raises(ValueError, match=r"other\.db is not a file of scores"):
-        ScoreStore(tmp_path / "other.db")
+    for create in (False, True):
+        with pytest.raises(ValueError, match=r"other\.db is not a file of scores"):
+            ScoreStore(tmp_path / "other.db", create=create)
     with pytest.raises(FileNotFoundError):
         ScoreStore(tmp_path / "none.db")
     assert not (tmp_path / "none.db").exists()
 
 
 def test_a_file_of_a_newer_version_is_refused_with_the_advice_to_update(dataset, tmp_path):
-    ScoreStore.for_dataset(tmp_path / "s.db", dataset, ["force"], NODES, SEED).close()
+    score_dataset(dataset, tmp_path / "s.db", ["force"])
     with sqlite3.connect(tmp_path / "s.db") as file:
         file.execute("PRAGMA user_version = 99")
     with pytest.raises(ValueError, match=r"version 99.*update"):
         ScoreStore(tmp_path / "s.db")
 
 
-def test_a_batch_is_kept_whole_or_not_at_all(dataset, tmp_path):
-    rows = []
-    scoring.score(dataset.problems(), ["force"], on_rows=rows.extend)
-    with ScoreStore.for_dataset(tmp_path / "s.db", dataset, ["force"], NODES, SEED) as store:
-        with sqlite3.connect(tmp_path / "s.db") as other:
-            full = "BEGIN SELECT RAISE(ABORT, 'disk full'); END"
-            other.execute(f"CREATE TRIGGER full BEFORE UPDATE ON states {full}")
-        with pytest.raises(sqlite3.Error, match="disk full"):
-            store.add(rows)
-        assert store.counts() == (0, 6)
-        assert np.isnan(store.labelled_scores().scores["force"]).all()
+def test_a_full_disk_is_said_and_what_was_kept_before_is_safe(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    found = []
+    scoring.score(dataset.problems(), ["force"], on_rows=found.extend)
+    with ScoreStore(path, create=True) as store:
+        run = begin_run(store, dataset, ["force"], SearchSettings())
+        with Scorer(store, run) as scorer:
+            scorer.claim({row.index: row.index.to_bytes(32, "big") for row in found})
+            scorer.add(found[:2])
+            (pages,) = store.database.execute("PRAGMA page_count").fetchone()
+            store.database.execute(f"PRAGMA max_page_count = {pages}")
+            with pytest.raises(OSError, match=r"the disk is full.*goes on.*s\.db"):
+                for copy in range(10**4):
+                    scorer.claim({10**6 + copy: copy.to_bytes(32, "little")})
+            store.database.execute(f"PRAGMA max_page_count = {2**30}")
+            assert run.counts() == (2, 6)
+            scorer.add(found[2:])
+        assert run.counts() == (6, 6)
+
+
+def test_what_one_scorer_has_claimed_is_not_for_another(dataset, tmp_path):
+    digests = {number: number.to_bytes(32, "big") for number in range(6)}
+    found = []
+    scoring.score(dataset.problems(), ["force"], on_rows=found.extend)
+    found.sort(key=lambda row: row.index)
+    with ScoreStore(tmp_path / "s.db", create=True) as store:
+        run = begin_run(store, dataset, ["force"], SearchSettings())
+        with Scorer(store, run) as one, ScoreStore(store.path) as again:
+            with Scorer(again, again.run()) as other:
+                assert all(claim.metrics for claim in one.claim(digests).values())
+                refused = other.claim(digests)
+                assert all(claim.taken and not claim.metrics for claim in refused.values())
+                one.add(found[:3])
+                one.give_up([3])
+                left = other.claim(digests)
+                assert [n for n, claim in left.items() if claim.metrics] == [3]
+                assert [n for n, claim in left.items() if claim.taken] == [4, 5]
+            assert not store.database.execute(
+                "SELECT * FROM claims WHERE stream = 3"
+            ).fetchall()  # it has signed off
+
+
+def test_two_scorers_at_once_share_the_work(tmp_path):
+    dataset = datasets.generate("topple", trajectories=20, frames=10, seed=0)
+    path, settings = tmp_path / "s.db", SearchSettings(nodes=30)
+    done, one = [], em.executors.Threads(1)
+    both = [
+        threading.Thread(
+            target=lambda: done.append(
+                score_dataset(dataset, path, settings=settings, executor=one)
+            )
+        )
+        for _ in range(2)
+    ]
+    for scorer in both:
+        scorer.start()
+    for scorer in both:
+        scorer.join()
+    assert done == [True, True]
+    assert rows(path, "scores") == 200 * 5 and rows(path, "runs") == 1
+    assert same(scores(path), em.score(dataset.problems(), nodes=30))
+
+
+def test_an_older_file_of_another_dataset_keeps_its_scores(dataset, table, tmp_path):
+    path = tmp_path / "s.db"
+    older_stores.write(path, dataset, table.scores, {"nodes": NODES, "seed": SEED})
+    other = datasets.generate("topple", trajectories=2, frames=3, seed=9)
+    score_dataset(other, path, ["force"], SETTINGS)
+    assert same(scores(path, 1), table) and list(scores(path, 2)) == ["force"]

@@ -2,6 +2,7 @@
 
 import csv
 import re
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -106,14 +107,23 @@ def test_cells_below_the_papers_are_named(folder):
             assert (f"- push, {name}: " in summary) == bool(below)
 
 
-def test_a_folder_with_a_table_of_other_settings_is_refused_and_so_are_bad_options(folder):
+def test_a_table_of_other_settings_leaves_the_scores_of_the_first(folder, tmp_path):
+    shutil.copytree(folder / "t", tmp_path / "t")
+    text = (tmp_path / "t" / "table1.md").read_text()
+    assert run(*SMALL, "--out", "t", "--nodes", "11", cwd=tmp_path).returncode == 0
+    assert "--nodes 11" in (tmp_path / "t" / "table1.md").read_text()
+    with ScoreStore(tmp_path / "t" / "push-drive-scores.db") as store:
+        assert [one.settings["nodes"] for one in store.runs()] == [10, 11]
+    assert run(*SMALL, "--out", "t", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "t" / "table1.md").read_text() == text
+
+
+def test_a_folder_with_other_trajectories_is_refused_and_so_are_bad_options(folder):
     def refused(*options):
         done = run(*SMALL, "--out", "t", *options, cwd=folder)
         assert done.returncode == 2 and "Traceback" not in done.stderr
         return done.stderr
 
-    assert "nodes: 10 there, 11 now" in refused("--nodes", "11")
-    assert "continuations: 3 there, 4 now" in refused("--continuations", "4")
     assert "push.h5 holds other trajectories" in refused("--seed", "1")
     assert "tasks has 'shove', expected some of push" in refused("--tasks", "push,shove")
     assert "tasks has 'push', expected some of push" in refused("--tasks", "push,push")
@@ -128,7 +138,7 @@ def scored(path):
     if not path.exists():
         return 0
     with sqlite3.connect(path) as file:
-        return file.execute("SELECT count(seconds) FROM states").fetchone()[0]
+        return file.execute("SELECT count(DISTINCT problem) FROM scores").fetchone()[0]
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_path):
@@ -157,7 +167,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_pa
             ScoreStore(tmp_path / "part" / name) as one,
             ScoreStore(tmp_path / "whole" / name) as two,
         ):
-            ours, theirs = one.labelled_scores().scores, two.labelled_scores().scores
+            ours, theirs = (store.run().labelled_scores().scores for store in (one, two))
         assert all(np.array_equal(ours[metric], theirs[metric]) for metric in theirs)
 
 

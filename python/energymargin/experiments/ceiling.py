@@ -105,15 +105,18 @@ def ceiling_dataset(
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
+        missing = run.missing()
+        advance(*run.counts())
+        if not missing:  # so nothing is written
+            return True
         with (
             Scorer(store, run) as scorer,
             held_interrupts() as interrupted,
             ThreadPoolExecutor(threads) as pool,
         ):
-            claims = scorer.claim({n: state_digest(run.digest, n) for n in run.missing()})
+            claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
             running = {pool.submit(row, n) for n, claim in claims.items() if claim.metrics}
             try:
-                advance(*run.counts())
                 while running and not (interrupted.is_set() or limit.reached):
                     done, running = wait(running, POLL, FIRST_COMPLETED)
                     scorer.add([future.result() for future in done if not future.exception()])

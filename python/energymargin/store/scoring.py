@@ -102,6 +102,11 @@ def score_run(
     """Scores what a run lacks, of its dataset. Arguments and errors: as `score_dataset`."""
     limit = Limit(timeout, cancel)
     settings = SearchSettings(**run.settings)
+    scored, states = run.counts()
+    if scored == states:  # so nothing is written
+        if progress is not None:
+            progress(scored, states)
+        return True
     with Scorer(run.store, run) as scorer:
         counted = _Counted(run, scorer, progress)
         missing = _Missing(dataset, run, scorer, counted)
