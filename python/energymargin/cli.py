@@ -131,12 +131,21 @@ def generate(
         Path | None,
         typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
     ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            help="Processes; all cores if not given, and there is work for them. The file does "
+            "not depend on it."
+        ),
+    ] = None,
     timeout: Timeout = None,
 ) -> None:
-    """Generate random trajectories of a task, with their labels.
+    """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
+    command goes on from there.
 
     Example: `energymargin generate push -o push.h5 --trajectories 50 -p friction=0.3`
     """
+    from energymargin import datasets
     from energymargin import tasks as registry
 
     if picture is not None and find_spec("matplotlib") is None:  # said now, not at the end
@@ -145,17 +154,27 @@ def generate(
     made = registry.make(task, **_parsed(parameter or []))
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
-    dataset = _generate(
-        made, output, trajectories=trajectories, frames=frames, seed=seed, timeout=timeout
+    count = _generate(
+        made,
+        output,
+        trajectories=trajectories,
+        frames=frames,
+        seed=seed,
+        workers=workers,
+        timeout=timeout,
     )
-    if picture is not None:
-        from energymargin.experiments import pictures
-
-        pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
     written = escape(str(output))
-    say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
-    if len(dataset.trajectories) < trajectories:
-        say(f"[yellow]the time was over[/] before there were {trajectories} trajectories")
+    with datasets.open(output) as dataset:
+        if picture is not None:
+            from energymargin.experiments import pictures
+
+            pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
+        say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
+    if count < trajectories:
+        say(
+            f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
+            "with --overwrite the same command goes on from there."
+        )
         raise typer.Exit(TIMED_OUT)
 
 
@@ -321,16 +340,20 @@ def main() -> None:
     app()
 
 
-def _generate(
-    task: Any, output: Path, *, trajectories: int, frames: int, seed: int, timeout: float | None
-) -> Dataset:
+def _generate(task: Any, output: Path, *, trajectories: int, **options: Any) -> int:
+    """Makes the file; returns how many trajectories it has. What ends it says what was kept."""
     from energymargin import datasets
     from energymargin.progress import progress_bar
 
-    with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
-        dataset = datasets.generate(task, trajectories, frames, seed, progress, timeout=timeout)
-    dataset.save(output)
-    return dataset
+    try:
+        with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
+            return datasets.generate_file(output, task, trajectories, progress=progress, **options)
+    except (KeyboardInterrupt, OSError, RuntimeError):
+        kept = datasets.trajectories_kept(output)
+        if kept:
+            beside = f"{kept} of {trajectories} trajectories are kept beside {escape(str(output))}"
+            say(f"{beside}; the same command goes on from there.")
+        raise
 
 
 def _executor(threads: int | None, processes: int | None, scheduler: str | None) -> Executor:
@@ -421,9 +444,10 @@ def _parameters_text(parameters: dict[str, Any]) -> str:
 
 
 def _counts(dataset: Dataset) -> str:
-    succeeded = sum(trajectory.success for trajectory in dataset.trajectories)
-    trajectories = f"{len(dataset.trajectories)} trajectories ({succeeded} successful)"
-    return f"{trajectories}, {len(dataset.frames())} states"
+    trajectories = (
+        f"{len(dataset.trajectories)} trajectories ({dataset.successes.sum()} successful)"
+    )
+    return f"{trajectories}, {dataset.size} states"
 
 
 def _one_line(error: BaseException) -> str:

@@ -4,6 +4,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from older_dataset_files import write_version_2
 
 from energymargin import datasets
 from energymargin.tasks import Trajectory
@@ -63,7 +64,10 @@ def test_the_digest_tells_the_labels_of_at_least_one_object_apart(several):
 DIGEST = "49d233198637232991ea44d94a323a3ffa38e931094a339b07a3f99afb2f4501"
 
 
-def test_the_digest_of_a_single_object_is_the_one_of_version_1():
+NEW_DIGEST = "48d20fcdd02a4d6ee6added8a954e41337b309310814aac883c26dbc16917414"
+
+
+def test_the_digests_are_those_by_which_files_of_scores_know_their_dataset():
     trajectory = Trajectory(
         times=np.array([0.0, 0.5]),
         states=np.arange(6.0).reshape(2, 3),
@@ -74,13 +78,32 @@ def test_the_digest_of_a_single_object_is_the_one_of_version_1():
         seed=7,
     )
     dataset = datasets.Dataset("push", {"friction": None}, 0, [trajectory])
-    assert dataset.digest() == DIGEST
+    assert dataset.digest_of_version_2() == DIGEST  # up to energymargin 0.5
+    assert dataset.digest() == NEW_DIGEST
 
 
-def test_a_file_of_version_1_is_read(dataset, saved):
-    with h5py.File(saved, "a") as file:
-        file.attrs["version"] = 1
-    assert datasets.load(saved).digest() == dataset.digest()
+@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("read", [datasets.load, datasets.open])
+@pytest.mark.parametrize("which", ["dataset", "several"])
+def test_an_older_file_holds_the_same_dataset(request, tmp_path, which, read, version):
+    dataset = request.getfixturevalue(which)
+    write_version_2(dataset, tmp_path / "old.h5")
+    with h5py.File(tmp_path / "old.h5", "a") as file:
+        file.attrs["version"] = version
+    with read(tmp_path / "old.h5") as older:
+        assert older.digest() == dataset.digest()
+        assert older.digest_of_version_2() == dataset.digest_of_version_2()
+        older.save(tmp_path / "new.h5")
+    dataset.save(tmp_path / "same.h5")
+    assert (tmp_path / "new.h5").read_bytes() == (tmp_path / "same.h5").read_bytes()
+
+
+def test_an_older_file_that_lacks_a_part_is_refused(dataset, tmp_path):
+    write_version_2(dataset, tmp_path / "old.h5")
+    with h5py.File(tmp_path / "old.h5", "a") as file:
+        del file["trajectories/0001/states"]
+    with pytest.raises(ValueError, match=r"old\.h5 is damaged.*states"):
+        datasets.load(tmp_path / "old.h5")
 
 
 def test_the_first_trajectories_are_the_same_however_many_follow(dataset):
@@ -148,7 +171,7 @@ def test_a_truncated_file_is_refused(saved, part):
 
 def test_a_file_that_lacks_a_part_is_refused(saved):
     with h5py.File(saved, "a") as file:
-        del file["trajectories/0001/states"]
+        del file["states"]
     with pytest.raises(ValueError, match=r"push\.h5 is damaged.*states"):
         datasets.load(saved)
 
@@ -161,21 +184,41 @@ def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(dataset, saved):
     assert [path.name for path in saved.parent.iterdir()] == ["push.h5"]
 
 
+def _change(name, index, value, field=None):
+    """Changes one entry of a column."""
+
+    def change(file):
+        entry = file[name][index]
+        if field is None:
+            entry = value
+        else:
+            entry[field] = value
+        file[name][index] = entry
+
+    return change
+
+
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda file: file["trajectories/0000/contacts"].write_direct(
-            np.array(
-                [(-1, *row.tolist()[1:]) for row in file["trajectories/0000/contacts"][()]],
-                dtype=file["trajectories/0000/contacts"].dtype,
-            )
-        ),
-        lambda file: _replace(file, "trajectories/0000/captured", np.ones(2, dtype=bool)),
-        lambda file: _replace(file, "trajectories/0000/captured", np.full(4, np.nan)),
-        lambda file: _replace(file, "trajectories/0000/states", np.zeros((3, 26))),
-        lambda file: file.__delitem__("trajectories/0002"),
+        _change("contact_counts", 1, -1),
+        _change("contact_counts", 1, 100),
+        _change("contacts", 0, 7, "body_b"),
+        _change("captured_any", 1, 2),
+        _change("captured_any", 1, 1),
+        _change("params", 0, ord("?")),
+        _change("trajectories", 1, -1, "frames"),
+        _change("trajectories", 1, 3, "frames"),
+        _change("trajectories", 1, 2**62, "width"),
+        lambda file: _replace(file, "captured", np.ones(2, dtype=bool)),
+        lambda file: _replace(file, "captured", np.full(12, np.nan)),
+        lambda file: _replace(file, "states", np.zeros((9, 26))),
+        lambda file: _replace(file, "bodies", [1.5]),
+        lambda file: file["trajectories"].resize(2, axis=0),
+        lambda file: file["trajectories"].resize(0, axis=0),
         lambda file: file.attrs.__setitem__("version", 0),
         lambda file: file.attrs.__setitem__("version", "new"),
+        lambda file: file.attrs.__setitem__("parameters", "[]"),
     ],
 )
 def test_a_file_with_something_missing_or_odd_is_refused_by_its_name(saved, damage):
@@ -193,3 +236,15 @@ def _replace(file, name, values):
 def test_a_seed_that_no_file_can_hold_is_refused_before_anything_is_computed():
     with pytest.raises(ValueError, match="seed is"):
         datasets.generate("push", seed=2**64)
+
+
+def test_a_disk_that_has_changed_a_byte_is_found_out(dataset, saved):
+    with h5py.File(saved, "r") as file:
+        place = file["states"].id.get_chunk_info(0)
+    with saved.open("r+b") as raw:
+        raw.seek(place.byte_offset + place.size // 2)
+        byte = raw.read(1)[0]
+        raw.seek(-1, os.SEEK_CUR)
+        raw.write(bytes([byte ^ 1]))
+    with pytest.raises(ValueError, match=r"push\.h5 is damaged"):
+        datasets.load(saved)

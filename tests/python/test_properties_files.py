@@ -146,15 +146,19 @@ def test_a_changed_dataset_is_loaded_or_refused(dataset_file, tmp_path, data):
     path = tmp_path / "push.h5"
     path.write_bytes(dataset_file)
     with h5py.File(path, "r+") as file:
-        group = file["trajectories/0000"]
-        for attributes in (file.attrs, group.attrs):
-            name = data.draw(st.sampled_from(sorted(attributes)))
-            if data.draw(st.booleans()):
-                attributes[name] = data.draw(VALUES)
-        name = data.draw(st.sampled_from(sorted(group)))
+        name = data.draw(st.sampled_from(sorted(file.attrs)))
         if data.draw(st.booleans()):
-            del group[name]
-            group[name] = data.draw(VALUES)
+            file.attrs[name] = data.draw(VALUES)
+        name = data.draw(st.sampled_from(sorted(file)))
+        how = data.draw(st.sampled_from(["as it was", "another", "a byte"]))
+        if how == "another":
+            del file[name]
+            file[name] = data.draw(VALUES)
+        elif how == "a byte" and name != "bodies":
+            column = file[name][()]
+            raw = column.view(np.uint8)
+            raw[data.draw(st.integers(0, raw.size - 1))] ^= data.draw(st.integers(1, 255))
+            file[name][()] = column
     with contextlib.suppress(ValueError):
         assert isinstance(datasets.load(path), datasets.Dataset)
 

@@ -106,7 +106,15 @@ def reading(path: Path) -> Iterator[None]:
         yield
     except FileError:
         raise
-    except (OSError, LookupError, TypeError, RuntimeError, ValueError, ArithmeticError) as error:
+    except (
+        OSError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        RuntimeError,
+        ValueError,
+        ArithmeticError,
+    ) as error:
         raise ValueError(f"{path} is damaged or cut short: {_one_line(error)}") from error
 
 

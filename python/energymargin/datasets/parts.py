@@ -75,8 +75,13 @@ class Parts:
         last = first + len(block)
         columns: dict[str, Any] = {f"column_{name}": block.columns[name] for name in COLUMNS}
         temporary = self.folder / "unfinished"
-        with temporary.open("wb") as file:
-            np.savez(file, rows=block.rows, bodies=np.array(json.dumps(block.bodies)), **columns)
+        bodies = np.array(json.dumps(block.bodies))
+        try:
+            with temporary.open("wb") as file:
+                np.savez(file, rows=block.rows, bodies=bodies, **columns)
+        except OSError as error:
+            temporary.unlink(missing_ok=True)
+            raise OSError(error.errno, error.strerror, str(self.folder)) from error
         os.replace(temporary, self._file((first, last)))
 
     def spans(self) -> list[Span]:

@@ -1,0 +1,250 @@
+"""Datasets straight into their file: the same bytes, whoever made which part and when."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import energymargin as em
+from energymargin import datasets, tasks
+from energymargin.datasets.parts import Parts, folder_of
+from energymargin.datasets.rollouts import Request
+from energymargin.executors.process_pool import ProcessPool
+
+COMMAND = str(Path(sys.executable).with_name("energymargin"))
+COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The bytes of the file, as they are made in memory."""
+    path = tmp_path_factory.mktemp("whole") / "topple.h5"
+    datasets.generate("topple", COUNT, seed=4).save(path)
+    return path.read_bytes()
+
+
+def generate(path, **options):
+    return datasets.generate_file(path, "topple", COUNT, seed=4, **options)
+
+
+def command(path, count=COUNT, *options):
+    numbers = ["--trajectories", count, "--seed", 4, "-o", path.name, *options]
+    return subprocess.Popen(
+        [COMMAND, "generate", "topple", *map(str, numbers)],
+        cwd=path.parent,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def wait_for(condition, process):
+    deadline = time.monotonic() + 60
+    while not condition():
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+@pytest.mark.parametrize("workers", [1, 2, None])
+def test_any_number_of_workers_makes_the_same_bytes(whole, tmp_path, workers):
+    seen = []
+    path = tmp_path / "topple.h5"
+    progress = lambda done, total: seen.append((done, total))  # noqa: E731
+    assert generate(path, workers=workers, progress=progress) == COUNT
+    assert path.read_bytes() == whole
+    assert seen == sorted(seen) and seen[-1] == (COUNT, COUNT)
+    assert os.listdir(tmp_path) == ["topple.h5"]
+
+
+def test_workers_make_the_same_dataset_in_memory(whole, tmp_path):
+    dataset = datasets.generate("topple", COUNT, seed=4, workers=2)
+    dataset.save(tmp_path / "topple.h5")
+    assert (tmp_path / "topple.h5").read_bytes() == whole
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_after_a_kill_the_same_command_goes_on_to_the_same_bytes(whole, tmp_path, workers):
+    path = tmp_path / "topple.h5"
+    process = command(path, COUNT, "--workers", workers)
+    wait_for(lambda: datasets.trajectories_kept(path) >= 50, process)
+    process.kill()
+    process.communicate(timeout=30)
+    kept = datasets.trajectories_kept(path)
+    assert 0 < kept < COUNT and not path.exists()
+    seen = []
+    assert generate(path, workers=2, progress=lambda done, _: seen.append(done)) == COUNT
+    assert seen[0] == kept  # that many were not made again
+    assert path.read_bytes() == whole
+    assert os.listdir(tmp_path) == ["topple.h5"]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_says_what_is_kept_and_the_same_command_goes_on(whole, tmp_path, workers):
+    path = tmp_path / "topple.h5"
+    process = command(path, COUNT, "--workers", workers)
+    wait_for(lambda: datasets.trajectories_kept(path) >= 50, process)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=30)
+    latency = time.monotonic() - sent
+    print(f"stopped after {latency:.3f} s")
+    assert latency < 2.0  # 0.2 s is what it takes; a busy machine may need longer
+    assert process.returncode == 130 and "Traceback" not in stderr
+    said = re.search(rf"(\d+) of {COUNT} trajectories are kept beside topple\.h5", stderr)
+    assert int(said[1]) == datasets.trajectories_kept(path) >= 50
+    again = command(path, COUNT, "--workers", 3 - workers)
+    _, stderr = again.communicate(timeout=60)
+    assert again.returncode == 0 and f"Wrote {COUNT} trajectories" in stderr, stderr
+    assert path.read_bytes() == whole
+
+
+def test_after_a_timeout_the_file_has_the_first_and_the_same_call_goes_on(whole, tmp_path):
+    path, cancel = tmp_path / "topple.h5", em.Cancel()
+
+    def after_three(done, total):
+        if done == 3:
+            cancel.set()
+
+    assert generate(path, progress=after_three, cancel=cancel) == 3
+    first = datasets.load(path)
+    assert first.digest() == datasets.generate("topple", 3, seed=4).digest()
+    seen = []
+    assert generate(path, progress=lambda done, total: seen.append(done)) == COUNT
+    assert seen[:2] == [3, 4]
+    assert path.read_bytes() == whole
+
+
+def test_more_trajectories_go_on_from_the_parts_of_fewer(whole, tmp_path):
+    path, cancel = tmp_path / "topple.h5", em.Cancel()
+    stop = lambda done, total: done == 120 and cancel.set()  # noqa: E731
+    datasets.generate_file(path, "topple", 140, seed=4, progress=stop, cancel=cancel)
+    assert datasets.trajectories_kept(path) == 120
+    assert datasets.generate_file(path, "topple", 110, seed=4) == 110  # fewer than there are
+    assert datasets.load(path).digest() == datasets.generate("topple", 110, seed=4).digest()
+
+
+def test_a_run_that_got_no_trajectory_leaves_nothing(tmp_path):
+    cancel = em.Cancel()
+    cancel.set()
+    for workers in (1, 2):
+        with pytest.raises(em.Cancelled, match="before one trajectory was done"):
+            generate(tmp_path / "topple.h5", workers=workers, cancel=cancel)
+    assert os.listdir(tmp_path) == []
+
+
+def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
+    path = tmp_path / "topple.h5"
+    dataset = datasets.generate("topple", 3, seed=4)
+    with Parts(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
+        parts.keep(0, next(dataset._blocks()))
+    with pytest.raises(ValueError, match=r"\.topple\.h5\.parts holds .* seed: 4 there, 5 now"):
+        datasets.generate_file(path, "topple", 6, seed=5)
+    assert datasets.trajectories_kept(path) == 3
+    assert datasets.generate_file(path, "topple", 6, seed=4) == 6
+
+
+def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
+    with (
+        Parts(tmp_path / "topple.h5", Request.of(tasks.make("topple"), 10, seed=4)),
+        pytest.raises(ValueError, match="another process is generating"),
+    ):
+        generate(tmp_path / "topple.h5")
+
+
+def test_a_damaged_part_is_named_and_made_again(whole, tmp_path):
+    path, cancel = tmp_path / "topple.h5", em.Cancel()
+    stop = lambda done, total: done == 120 and cancel.set()  # noqa: E731
+    generate(path, progress=stop, cancel=cancel)
+    damaged = sorted(folder_of(path).glob("*.npz"))[1]
+    os.truncate(damaged, damaged.stat().st_size // 2)
+    with pytest.raises(ValueError, match=rf"{damaged.name} was damaged.*makes it again"):
+        generate(path)
+    assert generate(path) == COUNT and path.read_bytes() == whole
+
+
+class Here:
+    """A task that no package registers."""
+
+    name = "topple"
+
+    def rollout(self, seed, frames=10):
+        return tasks.make("topple").rollout(seed, frames)
+
+    def problem(self, state, params=None, contacts=None):
+        return tasks.make("topple").problem(state, params, contacts)
+
+
+def test_a_task_that_is_not_registered_is_made_in_this_process_alone(tmp_path):
+    path = tmp_path / "here.h5"
+    assert datasets.generate_file(path, Here(), 60, frames=2, workers=None) == 60
+    assert datasets.load(path).digest() == datasets.generate(Here(), 60, frames=2).digest()
+    with pytest.raises(ValueError, match=r"workers is 2, .*'topple'.* or use workers=1"):
+        datasets.generate_file(path, Here(), 60, frames=2, workers=2)
+    with pytest.raises(ValueError, match="workers is 0"):
+        datasets.generate_file(path, Here(), 60, frames=2, workers=0)
+
+
+MORTAL = '''
+import os
+import signal
+from pathlib import Path
+
+from energymargin import tasks
+
+
+class Mortal:
+    """Takes its process with it, as often as a file says."""
+
+    name = "mortal"
+
+    def __init__(self, lives="lives"):
+        self.lives = lives
+
+    def rollout(self, seed, frames=10):
+        left = int(Path(self.lives).read_text())
+        if left and seed % 50 == 0:
+            Path(self.lives).write_text(str(left - 1))
+            os.kill(os.getpid(), signal.SIGKILL)
+        return tasks.make("topple").rollout(seed, frames)
+
+    def problem(self, state, params=None, contacts=None):
+        return tasks.make("topple").problem(state, params, contacts)
+'''
+
+
+@pytest.fixture
+def mortal(tmp_path, monkeypatch):
+    """An installed task, and the file that says how many processes it still takes with it."""
+    installed = tmp_path / "mortal-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: mortal\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text("[energymargin.tasks]\nmortal = mortal:Mortal\n")
+    (tmp_path / "mortal.py").write_text(MORTAL)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    lives = tmp_path / "lives"
+    lives.write_text("0")
+    return tasks.make("mortal", lives=str(lives)), lives
+
+
+def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal, tmp_path):
+    task, lives = mortal
+    datasets.generate_file(tmp_path / "calm.h5", task, 120, frames=2)
+    lives.write_text("2")
+    datasets.generate_file(tmp_path / "died.h5", task, 120, frames=2, workers=2)
+    assert lives.read_text() == "0"
+    assert (tmp_path / "died.h5").read_bytes() == (tmp_path / "calm.h5").read_bytes()
+    lives.write_text("1000")
+    with pytest.raises(RuntimeError, match=r"3 workers died at .* killed by SIGKILL"):
+        datasets.generate_file(tmp_path / "fatal.h5", task, 120, frames=2, workers=2)
+
+
+def test_a_pool_that_is_handed_in_does_the_work_and_stays_open(whole, tmp_path):
+    with ProcessPool(2) as pool:
+        for name in ("one", "other"):
+            assert generate(tmp_path / name, pool=pool) == COUNT
+            assert (tmp_path / name).read_bytes() == whole
