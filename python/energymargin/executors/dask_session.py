@@ -119,7 +119,7 @@ class Session:
         """The workers' threads, by address."""
         import distributed
 
-        client = await distributed.Client(
+        client = distributed.Client(
             self._address,
             security=self._security,
             timeout=CONNECT,
@@ -128,9 +128,10 @@ class Session:
             name="energymargin",
         )
         try:
+            await client
             workers: dict[str, int] = await asyncio.wait_for(client.nthreads(), CONNECT)
         except BaseException:
-            await client.close()
+            await _close(client)
             raise
         self._client = client
         self._lost.clear()
@@ -145,8 +146,7 @@ class Session:
             task.cancel()
         await asyncio.gather(*running, return_exceptions=True)
         if client is not None:
-            with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
-                await asyncio.wait_for(client.close(), 1.0)
+            await _close(client)
 
     async def _reconnect(self) -> None:
         began = time.monotonic()
@@ -299,6 +299,11 @@ class Session:
         self._jobs.pop(job, None)
         if job in self._suspects:
             self._suspects.remove(job)
+
+
+async def _close(client: distributed.Client) -> None:
+    with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
+        await asyncio.wait_for(client.close(), 1.0)
 
 
 def _outcome(job: int, is_error: bool, data: bytes) -> Outcome:
