@@ -214,6 +214,21 @@ def test_jobs_survive_a_scheduler_that_is_killed_and_comes_back():
     assert any("is back" in words for words in notices)
 
 
+def test_jobs_survive_somebody_who_restarts_the_cluster():
+    import distributed
+
+    with Cluster() as cluster, DaskPool(cluster.address) as pool:
+        cluster.start_worker(nanny=True)
+        for job in range(40):
+            pool.submit(job, double, job)
+        taken = Taken(pool)
+        taken.until(lambda: taken)
+        with distributed.Client(cluster.address, set_as_default=False) as client:
+            client.restart(wait_for_workers=False)
+        taken.until(lambda: len(taken) == 40)
+    assert [taken[job].value[0] for job in range(40)] == [2 * job for job in range(40)]
+
+
 def test_a_scheduler_that_stays_away_ends_the_patience():
     with Cluster() as cluster, DaskPool(cluster.address, patience=0.5) as pool:
         pool.submit(0, double, 1)

@@ -77,6 +77,7 @@ class DaskPool:
         self._notice = notice
         self._failure: Exception | None = None
         self._jobs: set[int] = set()
+        self._ended: list[Outcome] = []  # here, so that Ctrl-C in `take` loses none
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._arguments = (address, security, release or release_of(), release_of, patience)
         opened: Future[None] = Future()
@@ -102,27 +103,17 @@ class DaskPool:
             ConnectionError: the scheduler has been away for too long.
             RuntimeError: a worker cannot run jobs, or has another release.
         """
-        outcomes: list[Outcome] = []
-        end = time.monotonic() + timeout
-        with contextlib.suppress(Empty):
-            while not outcomes and self._failure is None:
-                self._hear(self._events.get(timeout=max(0.0, end - time.monotonic())), outcomes)
-            while True:
-                self._hear(self._events.get_nowait(), outcomes)
-        if self._failure is not None and not outcomes:
+        self._listen(timeout, lambda: bool(self._ended))
+        if self._failure is not None and not self._ended:
             raise self._failure
-        return outcomes
+        return self._taken()
 
     def stop(self, timeout: float) -> list[Outcome]:
         """As Pool.stop; then cancels what has not come."""
-        outcomes: list[Outcome] = []
-        end = time.monotonic() + timeout
         self._call(self._stop)
-        with contextlib.suppress(Empty):
-            while self._jobs and self._failure is None:
-                self._hear(self._events.get(timeout=max(0.0, end - time.monotonic())), outcomes)
+        self._listen(timeout, lambda: not self._jobs)
         self._call(self._session.cancel)
-        return outcomes
+        return self._taken()
 
     def close(self) -> None:
         """Cancels what has not come, and leaves the cluster; a Client that was given stays."""
@@ -142,10 +133,22 @@ class DaskPool:
         """Leaves the cluster."""
         self.close()
 
-    def _hear(self, event: Event, outcomes: list[Outcome]) -> None:
+    def _listen(self, timeout: float, enough: Callable[[], bool]) -> None:
+        end = time.monotonic() + timeout
+        with contextlib.suppress(Empty):
+            while not enough() and self._failure is None:
+                self._hear(self._events.get(timeout=max(0.0, end - time.monotonic())))
+            while True:
+                self._hear(self._events.get_nowait())
+
+    def _taken(self) -> list[Outcome]:
+        taken, self._ended = self._ended, []
+        return taken
+
+    def _hear(self, event: Event) -> None:
         if isinstance(event, Outcome):
             self._jobs.discard(event.job)
-            outcomes.append(event)
+            self._ended.append(event)
         elif isinstance(event, int):
             self._jobs.discard(event)
         elif isinstance(event, Exception):

@@ -30,11 +30,13 @@ Event = Outcome | int | str | Exception
 """A job that has ended, the number of one that was dropped, words for a person, or the end of all.
 """
 
-CONNECT = 5.0  # [s] for one attempt
+CONNECT = 5.0  # [s] for one attempt to connect, during which Dask tries again and again
+SHORTEST_ATTEMPT = 0.5  # [s] when the patience is nearly over
 ANSWER = 30.0  # [s] until a scheduler that is connected but silent counts as away
 POLL = 0.5  # [s] between two questions for the workers
 LONGEST_PAUSE = 2.0  # [s] between two attempts to connect
 
+_Away = (OSError, asyncio.TimeoutError)
 _Cancelled = (asyncio.CancelledError, concurrent.futures.CancelledError)
 
 
@@ -72,8 +74,8 @@ class Session:
     async def open(self) -> None:
         """Connects; raises ConnectionError if no scheduler answers."""
         try:
-            self._count(await self._connect())
-        except (OSError, asyncio.TimeoutError) as error:
+            self._count(await self._connect(CONNECT))
+        except _Away as error:
             raise ConnectionError(
                 f"no Dask scheduler answers at {self._address} within {CONNECT:g} s; "
                 f"start one with `dask scheduler`, or check the address"
@@ -115,22 +117,23 @@ class Session:
 
     # The connection.
 
-    async def _connect(self) -> dict[str, int]:
+    async def _connect(self, timeout: float) -> dict[str, int]:
         """The workers' threads, by address."""
         import distributed
 
-        client = await distributed.Client(
+        client = distributed.Client(
             self._address,
             security=self._security,
-            timeout=CONNECT,
+            timeout=timeout,
             asynchronous=True,
             set_as_default=False,
             name="energymargin",
         )
         try:
-            workers: dict[str, int] = await asyncio.wait_for(client.nthreads(), CONNECT)
+            await client
+            workers: dict[str, int] = await asyncio.wait_for(client.nthreads(), timeout)
         except BaseException:
-            await client.close()
+            await _close(client)
             raise
         self._client = client
         self._lost.clear()
@@ -145,8 +148,7 @@ class Session:
             task.cancel()
         await asyncio.gather(*running, return_exceptions=True)
         if client is not None:
-            with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
-                await asyncio.wait_for(client.close(), 1.0)
+            await _close(client)
 
     async def _reconnect(self) -> None:
         began = time.monotonic()
@@ -158,9 +160,10 @@ class Session:
         pause = 0.1
         while True:
             try:
-                workers = await self._connect()
+                left = began + self._patience - time.monotonic()
+                workers = await self._connect(min(CONNECT, max(left, SHORTEST_ATTEMPT)))
                 break
-            except (OSError, asyncio.TimeoutError) as error:
+            except _Away as error:
                 self._check_patience(time.monotonic() - began, error)
             await asyncio.sleep(pause)
             pause = min(2 * pause, LONGEST_PAUSE)
@@ -173,7 +176,7 @@ class Session:
         self._hand_out()
 
     def _check_patience(self, waited: float, error: BaseException) -> None:
-        if waited > self._patience:
+        if waited >= self._patience:
             raise ConnectionError(
                 f"the Dask scheduler at {self._address} has been away for {waited:.0f} s; "
                 "what is done is kept: when it is back, the same command goes on"
@@ -185,7 +188,7 @@ class Session:
             return False
         try:
             self._count(await asyncio.wait_for(client.nthreads(), ANSWER))
-        except (OSError, asyncio.TimeoutError):
+        except _Away:
             return False
         return True
 
@@ -200,8 +203,7 @@ class Session:
             )
         if not workers and before != {}:
             self._happened(
-                f"no workers at {self._address} yet: waiting for one "
-                f"(`dask worker {self._address}`)"
+                f"no workers at {self._address}: waiting for one (`dask worker {self._address}`)"
             )
 
     # The jobs.
@@ -240,7 +242,11 @@ class Session:
         except KilledWorker as killed:
             self._killed(job, killed)
         except Exception as error:
-            self._failed(error, in_task=future is not None and future.status == "error")
+            in_task = future is not None and future.status == "error"
+            if not in_task and (client.status != "running" or isinstance(error, _Away)):
+                self._lost.set()
+            else:
+                self._failed(error)
         else:
             self._answered(job, answer)
 
@@ -258,11 +264,8 @@ class Session:
         else:
             self._suspects.append(job)
 
-    def _failed(self, error: Exception, in_task: bool) -> None:
-        """Jobs' own errors come as answers, so one in a task is of a worker that cannot run it."""
-        if not in_task:
-            self._lost.set()
-            return
+    def _failed(self, error: Exception) -> None:
+        """Jobs' own errors come as answers, so this is of a worker that cannot run them."""
         self._happened(
             RuntimeError(
                 f"the workers of {self._address} cannot run jobs of this energymargin "
@@ -299,6 +302,11 @@ class Session:
         self._jobs.pop(job, None)
         if job in self._suspects:
             self._suspects.remove(job)
+
+
+async def _close(client: distributed.Client) -> None:
+    with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
+        await asyncio.wait_for(client.close(), 1.0)
 
 
 def _outcome(job: int, is_error: bool, data: bytes) -> Outcome:
