@@ -42,7 +42,7 @@ from energymargin._core import (
     stream,
 )
 from energymargin.meshes import Mesh
-from energymargin.scoring import ScoreTable, score
+from energymargin.scoring import ScoreError, ScoreTable, score
 from energymargin.settings import SearchSettings
 
 __all__ = [
@@ -71,6 +71,7 @@ __all__ = [
     "Problem",
     "Rollout",
     "Scene",
+    "ScoreError",
     "ScoreTable",
     "SearchSettings",
     "Simulation",

@@ -1,0 +1,124 @@
+"""Nothing that was computed is lost or computed twice: drivers and workers are killed."""
+
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clusters import Cluster
+
+import energymargin as em
+from energymargin.store import ScoreStore
+
+COMMAND = str(Path(sys.executable).with_name("energymargin"))
+KILLS = 20
+NODES = 300
+STATES, METRICS = 300, 5
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("durability")
+    em.datasets.generate("topple", trajectories=30, frames=10, seed=2).save(folder / "topple.h5")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(folder):
+    with em.datasets.open(folder / "topple.h5") as dataset:
+        return em.score(dataset.problems(), nodes=NODES)
+
+
+def start(folder, store, *options):
+    return subprocess.Popen(
+        [COMMAND, "score", "topple.h5", "-o", store, "--nodes", str(NODES), *map(str, options)],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finish(process):
+    _, stderr = process.communicate(timeout=120)
+    assert process.returncode == 0, stderr
+    return stderr
+
+
+def scored(path):
+    """Scores in a store, looked at from outside."""
+    if not path.exists():
+        return 0
+    with sqlite3.connect(path, timeout=10) as file:
+        if not file.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            return 0
+        return file.execute("SELECT count(*) FROM scores").fetchone()[0]
+
+
+def require_complete(path, undisturbed):
+    """Every score is there once, with the bits of an undisturbed run, and nobody claims any."""
+    with ScoreStore(path) as store:
+        run = store.run()
+        assert run.counts() == (STATES, STATES)
+        found = run.labelled_scores().scores
+    assert scored(path) == STATES * METRICS
+    for metric in undisturbed.scores:
+        assert np.array_equal(found[metric], undisturbed[metric])
+    with sqlite3.connect(path) as file:
+        assert file.execute("SELECT count(*) FROM claims").fetchone() == (0,)
+        assert file.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+
+
+def test_a_driver_killed_20_times_leaves_every_score_once_with_the_same_bits(folder, undisturbed):
+    draws, path, progress = random.Random(7), folder / "killed.db", []
+    for _ in range(KILLS):
+        process = start(folder, "killed.db", "--threads", 1)
+        time.sleep(draws.uniform(0.2, 1.1))
+        assert process.poll() is None, "the run was over before it could be killed"
+        process.kill()
+        process.communicate()
+        progress.append(scored(path))
+    print("scores after each kill:", progress)
+    assert progress == sorted(progress) and len(set(progress)) > 3
+    finish(start(folder, "killed.db"))
+    require_complete(path, undisturbed)
+
+
+def test_two_scorers_at_once_leave_every_score_once(folder, undisturbed):
+    both = [start(folder, "two.db", "--threads", 1) for _ in range(2)]
+    for process in both:
+        assert "300 states are scored in two.db" in finish(process)
+    require_complete(folder / "two.db", undisturbed)
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
+    with Cluster(workers=2) as cluster:
+        process = start(folder, "cluster.db", "--scheduler", cluster.address)
+        deadline = time.monotonic() + 60
+        while scored(folder / "cluster.db") < 50:
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.01)
+        cluster.kill_worker()
+        stderr = finish(process)
+    assert "300 states are scored" in stderr and "Traceback" not in stderr
+    require_complete(folder / "cluster.db", undisturbed)
+
+
+def test_ctrl_c_stops_processes_and_keeps_what_is_done(folder, undisturbed):
+    process = start(folder, "stopped.db", "--processes", 2)
+    deadline = time.monotonic() + 60
+    while scored(folder / "stopped.db") < 50:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.01)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=30)
+    print(f"stopped after {time.monotonic() - sent:.3f} s")
+    assert process.returncode == 130 and "Traceback" not in stderr
+    assert "of 300 states are scored and kept in stopped.db" in stderr
+    finish(start(folder, "stopped.db"))
+    require_complete(folder / "stopped.db", undisturbed)

@@ -1,0 +1,171 @@
+"""The same scores on threads, in processes and on a cluster, also when workers die."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clusters import Cluster
+
+import energymargin as em
+from energymargin.executors import Dask, Processes, Threads
+
+NODES, SEED = 60, 5
+
+
+@pytest.fixture(scope="module")
+def problems():
+    """Of three tasks: with and without joints, one object and several."""
+    made = [
+        em.datasets.generate(task, trajectories=2, frames=4, seed=1).problems()
+        for task in ("topple", "balance", "scoop")
+    ]
+    return [problem for of_task in made for problem in of_task]
+
+
+@pytest.fixture(scope="module")
+def table(problems):
+    return em.score(problems, nodes=NODES, seed=SEED, executor=Threads(1))
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with Cluster(workers=2) as cluster:
+        yield cluster
+
+
+def same(table, other):
+    return all(np.array_equal(table[metric], other[metric]) for metric in table.scores)
+
+
+def children():
+    """Worker processes of this one."""
+    found = []
+    for status in Path("/proc").glob("[0-9]*/status"):
+        try:
+            of_parent = f"\nPPid:\t{os.getpid()}\n" in status.read_text()
+            if of_parent and b"executors.worker" in (status.parent / "cmdline").read_bytes():
+                found.append(int(status.parent.name))
+        except OSError:  # it has just ended
+            continue
+    return found
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_processes_give_the_same_bits_as_threads(problems, table, count):
+    assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=Processes(count)))
+    assert not children()
+
+
+def test_a_cluster_gives_the_same_bits_as_threads(problems, table, cluster):
+    from distributed import Client
+
+    executor = Dask(cluster.address)
+    assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=executor))
+    with Client(cluster.address) as client:
+        executor = Dask(client)
+        assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=executor))
+        assert client.status == "running"
+
+
+def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):
+    some = [problems[i] for i in (3, 11)]
+    part = em.score(
+        some, ["effort/rrt"], nodes=NODES, seed=SEED, indices=[3, 11], executor=Processes(2)
+    )
+    assert list(part.scores) == ["effort/rrt"]
+    assert np.array_equal(part["effort/rrt"], table["effort/rrt"][[3, 11]])
+
+
+def kill_once(processes, happened):
+    """Kills one of them as soon as there is one."""
+    while not happened.is_set():
+        for process in processes():
+            os.kill(process, signal.SIGKILL)
+            happened.set()
+            return
+        time.sleep(0.01)
+
+
+def test_a_process_that_is_killed_is_replaced_and_nothing_is_lost(problems, table):
+    killed = threading.Event()
+    killer = threading.Thread(target=kill_once, args=(children, killed))
+    killer.start()
+    found = em.score(problems, nodes=NODES, seed=SEED, executor=Processes(2))
+    killed.set()
+    killer.join()
+    assert same(table, found)
+
+
+def test_a_problem_over_which_every_worker_dies_is_an_error_of_its_own(problems, table):
+    over = threading.Event()
+
+    def kill_all():
+        """Those that have been at work for a second: one has the endless problem."""
+        seen = {}
+        while not over.wait(0.02):
+            for process in children():
+                if time.monotonic() > seen.setdefault(process, time.monotonic()) + 1.5:
+                    os.kill(process, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_all)
+    killer.start()
+    try:
+        with pytest.raises(em.ScoreError, match=r"1 of 1 problems .* 3 workers died .*SIGKILL"):
+            em.score(problems[:1], ["capture"], nodes=10**8, executor=Processes(1))
+    finally:
+        over.set()
+        killer.join()
+
+
+def test_a_problem_that_fails_in_a_process_leaves_the_others_their_scores(problems, table):
+    scene = em.Scene()
+    scene.add_body("object", em.Box((0.1, 0.1, 0.1)), mass=1, role="object")
+    bad = em.Problem(
+        scene,
+        scene.pack(),
+        force=(1, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.1,
+        captured=em.regions.Disc("object", center=(0, 0), radius=1),
+    )
+    with pytest.raises(em.ScoreError, match=r"1 of 3 problems .*problem 1: .*effector") as caught:
+        em.score([problems[0], bad, problems[2]], ["force"], executor=Processes(2))
+    assert caught.value.table["force"].tolist() == table["force"][[0, 2]].tolist()
+
+
+def test_an_interrupt_hands_over_what_is_finished_in_processes(problems):
+    many, rows = problems[:8] * 500, []
+    interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    with pytest.raises(KeyboardInterrupt):
+        em.score(many, ["capture"], nodes=30, seed=SEED, executor=Processes(2), on_rows=rows.extend)
+    assert 0 < len(rows) < len(many) and not children()
+    kept = sorted(rows, key=lambda row: row.index)[:5]
+    indices = [row.index for row in kept]
+    again = em.score([many[i] for i in indices], ["capture"], nodes=30, seed=SEED, indices=indices)
+    assert [row.scores["capture"] for row in kept] == again["capture"].tolist()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"executor": Threads(1), "threads": 2}, "threads is 2, expected None with an executor"),
+        ({"indices": [1]}, "indices has 1 numbers"),
+    ],
+)
+def test_arguments_that_contradict_are_refused(problems, wrong, words):
+    with pytest.raises(ValueError, match=words):
+        em.score(problems, **wrong)
+
+
+def test_executors_without_workers_are_refused():
+    with pytest.raises(ValueError, match="threads is 0"):
+        Threads(0)
+    with pytest.raises(ValueError, match="processes is 0"):
+        Processes(0)
+    with pytest.raises(ConnectionError, match=r"tcp://127\.0\.0\.1:9"):
+        Dask("tcp://127.0.0.1:9").session(em.SearchSettings())
