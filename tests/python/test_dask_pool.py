@@ -141,7 +141,7 @@ def test_no_scheduler_is_an_error_that_names_the_address():
     assert time.monotonic() - began < 10
 
 
-@pytest.mark.parametrize("cluster", ["", 8786, None])
+@pytest.mark.parametrize("cluster", ["", 8786, None, "here", "http://127.0.0.1:8786"])
 def test_what_is_no_cluster_is_refused(cluster):
     with pytest.raises(ValueError, match="expected the address of a Dask scheduler"):
         DaskPool(cluster)

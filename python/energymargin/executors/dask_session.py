@@ -72,13 +72,18 @@ class Session:
         self._lost = asyncio.Event()
 
     async def open(self) -> None:
-        """Connects; raises ConnectionError if no scheduler answers."""
+        """Connects; raises ConnectionError if no scheduler answers, ValueError if none can."""
         try:
             self._count(await self._connect(CONNECT))
         except _Away as error:
             raise ConnectionError(
                 f"no Dask scheduler answers at {self._address} within {CONNECT:g} s; "
-                f"start one with `dask scheduler`, or check the address"
+                "start one with `dask scheduler`, or check the address"
+            ) from error
+        except ValueError as error:
+            raise ValueError(
+                f"cluster is {self._address!r}, but expected the address of a Dask scheduler, "
+                f"as tcp://127.0.0.1:8786: {error}"
             ) from error
 
     async def run(self) -> None:
