@@ -43,6 +43,7 @@ HORIZONS = range(6)  # frames; the paper leaves its horizon open, so all of them
 HORIZON = 2  # frames; where one is needed
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 DRAWS = 1000  # bootstrap draws
+MOST_WEIGHTS = 2**22  # in memory at once
 CONFIDENCE = 0.95
 SUCCESS, FORCE = "success", "force"
 ALL_TITLE = "All objects: captured together, and successful together"
@@ -106,7 +107,8 @@ class LabelledScores:
 
     def by_trajectory(self) -> list[NDArray[np.int64]]:
         """The states' numbers, one array a trajectory."""
-        return [np.flatnonzero(self.trajectory == t) for t in np.unique(self.trajectory)]
+        starts = np.flatnonzero(np.diff(self.trajectory)) + 1
+        return np.split(np.arange(len(self.trajectory)), starts)
 
 
 @dataclass(frozen=True)
@@ -353,7 +355,12 @@ def _cell(
     ranks = np.unique(scores, return_inverse=True)[
         1
     ]  # the same order in whole numbers: scikit-learn refuses inf
-    auc, ap = weighted_auc_ap(ranks, labels, weights[:, cluster])
+    block = max(1, MOST_WEIGHTS // len(cluster))
+    drawn = [
+        weighted_auc_ap(ranks, labels, weights[first : first + block, cluster])
+        for first in range(0, len(weights), block)
+    ]
+    auc, ap = (np.concatenate(values) for values in zip(*drawn, strict=True))
     clusters = len(np.unique(cluster))
     return Cell(
         auc=float(roc_auc_score(labels, ranks)),

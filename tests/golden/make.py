@@ -1,7 +1,9 @@
 """Writes the golden problems and values anew: `.venv/bin/python tests/golden/make.py`.
 
 Do so only when a change of the physics, of a search or of a seed is meant, and say which in the
-commit. Problems are made once: only with --problems are they made again from the tasks.
+commit. Then ALGORITHM in settings.py becomes the version that has the change, so that stores do not
+take old scores for new ones. Problems are made once: only with --problems are they made again from
+the tasks.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import sys
 from pathlib import Path
 
 import energymargin as em
+from energymargin.settings import ALGORITHM
 
 FOLDER = Path(__file__).parent
 # (seed, frame) of each task's problem: moments of which the scores have something to say.
@@ -65,7 +68,11 @@ def main() -> None:
             problem = task.problem(ran.states[frame], ran.params, ran.contacts[frame])
             problem.save(FOLDER / f"problem-{name}.json")
     golden = {path.stem: values(path.stem, em.Problem.load(path)) for path in problem_files()}
-    (FOLDER / "values.json").write_text(json.dumps(golden, indent=1) + "\n")
+    before = json.loads((FOLDER / "values.json").read_text())
+    if golden != before["values"] and before["algorithm"] == ALGORITHM:
+        sys.exit(f"scores have moved, and ALGORITHM in settings.py is still {ALGORITHM}: raise it")
+    text = json.dumps({"algorithm": ALGORITHM, "values": golden}, indent=1)
+    (FOLDER / "values.json").write_text(text + "\n")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from types import ModuleType
 import pytest
 
 import energymargin as em
+from energymargin.settings import ALGORITHM
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -23,7 +24,8 @@ def load_maker() -> ModuleType:
 
 
 make = load_maker()
-values = json.loads((GOLDEN / "values.json").read_text())
+golden = json.loads((GOLDEN / "values.json").read_text())
+values = golden["values"]
 problems = {path.stem: em.Problem.load(path) for path in make.problem_files()}
 
 
@@ -33,6 +35,10 @@ def test_there_is_a_golden_problem_of_every_task() -> None:
         name for name, task in made.items() if type(task).__module__.startswith("energymargin.")
     }
     assert {f"problem-{name}" for name in ours} == set(problems) == set(values)
+
+
+def test_the_golden_values_are_those_of_the_algorithm_by_which_stores_know_scores() -> None:
+    assert golden["algorithm"] == ALGORITHM
 
 
 @pytest.mark.parametrize("name", problems)

@@ -331,3 +331,24 @@ def test_an_older_file_of_another_dataset_keeps_its_scores(dataset, table, tmp_p
     other = datasets.generate("topple", trajectories=2, frames=3, seed=9)
     score_dataset(other, path, ["force"], SETTINGS)
     assert same(scores(path, 1), table) and list(scores(path, 2)) == ["force"]
+
+
+def test_a_state_that_makes_no_problem_leaves_the_others_their_scores(
+    dataset, table, tmp_path, monkeypatch
+):
+    task = type(em.tasks.make("topple"))
+    original = task.problem
+    broken = dataset.trajectories[1].states[1]
+
+    def problem(self, state, *arguments):
+        if np.array_equal(state, broken):
+            raise ValueError("the box is not there")
+        return original(self, state, *arguments)
+
+    monkeypatch.setattr(task, "problem", problem)
+    words = r"1 of 6 problems .*problem 4: trajectory 1, frame 1: the box is not there"
+    with pytest.raises(em.ScoreError, match=words):
+        score_dataset(dataset, tmp_path / "s.db", ["capture"], SETTINGS)
+    expected = table["capture"].copy()
+    expected[4] = np.nan
+    assert np.array_equal(scores(tmp_path / "s.db")["capture"], expected, equal_nan=True)

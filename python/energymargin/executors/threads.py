@@ -17,7 +17,7 @@ __all__ = ["Threads", "add_to_run", "core_count", "thread_count"]
 
 # What lies ready for each thread: so much work [s], but so many problems at least and at most.
 AHEAD = 0.5
-FEWEST, MOST = 4, 2000
+FEWEST, MOST = 2, 2000
 
 
 @dataclass(frozen=True)

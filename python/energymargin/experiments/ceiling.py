@@ -145,7 +145,7 @@ def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: i
         "seed": whole_number("seed", seed, 0, 2**64 - 1),
     }
     run = store.begin(dataset, settings, dict.fromkeys(shares, settings))
-    adopt(store, run, lambda numbers: [state_digest(run.digest, number) for number in numbers])
+    adopt(store, run, lambda numbers: {n: state_digest(run.digest, n) for n in numbers})
     return run
 
 

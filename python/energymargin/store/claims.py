@@ -76,13 +76,13 @@ class Scorer:
                     ],
                 )
             self._give_up([row.index for row in rows])
-        for row in rows:
-            del self._problems[row.index]
+        self._forget([row.index for row in rows])
 
     def give_up(self, numbers: Sequence[int]) -> None:
         """Gives up the claims on these states."""
         with self._store.transaction():
             self._give_up(numbers)
+        self._forget(numbers)
 
     def beat(self) -> None:
         """Says that it is still there, if it is time to."""
@@ -154,6 +154,10 @@ class Scorer:
             "DELETE FROM claims WHERE problem = ? AND stream = ? AND scorer = ?",
             [(self._problems[number], number, self._number) for number in numbers],
         )
+
+    def _forget(self, numbers: Sequence[int]) -> None:
+        for number in numbers:
+            del self._problems[number]
 
     def _sign(self) -> None:
         self._beaten = time.monotonic()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -13,8 +13,9 @@ from energymargin.store.schema import state_digest
 
 __all__ = ["Digests", "adopt", "forget_if_changed"]
 
-Digests = Callable[[Sequence[int]], Sequence[bytes]]
-"""Fingerprints of the problems of some states, by their numbers, which rise."""
+Digests = Callable[[Sequence[int]], Mapping[int, bytes]]
+"""Fingerprints of the problems of some states by their numbers, which rise; of those that make one.
+"""
 
 SAMPLE = 100  # states that are looked at; of a smaller dataset, all
 BLOCK = 100  # states at a time
@@ -32,10 +33,7 @@ def adopt(store: ScoreStore, run: Run, digests: Digests) -> None:
             numbers = range(first, min(first + BLOCK, run.states))
             store.database.executemany(
                 "UPDATE OR IGNORE problems SET digest = ? WHERE digest = ?",
-                [
-                    (digest, state_digest(old, number))
-                    for number, digest in zip(numbers, digests(numbers), strict=True)
-                ],
+                [(new, state_digest(old, number)) for number, new in digests(numbers).items()],
             )
         store.database.execute("UPDATE datasets SET digest_2 = NULL WHERE id = ?", (run.dataset,))
 
@@ -50,7 +48,7 @@ def forget_if_changed(store: ScoreStore, run: Run, digests: Digests) -> None:
     numbers = sorted(known)
     for first in range(0, len(numbers), BLOCK):
         some = numbers[first : first + BLOCK]
-        if [known[number] for number in some] != list(digests(some)):
+        if {number: known[number] for number in some} != digests(some):
             with store.transaction():
                 store.database.execute(
                     "UPDATE states SET problem = NULL WHERE dataset = ?", (run.dataset,)

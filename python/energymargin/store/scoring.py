@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,8 +82,8 @@ def begin_run(
     are now."""
     run = store.begin(dataset, settings.all(), {metric: settings.of(metric) for metric in metrics})
 
-    def digests(numbers: Sequence[int]) -> list[bytes]:
-        return [known.digest for known in _known(dataset, run, numbers)]
+    def digests(numbers: Sequence[int]) -> dict[int, bytes]:
+        return {n: one.digest for n, one in _known(dataset, run, numbers, {}).items()}
 
     adopt(store, run, digests)
     forget_if_changed(store, run, digests)
@@ -123,9 +123,23 @@ def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence
     Raises ValueError on metrics that cannot be.
     """
     numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
-    chosen = chosen_metrics(dataset.problems(numbers), metrics)
+    chosen = chosen_metrics(_problems(dataset, numbers), metrics)
     check_metrics(chosen)
     return chosen
+
+
+def _problems(dataset: Dataset, numbers: Sequence[int]) -> list[Problem]:
+    """Those of these states that make one; ValueError if none does."""
+    found: list[Problem] = []
+    error = ValueError("there are no states")
+    for number in numbers:
+        try:
+            found += dataset.problems([number])
+        except ValueError as its:
+            error = its
+    if not found:
+        raise error
+    return found
 
 
 @dataclass(frozen=True)
@@ -138,15 +152,28 @@ class _Known:
     digest: bytes
 
 
-def _known(dataset: Dataset, run: Run, numbers: Sequence[int]) -> Iterator[_Known]:
-    """The states of these numbers; one that cannot be written is known by where it stands."""
-    for number, problem in zip(numbers, dataset.problems(numbers), strict=True):
-        try:
-            written = problem.to_json()
-        except ValueError:
-            yield _Known(problem, None, state_digest(run.digest, number))
-        else:
-            yield _Known(problem, written, hashlib.sha256(written.encode()).digest())
+def _known(
+    dataset: Dataset, run: Run, numbers: Sequence[int], errors: dict[int, str]
+) -> dict[int, _Known]:
+    """The states of these numbers, but for those that make no problem: `errors` gets why."""
+    try:
+        problems = dataset.problems(numbers)
+    except ValueError as error:
+        if len(numbers) == 1:
+            errors[numbers[0]] = str(error)
+            return {}
+        alone = (_known(dataset, run, [number], errors) for number in numbers)
+        return {number: one for found in alone for number, one in found.items()}
+    return {n: _digested(run, n, problem) for n, problem in zip(numbers, problems, strict=True)}
+
+
+def _digested(run: Run, number: int, problem: Problem) -> _Known:
+    """A problem that cannot be written down is known by where it stands."""
+    try:
+        written = problem.to_json()
+    except ValueError:
+        return _Known(problem, None, state_digest(run.digest, number))
+    return _Known(problem, written, hashlib.sha256(written.encode()).digest())
 
 
 class _Missing:
@@ -218,7 +245,7 @@ class _Missing:
             self._resting = time.monotonic() + AGAIN
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
-        known = dict(zip(numbers, _known(self._dataset, self._run, numbers), strict=True))
+        known = _known(self._dataset, self._run, numbers, self.errors)
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._left |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
