@@ -20,7 +20,7 @@ SOURCES := $(shell find cpp cmake tests/cpp tests/fuzz -type f) CMakeLists.txt p
 SECONDS ?= 600
 # Python tests that run C++; the others are of text, tables and pictures.
 SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf tasks tasks_scripted push push_multi \
-             balance topple grasp scoop escape_energy datasets store limits audit golden properties_door properties_files
+             balance topple grasp scoop escape_energy datasets datasets_opened store limits audit golden properties_door properties_files
 
 # Most of the time of the sanitized C++ tests, so make sanitize alone runs these so: escape energy, ten thousand rollouts,
 # and searches that go on and on.

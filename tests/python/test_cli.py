@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stores import score_count
 
 from energymargin import datasets
 from energymargin.store import ScoreStore
@@ -127,11 +127,8 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(folder):
 
 
 def scored(path):
-    """How many states a file of scores holds, looked at from outside."""
-    if not path.exists():
-        return 0
-    with sqlite3.connect(path) as file:
-        return file.execute("SELECT count(*) / 5 FROM scores").fetchone()[0]
+    """How many states have their five scores."""
+    return score_count(path) // 5
 
 
 def test_a_timeout_keeps_what_is_scored_and_the_same_command_goes_on(folder):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clusters import Cluster
+from stores import score_count
 
 import energymargin as em
 from energymargin.store import ScoreStore
@@ -49,23 +50,13 @@ def finish(process):
     return stderr
 
 
-def scored(path):
-    """Scores in a store, looked at from outside."""
-    if not path.exists():
-        return 0
-    with sqlite3.connect(path, timeout=10) as file:
-        if not file.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-            return 0
-        return file.execute("SELECT count(*) FROM scores").fetchone()[0]
-
-
 def require_complete(path, undisturbed):
     """Every score is there once, with the bits of an undisturbed run, and nobody claims any."""
     with ScoreStore(path) as store:
         run = store.run()
         assert run.counts() == (STATES, STATES)
         found = run.labelled_scores().scores
-    assert scored(path) == STATES * METRICS
+    assert score_count(path) == STATES * METRICS
     for metric in undisturbed.scores:
         assert np.array_equal(found[metric], undisturbed[metric])
     with sqlite3.connect(path) as file:
@@ -81,7 +72,7 @@ def test_a_driver_killed_20_times_leaves_every_score_once_with_the_same_bits(fol
         assert process.poll() is None, "the run was over before it could be killed"
         process.kill()
         process.communicate()
-        progress.append(scored(path))
+        progress.append(score_count(path))
     print("scores after each kill:", progress)
     assert progress == sorted(progress) and len(set(progress)) > 3
     finish(start(folder, "killed.db"))
@@ -99,7 +90,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
     with Cluster(workers=2) as cluster:
         process = start(folder, "cluster.db", "--scheduler", cluster.address)
         deadline = time.monotonic() + 60
-        while scored(folder / "cluster.db") < 50:
+        while score_count(folder / "cluster.db") < 50:
             assert process.poll() is None and time.monotonic() < deadline
             time.sleep(0.01)
         cluster.kill_worker()
@@ -111,7 +102,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
 def test_ctrl_c_stops_processes_and_keeps_what_is_done(folder, undisturbed):
     process = start(folder, "stopped.db", "--processes", 2)
     deadline = time.monotonic() + 60
-    while scored(folder / "stopped.db") < 50:
+    while score_count(folder / "stopped.db") < 50:
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.01)
     sent = time.monotonic()

@@ -4,7 +4,6 @@ import csv
 import re
 import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stores import score_count
 
 from energymargin import datasets
 from energymargin.experiments.table1 import QUICK, Settings, paper_tasks, reproduce
@@ -133,29 +133,22 @@ def test_a_folder_with_other_trajectories_is_refused_and_so_are_bad_options(fold
     assert not (folder / "none").exists()
 
 
-def scored(path):
-    """How many states a file of scores holds, looked at from outside."""
-    if not path.exists():
-        return 0
-    with sqlite3.connect(path) as file:
-        return file.execute("SELECT count(DISTINCT problem) FROM scores").fetchone()[0]
-
-
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_path):
     options = [*SMALL, "--continuations", "20"]
     assert run(*options, "--out", "whole", cwd=tmp_path).returncode == 0
     process = subprocess.Popen(
         [*COMMAND, *options, "--out", "part"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
+    shares = 7  # of each state: six horizons, and the success
     deadline = time.monotonic() + 60
-    while scored(tmp_path / "part" / "push-ceiling.db") < 2:
+    while score_count(tmp_path / "part" / "push-ceiling.db") < 2 * shares:
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)
     assert process.returncode == 130 and "Traceback" not in stderr
-    assert 2 <= scored(tmp_path / "part" / "push-ceiling.db") < 40
-    assert scored(tmp_path / "part" / "push-coast-scores.db") == 0
+    assert 2 * shares <= score_count(tmp_path / "part" / "push-ceiling.db") < 40 * shares
+    assert score_count(tmp_path / "part" / "push-coast-scores.db") == 0
 
     command = re.search(r"go on with: energymargin reproduce table1 (.*)", stderr)[1].split()
     done = run(*command, cwd=tmp_path)

@@ -12,9 +12,7 @@ trajectories alone say.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
@@ -38,6 +36,7 @@ from energymargin.datasets.columns import (
     joined,
     starts,
 )
+from energymargin.datasets.disk import written
 from energymargin.tasks.base import Trajectory
 
 __all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
@@ -49,7 +48,6 @@ VERSION = 3  # 2 had a group for each trajectory; 1 no labels of at least one ob
 # (of balance, topple and push), and a checksum tells when a disk has changed them.
 CHUNK_BYTES = 2**18
 _PACKED = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
-_LIBRARY = ("v110", "v110")  # its metadata has checksums too
 
 _BLOCKS_KEPT = 4  # of those that were read last
 
@@ -65,22 +63,15 @@ def write(
 
     Raises OSError if it cannot be written.
     """
-    if not path.parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with _writing(path), h5py.File(temporary, "w", libver=_LIBRARY) as file:
-            file.attrs.update(
-                format=FORMAT,
-                version=VERSION,
-                task=task,
-                parameters=json.dumps(parameters),
-                seed=seed,
-            )
-            _write_blocks(file, _cut(blocks))
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with written(path) as file:
+        file.attrs.update(
+            format=FORMAT,
+            version=VERSION,
+            task=task,
+            parameters=json.dumps(parameters),
+            seed=seed,
+        )
+        _write_blocks(file, _cut(blocks))
 
 
 def opened(path: Path) -> h5py.File:
@@ -282,17 +273,6 @@ def _check_format(path: Path, file: h5py.File) -> None:
             f"{path} has version {version} of the dataset format, "
             f"and this energymargin reads up to {VERSION}: update it"
         )
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Of HDF5's long words about a file that cannot be written, those that matter."""
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        if os.strerror(errno.ENOSPC) in str(error):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from error
-        raise
 
 
 def _one_line(error: BaseException) -> str:
