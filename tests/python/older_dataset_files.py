@@ -1,4 +1,4 @@
-"""Writes a dataset as energymargin 0.5 did: format version 2, a group for each trajectory."""
+"""Writes a dataset as they were before: format version 2, a group for each trajectory."""
 
 import json
 

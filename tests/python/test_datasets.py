@@ -78,7 +78,7 @@ def test_the_digests_are_those_by_which_files_of_scores_know_their_dataset():
         seed=7,
     )
     dataset = datasets.Dataset("push", {"friction": None}, 0, [trajectory])
-    assert dataset.digest_of_version_2() == DIGEST  # up to energymargin 0.5
+    assert dataset.digest_of_version_2() == DIGEST  # of older files
     assert dataset.digest() == NEW_DIGEST
 
 

@@ -196,7 +196,7 @@ from energymargin import tasks
 
 
 class Mortal:
-    """Takes its process with it, as often as a file says."""
+    """Takes its process with it, once for each file in a folder."""
 
     name = "mortal"
 
@@ -204,9 +204,8 @@ class Mortal:
         self.lives = lives
 
     def rollout(self, seed, frames=10):
-        left = int(Path(self.lives).read_text())
-        if left and seed % 50 == 0:
-            Path(self.lives).write_text(str(left - 1))
+        for life in Path(self.lives).iterdir() if seed % 20 == 0 else []:
+            life.unlink(missing_ok=True)  # another worker may have been quicker
             os.kill(os.getpid(), signal.SIGKILL)
         return tasks.make("topple").rollout(seed, frames)
 
@@ -217,7 +216,7 @@ class Mortal:
 
 @pytest.fixture
 def mortal(tmp_path, monkeypatch):
-    """An installed task, and the file that says how many processes it still takes with it."""
+    """An installed task, and how to say how many processes it takes with it."""
     installed = tmp_path / "mortal-1.0.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: mortal\nVersion: 1.0\n")
@@ -226,18 +225,23 @@ def mortal(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     lives = tmp_path / "lives"
-    lives.write_text("0")
-    return tasks.make("mortal", lives=str(lives)), lives
+    lives.mkdir()
+
+    def give(count):
+        for number in range(count):
+            (lives / str(number)).touch()
+
+    return tasks.make("mortal", lives=str(lives)), give, lives
 
 
 def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal, tmp_path):
-    task, lives = mortal
+    task, give, lives = mortal
     datasets.generate_file(tmp_path / "calm.h5", task, 120, frames=2)
-    lives.write_text("2")
+    give(2)
     datasets.generate_file(tmp_path / "died.h5", task, 120, frames=2, workers=2)
-    assert lives.read_text() == "0"
+    assert not list(lives.iterdir())
     assert (tmp_path / "died.h5").read_bytes() == (tmp_path / "calm.h5").read_bytes()
-    lives.write_text("1000")
+    give(50)
     with pytest.raises(RuntimeError, match=r"3 workers died at .* killed by SIGKILL"):
         datasets.generate_file(tmp_path / "fatal.h5", task, 120, frames=2, workers=2)
 
@@ -247,3 +251,6 @@ def test_a_pool_that_is_handed_in_does_the_work_and_stays_open(whole, tmp_path):
         for name in ("one", "other"):
             assert generate(tmp_path / name, pool=pool) == COUNT
             assert (tmp_path / name).read_bytes() == whole
+        pool.stop(0.0)
+        with pytest.raises(RuntimeError, match=f"the pool stopped when 0 of {COUNT} traj"):
+            generate(tmp_path / "third", pool=pool)

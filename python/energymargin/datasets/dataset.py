@@ -102,7 +102,7 @@ class Dataset:
         return digests.digest(self.task, self.parameters, self._blocks())
 
     def digest_of_version_2(self) -> str:
-        """The fingerprint of energymargin up to 0.5, by which older files of scores name theirs.
+        """The fingerprint of the formats 1 and 2, by which older files of scores name theirs.
 
         Slower by far, and not for large datasets.
         """

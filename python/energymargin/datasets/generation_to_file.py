@@ -6,6 +6,7 @@ by the next. The file is the same to the byte, whoever made which shard and when
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections import Counter
@@ -74,7 +75,7 @@ def generate_file(
     if workers is not None:
         whole_number("workers", workers, 1)
     request = Request.of(made, frames, seed)
-    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 2)))
+    size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
     with Parts(Path(path), request) as parts:
         work = _Work(parts, request, total, size, limit, progress)
         with _pool(made, work, workers, pool) as elsewhere:
@@ -204,6 +205,11 @@ def _join(parts: Parts, request: Request, total: int, limit: Limit) -> int:
     count = parts.without_gap(total)
     if count == 0:
         limit.require("one trajectory was done")
+    if count < total and not limit.reached:
+        raise RuntimeError(
+            f"the pool stopped when {parts.kept(total)} of {total} trajectories were done, which "
+            "are kept: hand in another, and the same call goes on"
+        )
     whole = parts.folder / "whole.h5"
     files.write(whole, request.task, request.parameters, request.seed, parts.blocks(count))
     os.replace(whole, parts.path)
@@ -235,5 +241,5 @@ def _can_be_made_again(task: Task) -> bool:
     if task.name not in tasks.names():
         return False
     parameters = parameters_of(task)
-    again = tasks.make(task.name, **parameters)
+    again = tasks.make(task.name, **json.loads(json.dumps(parameters)))
     return type(again) is type(task) and parameters_of(again) == parameters
