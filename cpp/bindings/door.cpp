@@ -36,8 +36,7 @@ std::string size_text(Eigen::Index size) { return size < 0 ? "N" : std::to_strin
 
 Numbers numbers(const std::string& name, const ArrayLike& array) {
   // As numpy sees it first: a cast would read numbers out of strings, and drop what is imaginary.
-  const py::array seen = py::array::ensure(array.value);
-  PyErr_Clear();
+  const py::array seen = array_of(array.value);
   if (!seen || std::string("iuf").find(seen.dtype().kind()) == std::string::npos) {
     reject(name, shown(array.value), "an array of real numbers");
   }
@@ -55,6 +54,15 @@ Value named(const std::string& what, const std::string& name, const std::vector<
 }
 
 }  // namespace
+
+py::array array_of(const py::handle& value) {
+  try {
+    return py::array(py::reinterpret_borrow<py::object>(value));
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception)) throw;
+    return py::reinterpret_steal<py::array>(py::handle());
+  }
+}
 
 std::string word(const std::string& what, const py::handle& value) {
   if (!py::isinstance<py::str>(value)) reject(what, shown(value), "a str");

@@ -42,6 +42,9 @@ struct BodyDicts {
   py::dict value;
 };
 
+//! What numpy makes of a value, null if it cannot; KeyboardInterrupt and its like go through.
+py::array array_of(const py::handle& value);
+
 //! Throws std::invalid_argument that says `what` it is unless it is text, and UTF-8 knows it.
 std::string word(const std::string& what, const py::handle& value);
 

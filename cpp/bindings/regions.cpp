@@ -19,11 +19,11 @@ regions::Predicate python_predicate(py::function function) {
     const py::gil_scoped_acquire acquire;
     py::array answer;
     try {
-      answer = py::array::ensure((*shared)(py::cast(states)));
-    } catch (py::error_already_set& error) {
+      answer = array_of((*shared)(py::cast(states)));
+    } catch (const py::error_already_set& error) {
+      if (!error.matches(PyExc_Exception)) throw;  // such as KeyboardInterrupt
       throw std::runtime_error(std::string("the predicate failed: ") + error.what());
     }
-    PyErr_Clear();
     if (!answer || answer.dtype().kind() != 'b' || answer.ndim() != 1 || answer.shape(0) != states.rows()) {
       throw std::invalid_argument("the predicate's answer is not an array of bool of shape (" +
                                   std::to_string(states.rows()) + ",), one a state");

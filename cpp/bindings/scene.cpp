@@ -138,9 +138,8 @@ Compound compound(const std::vector<std::variant<Part, Solid>>& given, const std
 
 // Principal moments (3,), or the whole matrix (3, 3).
 Inertial inertial_of(const ArrayLike& center, const ArrayLike& inertia, const std::optional<ArrayLike>& axes) {
-  const py::array array = py::array::ensure(inertia.value);
+  const py::array array = array_of(inertia.value);
   const bool single = array && array.ndim() == 1;
-  if (!array) PyErr_Clear();
   const Eigen::Matrix3d matrix_given = single ? Eigen::Matrix3d(vector3("inertia", inertia).asDiagonal())
                                               : Eigen::Matrix3d(matrix("inertia", inertia, 3, 3));
   return inertial(vector3("center", center), matrix_given, axes ? quaternion("axes", *axes) : Quaternion::Identity());

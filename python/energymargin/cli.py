@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,7 +23,7 @@ from energymargin.terminal import PICTURE_NODES, Nodes, Seed, Threads, Timeout, 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
     from energymargin.evaluation import LabelledScores
-    from energymargin.executors import Executor
+    from energymargin.executors import Dask, Executor
     from energymargin.settings import SearchSettings
     from energymargin.store import Run
 
@@ -34,6 +34,11 @@ RunNumber = Annotated[
     typer.Option(
         "--run", help="Which run, if there are several; `energymargin export` lists them."
     ),
+]
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."),
 ]
 
 # Exit codes, as shells know them.
@@ -131,13 +136,14 @@ def generate(
         Path | None,
         typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
     ] = None,
-    workers: Annotated[
+    processes: Annotated[
         int | None,
         typer.Option(
             help="Processes; all cores if not given, and there is work for them. The file does "
             "not depend on it."
         ),
     ] = None,
+    scheduler: Scheduler = None,
     timeout: Timeout = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
@@ -150,6 +156,7 @@ def generate(
 
     if picture is not None and find_spec("matplotlib") is None:  # said now, not at the end
         raise ImportError("--picture draws with matplotlib: pip install energymargin[plots]")
+    _require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
     made = registry.make(task, **_parsed(parameter or []))
     if output.exists() and not overwrite:
@@ -160,7 +167,8 @@ def generate(
         trajectories=trajectories,
         frames=frames,
         seed=seed,
-        workers=workers,
+        processes=processes,
+        scheduler=scheduler,
         timeout=timeout,
     )
     written = escape(str(output))
@@ -217,10 +225,7 @@ def score(
         int | None,
         typer.Option(help="So many processes instead of threads: a crash costs little."),
     ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."),
-    ] = None,
+    scheduler: Scheduler = None,
     timeout: Timeout = None,
 ) -> None:
     """Score every state of a dataset that is not scored yet. Stopped in any way, the same command
@@ -340,14 +345,21 @@ def main() -> None:
     app()
 
 
-def _generate(task: Any, output: Path, *, trajectories: int, **options: Any) -> int:
+def _generate(
+    task: Any, output: Path, *, trajectories: int, scheduler: str | None, **options: Any
+) -> int:
     """Makes the file; returns how many trajectories it has. What ends it says what was kept."""
     from energymargin import datasets
     from energymargin.progress import progress_bar
 
     try:
-        with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
-            return datasets.generate_file(output, task, trajectories, progress=progress, **options)
+        with (
+            nullcontext() if scheduler is None else _cluster(scheduler).pool() as pool,
+            progress_bar(err, f"Generating {task.name}", "trajectories") as progress,
+        ):
+            return datasets.generate_file(
+                output, task, trajectories, pool=pool, progress=progress, **options
+            )
     except (KeyboardInterrupt, OSError, RuntimeError):
         kept = datasets.trajectories_kept(output)
         if kept:
@@ -358,15 +370,25 @@ def _generate(task: Any, output: Path, *, trajectories: int, **options: Any) -> 
 
 def _executor(threads: int | None, processes: int | None, scheduler: str | None) -> Executor:
     """The one that was asked for."""
-    from energymargin.executors import Dask, Processes, Threads
+    from energymargin.executors import Processes, Threads
 
-    asked = {"threads": threads, "processes": processes, "scheduler": scheduler}
-    given = [name for name, value in asked.items() if value is not None]
+    _require_one(threads=threads, processes=processes, scheduler=scheduler)
+    if scheduler is not None:
+        return _cluster(scheduler)
+    return Threads(threads) if processes is None else Processes(processes)
+
+
+def _cluster(scheduler: str) -> Dask:
+    from energymargin.executors import Dask
+
+    return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
+
+
+def _require_one(**options: Any) -> None:
+    """Raises ValueError if more than one of these options is given."""
+    given = [name for name, value in options.items() if value is not None]
     if len(given) > 1:
         raise ValueError(f"--{given[0]} and --{given[1]} are given, expected one of them")
-    if scheduler is not None:
-        return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
-    return Threads(threads) if processes is None else Processes(processes)
 
 
 @contextmanager

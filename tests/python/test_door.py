@@ -151,6 +151,15 @@ def test_what_is_done_to_the_scene_of_a_problem_does_not_reach_the_problem(probl
     assert len(problem.scene.bodies) == bodies
 
 
+def test_ctrl_c_while_numbers_are_read_is_no_complaint_about_them():
+    class Interrupted:
+        def __array__(self, *_arguments, **_keywords):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        em.Box(Interrupted())
+
+
 def test_a_run_that_is_dropped_while_a_predicate_is_asked_ends():
     script = """
 import energymargin as em, energymargin._core as core, numpy as np, time

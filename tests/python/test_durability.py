@@ -99,6 +99,21 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
     require_complete(folder / "cluster.db", undisturbed)
 
 
+def test_a_cluster_makes_the_same_dataset_to_the_byte(folder):
+    with Cluster(workers=2) as cluster:
+        made = ["generate", "topple", "--trajectories", "30", "--seed", "2", "-o", "again.h5"]
+        done = subprocess.run(
+            [COMMAND, *made, "--scheduler", cluster.address],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+    assert done.returncode == 0 and "300 states" in done.stderr, done.stderr
+    assert (folder / "again.h5").read_bytes() == (folder / "topple.h5").read_bytes()
+
+
 def test_ctrl_c_stops_processes_and_keeps_what_is_done(folder, undisturbed):
     process = start(folder, "stopped.db", "--processes", 2)
     deadline = time.monotonic() + 60

@@ -49,34 +49,34 @@ def wait_for(condition, process):
         time.sleep(0.002)
 
 
-@pytest.mark.parametrize("workers", [1, 2, None])
-def test_any_number_of_workers_makes_the_same_bytes(whole, tmp_path, workers):
+@pytest.mark.parametrize("processes", [1, 2, None])
+def test_any_number_of_processes_makes_the_same_bytes(whole, tmp_path, processes):
     seen = []
     path = tmp_path / "topple.h5"
     progress = lambda done, total: seen.append((done, total))  # noqa: E731
-    assert generate(path, workers=workers, progress=progress) == COUNT
+    assert generate(path, processes=processes, progress=progress) == COUNT
     assert path.read_bytes() == whole
     assert seen == sorted(seen) and seen[-1] == (COUNT, COUNT)
     assert os.listdir(tmp_path) == ["topple.h5"]
 
 
-def test_workers_make_the_same_dataset_in_memory(whole, tmp_path):
-    dataset = datasets.generate("topple", COUNT, seed=4, workers=2)
+def test_processes_make_the_same_dataset_in_memory(whole, tmp_path):
+    dataset = datasets.generate("topple", COUNT, seed=4, processes=2)
     dataset.save(tmp_path / "topple.h5")
     assert (tmp_path / "topple.h5").read_bytes() == whole
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_after_a_kill_the_same_command_goes_on_to_the_same_bytes(whole, tmp_path, workers):
+@pytest.mark.parametrize("processes", [1, 2])
+def test_after_a_kill_the_same_command_goes_on_to_the_same_bytes(whole, tmp_path, processes):
     path = tmp_path / "topple.h5"
-    process = command(path, COUNT, "--workers", workers)
+    process = command(path, COUNT, "--processes", processes)
     wait_for(lambda: datasets.trajectories_kept(path) >= 50, process)
     process.kill()
     process.communicate(timeout=30)
     kept = datasets.trajectories_kept(path)
     assert 0 < kept < COUNT and not path.exists()
     seen = []
-    assert generate(path, workers=2, progress=lambda done, _: seen.append(done)) == COUNT
+    assert generate(path, processes=2, progress=lambda done, _: seen.append(done)) == COUNT
     assert seen[0] == kept  # that many were not made again
     assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["topple.h5"]
@@ -84,7 +84,7 @@ def test_after_a_kill_the_same_command_goes_on_to_the_same_bytes(whole, tmp_path
 
 def test_ctrl_c_says_what_is_kept_and_the_same_command_goes_on(whole, tmp_path):
     path = tmp_path / "topple.h5"
-    process = command(path, COUNT, "--workers", 2)
+    process = command(path, COUNT, "--processes", 2)
     wait_for(lambda: datasets.trajectories_kept(path) >= 50, process)
     sent = time.monotonic()
     process.send_signal(signal.SIGINT)
@@ -95,7 +95,7 @@ def test_ctrl_c_says_what_is_kept_and_the_same_command_goes_on(whole, tmp_path):
     assert process.returncode == 130 and "Traceback" not in stderr
     said = re.search(rf"(\d+) of {COUNT} trajectories are kept beside topple\.h5", stderr)
     assert int(said[1]) == datasets.trajectories_kept(path) >= 50
-    again = command(path, COUNT, "--workers", 1)
+    again = command(path, COUNT, "--processes", 1)
     _, stderr = again.communicate(timeout=60)
     assert again.returncode == 0 and f"Wrote {COUNT} trajectories" in stderr, stderr
     assert path.read_bytes() == whole
@@ -129,9 +129,9 @@ def test_more_trajectories_go_on_from_the_parts_of_fewer(whole, tmp_path):
 def test_a_run_that_got_no_trajectory_leaves_nothing(tmp_path):
     cancel = em.Cancel()
     cancel.set()
-    for workers in (1, 2):
+    for processes in (1, 2):
         with pytest.raises(em.Cancelled, match="before one trajectory was done"):
-            generate(tmp_path / "topple.h5", workers=workers, cancel=cancel)
+            generate(tmp_path / "topple.h5", processes=processes, cancel=cancel)
     assert os.listdir(tmp_path) == []
 
 
@@ -179,12 +179,12 @@ class Here:
 
 def test_a_task_that_is_not_registered_is_made_in_this_process_alone(tmp_path):
     path = tmp_path / "here.h5"
-    assert datasets.generate_file(path, Here(), 60, frames=2, workers=None) == 60
+    assert datasets.generate_file(path, Here(), 60, frames=2, processes=None) == 60
     assert datasets.load(path).digest() == datasets.generate(Here(), 60, frames=2).digest()
-    with pytest.raises(ValueError, match=r"workers is 2, .*'topple'.* or use workers=1"):
-        datasets.generate_file(path, Here(), 60, frames=2, workers=2)
-    with pytest.raises(ValueError, match="workers is 0"):
-        datasets.generate_file(path, Here(), 60, frames=2, workers=0)
+    with pytest.raises(ValueError, match=r"processes is 2, .*'topple'.* or use processes=1"):
+        datasets.generate_file(path, Here(), 60, frames=2, processes=2)
+    with pytest.raises(ValueError, match="processes is 0"):
+        datasets.generate_file(path, Here(), 60, frames=2, processes=0)
 
 
 MORTAL = '''
@@ -238,12 +238,12 @@ def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal
     task, give, lives = mortal
     datasets.generate_file(tmp_path / "calm.h5", task, 120, frames=2)
     give(2)
-    datasets.generate_file(tmp_path / "died.h5", task, 120, frames=2, workers=2)
+    datasets.generate_file(tmp_path / "died.h5", task, 120, frames=2, processes=2)
     assert not list(lives.iterdir())
     assert (tmp_path / "died.h5").read_bytes() == (tmp_path / "calm.h5").read_bytes()
     give(50)
     with pytest.raises(RuntimeError, match=r"3 workers died at .* killed by SIGKILL"):
-        datasets.generate_file(tmp_path / "fatal.h5", task, 120, frames=2, workers=2)
+        datasets.generate_file(tmp_path / "fatal.h5", task, 120, frames=2, processes=2)
 
 
 def test_a_pool_that_is_handed_in_does_the_work_and_stays_open(whole, tmp_path):

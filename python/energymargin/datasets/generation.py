@@ -26,14 +26,14 @@ def generate(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
     *,
-    workers: int | None = 1,
+    processes: int | None = 1,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> Dataset:
     """Rolls out `trajectories` random trajectories of `frames` frames each.
 
     `task` is a name, or a task from `tasks.make`. Trajectory i is the same for any number of
-    trajectories and of `workers`: processes, as of `generate_file`. `progress(done, total)` is
+    trajectories and of `processes`, which are those of `generate_file`. `progress(done, total)` is
     called after each, or each few.
 
     After `timeout` [s], or once `cancel` is set, the dataset has the first trajectories, those that
@@ -43,11 +43,14 @@ def generate(
     limit = Limit(timeout, cancel)
     made = tasks.make(task) if isinstance(task, str) else task
     trajectories = whole_number("trajectories", trajectories, 1)
-    if workers != 1:
+    if processes != 1:
         with TemporaryDirectory() as folder:
-            path, rest = Path(folder) / "dataset.h5", limit.rest()
+            path = Path(folder) / "dataset.h5"
             generate_file(
-                path, made, trajectories, frames, seed, workers=workers, progress=progress, **rest
+                *(path, made, trajectories, frames, seed),
+                processes=processes,
+                progress=progress,
+                **limit.rest(),
             )
             return load(path)
     request = Request.of(made, frames, seed)

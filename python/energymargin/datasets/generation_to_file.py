@@ -23,6 +23,7 @@ from energymargin.datasets.parts import Parts, folder_of, spans_in
 from energymargin.datasets.rollouts import Request, Shard, roll_out, rollout
 from energymargin.executors.jobs import Outcome, Pool
 from energymargin.executors.process_pool import ProcessPool
+from energymargin.executors.threads import core_count
 from energymargin.limits import Limit
 from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
 
@@ -48,7 +49,7 @@ def generate_file(
     frames: int = 10,
     seed: int = 0,
     *,
-    workers: int | None = 1,
+    processes: int | None = 1,
     pool: Pool | None = None,
     progress: Progress | None = None,
     timeout: float | None = None,
@@ -56,9 +57,9 @@ def generate_file(
 ) -> int:
     """Makes the file of `generate`, which replaces one that is there, without holding it in memory.
 
-    Returns how many trajectories the file has. `workers` is the number of processes; 1 is this one
-    alone, and None all cores if there is work for more than one. `pool` has the workers instead,
-    such as those of a cluster. The file is the same, to the byte, for any of them.
+    Returns how many trajectories the file has. `processes` 1 is this one alone, and None one for
+    each core if there is work for more than one. `pool` has workers instead, such as those of a
+    cluster (`executors.Dask(scheduler).pool()`). The file is the same, to the byte, for all.
 
     What is done is kept in a folder beside the file until the file is whole. After Ctrl-C, a kill
     or a full disk the same call goes on from there. `progress(done, total)` counts trajectories.
@@ -72,13 +73,12 @@ def generate_file(
     limit = Limit(timeout, cancel)
     made = tasks.make(task) if isinstance(task, str) else task
     total = whole_number("trajectories", trajectories, 1)
-    if workers is not None:
-        whole_number("workers", workers, 1)
+    core_count("processes", processes)
     request = Request.of(made, frames, seed)
     size = max(1, min(SHARD_TRAJECTORIES, SHARD_STATES // whole_number("frames", frames, 1)))
     with Parts(Path(path), request) as parts:
         work = _Work(parts, request, total, size, limit, progress)
-        with _pool(made, work, workers, pool) as elsewhere:
+        with _pool(made, work, processes, pool) as elsewhere:
             if elsewhere is None:
                 _work_here(made, work)
             else:
@@ -121,21 +121,23 @@ class _Work:
 
 
 @contextmanager
-def _pool(task: Task, work: _Work, workers: int | None, pool: Pool | None) -> Iterator[Pool | None]:
+def _pool(
+    task: Task, work: _Work, processes: int | None, pool: Pool | None
+) -> Iterator[Pool | None]:
     """The workers; None is this process."""
     if pool is not None:
         _require_registered(task, "there is a pool of workers")
         yield pool
         return
-    if workers is None:
-        workers = os.cpu_count() or 1 if _can_be_made_again(task) else 1
-    elif workers > 1:
-        _require_registered(task, f"workers is {workers}")
-    workers = min(workers, sum(1 for _ in work.shards()))
-    if workers <= 1:
+    if processes is None:
+        processes = core_count("processes", None) if _can_be_made_again(task) else 1
+    elif processes > 1:
+        _require_registered(task, f"processes is {processes}")
+    processes = min(processes, sum(1 for _ in work.shards()))
+    if processes <= 1:
         yield None
         return
-    with ProcessPool(workers) as own:
+    with ProcessPool(processes) as own:
         yield own
 
 
@@ -232,7 +234,7 @@ def _require_registered(task: Task, given: str) -> None:
         raise ValueError(
             f"{given}, but workers cannot make the task {task.name!r} of "
             f"{type(task).__module__}: register it as an entry point of the group "
-            "'energymargin.tasks', or use workers=1"
+            "'energymargin.tasks', or use processes=1"
         )
 
 

@@ -12,6 +12,8 @@ from energymargin.settings import SearchSettings, algorithm
 if TYPE_CHECKING:
     from distributed import Client
 
+    from energymargin.executors.dask_pool import DaskPool
+
 __all__ = ["Dask"]
 
 
@@ -28,9 +30,12 @@ class Dask:
     notice: Callable[[str], None] | None = None
     """Is told in a line what a person wants to know: no workers, one died, no scheduler."""
 
-    def session(self, settings: SearchSettings) -> PoolSession:
-        """As Executor.session. Raises ConnectionError if there is no scheduler."""
+    def pool(self) -> DaskPool:
+        """The workers, for jobs of any kind. Raises ConnectionError if there is no scheduler."""
         from energymargin.executors.dask_pool import DaskPool
 
-        pool = DaskPool(self.scheduler, release_of=algorithm, notice=self.notice)
-        return PoolSession(pool, settings)
+        return DaskPool(self.scheduler, release_of=algorithm, notice=self.notice)
+
+    def session(self, settings: SearchSettings) -> PoolSession:
+        """As Executor.session. Raises ConnectionError if there is no scheduler."""
+        return PoolSession(self.pool(), settings)
