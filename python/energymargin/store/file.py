@@ -78,12 +78,15 @@ class ScoreStore:
         dataset: Dataset,
         settings: Mapping[str, Any],
         questions: Mapping[str, Mapping[str, Any]],
+        known_by: str = "",
     ) -> Run:
         """The run of this dataset with these settings, which is begun if there is none.
 
         `questions` are the settings of each metric, by its name: those that change its value.
+        `known_by` names what its states are known by, if not their problems: a state is known by
+        one thing alone, so such runs have the states once more.
         """
-        digest = dataset.digest()
+        digest = dataset.digest() + known_by
         with self.transaction():
             number = self._dataset(dataset, digest)
             asked = sorted(self._question(metric, own) for metric, own in questions.items())
