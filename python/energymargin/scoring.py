@@ -127,22 +127,22 @@ def run_all(
     `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
+    complete = False
     with held_interrupts() as interrupted, executor.session(settings) as session:
         try:
-            while not (interrupted.is_set() or limit.reached):
+            while not (complete or interrupted.is_set() or limit.reached):
                 room = session.room()
                 if room and not source.empty:
                     session.add(source.take(room))
                 if not session.pending:  # others have what is left
                     time.sleep(POLL)
                 deliver(session.take(POLL))
-                if source.empty and not session.pending:
-                    return True
+                complete = source.empty and not session.pending
         finally:
             deliver(session.stop())
     if interrupted.is_set():
         raise KeyboardInterrupt
-    return source.empty and not session.pending
+    return complete or (source.empty and not session.pending)
 
 
 def score(
