@@ -230,6 +230,27 @@ def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
         )
 
 
+def test_the_same_settings_in_other_types_are_the_same_run(dataset, tmp_path):
+    for nodes, least_likelihood in ((1, 0.0), (np.int64(1), 0), (1, np.float32(-0.0))):
+        settings = SearchSettings(nodes, least_likelihood=least_likelihood)
+        score_dataset(dataset, tmp_path / "s.db", ["capture"], settings)
+    assert rows(tmp_path / "s.db", "runs") == rows(tmp_path / "s.db", "questions") == 1
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"least_likelihood": "much"},
+        {"least_likelihood": None},
+        {"least_likelihood": float("nan")},
+        {"stop_at_escape": "yes"},
+    ],
+)
+def test_settings_of_another_kind_are_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        SearchSettings(**wrong)
+
+
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
         score_dataset(dataset, tmp_path / "s.db", settings=SearchSettings(nodes=0))
