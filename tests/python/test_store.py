@@ -254,6 +254,10 @@ def test_settings_of_another_kind_are_refused_by_name(wrong):
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
         score_dataset(dataset, tmp_path / "s.db", settings=SearchSettings(nodes=0))
+    with pytest.raises(ValueError, match=r"settings is \{\}, expected SearchSettings"):
+        score_dataset(dataset, tmp_path / "s.db", settings={})
+    with pytest.raises(ValueError, match="executor is 0, expected Threads"):
+        score_dataset(dataset, tmp_path / "s.db", executor=0)
     with pytest.raises(ValueError, match="capture/any"):
         score_dataset(dataset, tmp_path / "s.db", ["capture/any"])
     with pytest.raises(ValueError, match="beauty"):
