@@ -279,6 +279,13 @@ def test_a_file_of_another_format_is_refused(tmp_path):
     assert not (tmp_path / "none.db").exists()
 
 
+def test_a_place_that_holds_no_file_is_said_with_its_name(dataset, tmp_path):
+    with pytest.raises(IsADirectoryError, match=str(tmp_path)):
+        score_dataset(dataset, tmp_path, ["force"])
+    with pytest.raises(PermissionError, match=r"must be writable.*/proc/s\.db"):
+        score_dataset(dataset, "/proc/s.db", ["force"])
+
+
 def test_a_file_of_a_newer_version_is_refused_with_the_advice_to_update(dataset, tmp_path):
     score_dataset(dataset, tmp_path / "s.db", ["force"])
     with sqlite3.connect(tmp_path / "s.db") as file:
