@@ -133,7 +133,8 @@ def run_all(
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
     complete = False
-    with held_interrupts() as interrupted, executor.session(settings) as session:
+    session = executor.session(settings)  # may wait, with nothing yet that Ctrl-C could lose
+    with held_interrupts() as interrupted, session:
         try:
             while not (complete or interrupted.is_set() or limit.reached):
                 room = session.room()

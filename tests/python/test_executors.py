@@ -166,6 +166,12 @@ def test_arguments_that_contradict_are_refused(problems, wrong, words):
         em.score(problems, **wrong)
 
 
+def test_ctrl_c_does_not_wait_for_a_scheduler_that_is_not_there(problems):
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        em.score(problems, executor=Dask("tcp://127.0.0.1:9"))
+
+
 def test_executors_without_workers_are_refused():
     with pytest.raises(ValueError, match="threads is 0"):
         Threads(0)

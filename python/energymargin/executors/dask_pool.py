@@ -83,7 +83,12 @@ class DaskPool:
         opened: Future[None] = Future()
         self._thread = threading.Thread(target=self._work, args=(opened,), daemon=True)
         self._thread.start()
-        opened.result()
+        try:
+            opened.result()
+        except KeyboardInterrupt:
+            if not opened.cancel() and opened.exception() is None:
+                self.close()
+            raise
 
     @property
     def slots(self) -> int:
@@ -173,7 +178,11 @@ class DaskPool:
         try:
             await self._session.open()
         except Exception as error:
-            opened.set_exception(error)
+            if opened.set_running_or_notify_cancel():
+                opened.set_exception(error)
+            return
+        if not opened.set_running_or_notify_cancel():  # Ctrl-C came before
+            await self._session.close()
             return
         self._main = asyncio.create_task(self._session.run())
         opened.set_result(None)
