@@ -71,7 +71,7 @@ def test_without_a_file_the_runs_are_listed(stored):
 def test_another_suffix_and_an_unwritable_folder_leave_nothing(stored, tmp_path):
     with pytest.raises(ValueError, match=r"output is 's\.xls', expected .*\.csv or \.parquet"):
         em.store.export(stored, "s.xls")
-    with pytest.raises(OSError, match="none"):
+    with pytest.raises(OSError, match=r"no such folder: .*/none'$"):
         em.store.export(stored, tmp_path / "none" / "s.csv")
     assert not list(tmp_path.iterdir())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -59,6 +60,8 @@ def export(
     output = Path(output)
     if output.suffix not in SUFFIXES:
         raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    if not output.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
     temporary = output.with_name(f".{output.name}.{os.getpid()}")
     try:
         with ScoreStore(path) as store:
