@@ -24,7 +24,7 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 
 # Most of the time of the sanitized C++ tests, so make sanitize alone runs these so: escape energy, ten thousand rollouts,
 # and searches that go on and on.
-SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState
+SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused
 
 .PHONY: demo test sanitize fuzz bench check format stubs clean
 .DELETE_ON_ERROR:

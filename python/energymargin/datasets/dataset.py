@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
+from energymargin.closing import Closing
 from energymargin.datasets import digests, files
 from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
 from energymargin.tasks.base import Task, Trajectory
@@ -27,7 +27,7 @@ Label = tuple[int, int, bool, bool, bool | None, bool | None]
 
 
 @dataclass(frozen=True)
-class Dataset:
+class Dataset(Closing):
     """Trajectories of one task.
 
     Its states are numbered through: all frames of the first trajectory, then the second's. Whether
@@ -119,19 +119,6 @@ class Dataset:
         """Closes the file that is read from; nothing to do for one in memory."""
         if isinstance(self.trajectories, files.Recorded):
             self.trajectories.close()
-
-    def __enter__(self) -> Dataset:
-        """The dataset itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Closes the file."""
-        self.close()
 
     @cached_property
     def _ends(self) -> NDArray[np.int64]:

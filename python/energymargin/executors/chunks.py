@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from types import TracebackType
 
 from energymargin._core import Problem, ScoreRow, ScoreRun
+from energymargin.closing import Closing
 from energymargin.executors.jobs import Outcome, Pool, Stopped
 from energymargin.executors.session import Failed, Pace, Row, Work
 from energymargin.executors.threads import add_to_run
@@ -69,7 +69,7 @@ def _read(chunk: _Chunk) -> tuple[list[Work], list[Row | ScoreRow]]:
     return work, failed
 
 
-class PoolSession:
+class PoolSession(Closing):
     """A Session on a pool of workers.
 
     A worker that dies takes nothing with it: its chunk is done again, each problem by itself, and
@@ -111,16 +111,7 @@ class PoolSession:
         outcomes = self._pool.stop(STOP)
         return [row for one in outcomes if isinstance(one.value, _Scored) for row in one.value.rows]
 
-    def __enter__(self) -> PoolSession:
-        """The session itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Closes the pool."""
         self._pool.close()
 

@@ -10,9 +10,9 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
+from energymargin.closing import Closing
 from energymargin.datasets import Dataset
 from energymargin.settings import ALGORITHM
 from energymargin.store import schema
@@ -28,7 +28,7 @@ CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than pe
 LABELS = 10000  # states that are put in at a time
 
 
-class ScoreStore:
+class ScoreStore(Closing):
     """An open file of scores; close it, or use it in a `with` statement.
 
     It holds the runs of any number of datasets and settings. Several processes of one machine may
@@ -128,19 +128,6 @@ class ScoreStore:
     def close(self) -> None:
         """Closes the file."""
         self.database.close()
-
-    def __enter__(self) -> ScoreStore:
-        """The open file itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Closes the file."""
-        self.close()
 
     def _open(self, create: bool) -> None:
         self.database.execute("PRAGMA foreign_keys = ON")
