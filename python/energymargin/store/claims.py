@@ -96,7 +96,7 @@ class Scorer(Closing):
         return bool(count == 1)
 
     def close(self) -> None:
-        """Signs off; its claims are for others. On a full disk others see that its process is gone."""
+        """Signs off; its claims are for others, who on a full disk see that its process is gone."""
         with suppress(OSError), self._store.transaction():
             self._database.execute("DELETE FROM scorers WHERE id = ?", (self._number,))
 
