@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
-from energymargin.executors import Executor, Row, Threads
+from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
+from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.settings import ANY, METRICS, SearchSettings, check_metrics
+from energymargin.tasks.base import whole_number
 
 __all__ = [
     "ScoreError",
@@ -31,6 +33,9 @@ __all__ = [
     "run_all",
     "score",
 ]
+
+
+MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
 
 
 @dataclass(frozen=True)
@@ -127,22 +132,22 @@ def run_all(
     `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
+    complete = False
     with held_interrupts() as interrupted, executor.session(settings) as session:
         try:
-            while not (interrupted.is_set() or limit.reached):
+            while not (complete or interrupted.is_set() or limit.reached):
                 room = session.room()
                 if room and not source.empty:
                     session.add(source.take(room))
                 if not session.pending:  # others have what is left
                     time.sleep(POLL)
                 deliver(session.take(POLL))
-                if source.empty and not session.pending:
-                    return True
+                complete = source.empty and not session.pending
         finally:
             deliver(session.stop())
     if interrupted.is_set():
         raise KeyboardInterrupt
-    return source.empty and not session.pending
+    return complete or (source.empty and not session.pending)
 
 
 def score(
@@ -186,6 +191,7 @@ def score(
     settings = SearchSettings(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape)
     if executor is not None and threads is not None:
         raise ValueError(f"threads is {threads}, expected None with an executor")
+    executor = chosen_executor(executor, threads)
     done: list[Row] = []
     errors: dict[int, str] = {}
 
@@ -199,7 +205,7 @@ def score(
             progress(len(done) + len(errors), len(problems))
 
     source = _Given(problems, _indices(indices, len(problems)), metrics)
-    complete = run_all(source, executor or Threads(threads), settings, deliver, limit)
+    complete = run_all(source, executor, settings, deliver, limit)
     table = _table(done, metrics, complete)
     if errors:
         raise ScoreError(errors, len(problems), table)
@@ -209,7 +215,9 @@ def score(
 def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
     if indices is not None and len(indices) != problems:
         raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
-    return range(problems) if indices is None else indices
+    if indices is None:
+        return range(problems)
+    return [whole_number("indices", index, 0, MOST_INDEX) for index in indices]
 
 
 def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:

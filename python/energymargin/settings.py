@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from energymargin.tasks.base import whole_number
+import numpy as np
+
+from energymargin.tasks.base import whole_number, yes_or_no
 
 __all__ = ["ALGORITHM", "ANY", "METRICS", "SearchSettings", "algorithm", "check_metrics"]
 
@@ -44,14 +46,16 @@ class SearchSettings:
     """Of the efforts, as of `escape_effort`."""
 
     def __post_init__(self) -> None:
-        """Checks each of them."""
-        whole_number("nodes", self.nodes, 1, MOST_NODES)
-        whole_number("seed", self.seed, 0, 2**64 - 1)
-        whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES)
-        if not 0 <= self.least_likelihood < 1:
-            raise ValueError(
-                f"least_likelihood is {self.least_likelihood}, expected at least 0 and below 1"
-            )
+        """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
+        checked = {
+            "nodes": whole_number("nodes", self.nodes, 1, MOST_NODES),
+            "seed": whole_number("seed", self.seed, 0, 2**64 - 1),
+            "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
+            "least_likelihood": _share("least_likelihood", self.least_likelihood),
+            "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     def of(self, metric: str) -> dict[str, Any]:
         """Those that change the value of one metric."""
@@ -76,3 +80,11 @@ def check_metrics(metrics: Sequence[str]) -> None:
 def algorithm() -> str:
     """ALGORITHM, as a worker elsewhere is asked for it."""
     return ALGORITHM
+
+
+def _share(name: str, value: float) -> float:
+    """`value`, if it is a number from 0 to below 1; else a ValueError with `name`."""
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if number and 0 <= value < 1:
+        return float(value) + 0.0  # which makes 0.0 of -0.0
+    raise ValueError(f"{name} is {value!r}, expected a number of at least 0 and below 1")

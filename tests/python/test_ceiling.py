@@ -9,7 +9,8 @@ from energymargin.experiments.ceiling import (
     evaluate_ceiling,
     state_ceiling,
 )
-from energymargin.store import ScoreStore
+from energymargin.settings import SearchSettings
+from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks import Drive, ScriptedTask
 
 CONTINUATIONS, SEED = 5, 3
@@ -202,3 +203,12 @@ def test_a_task_without_a_script_is_refused(dataset, tmp_path, monkeypatch):
     monkeypatch.setattr(tasks, "make", lambda *_args, **_kwargs: object())
     with pytest.raises(ValueError, match="'push' has no script"):
         ceiling_dataset(dataset, tmp_path / "c.db")
+
+
+def test_shares_and_scores_of_a_dataset_share_a_file(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["force"])
+    ceiling_dataset(dataset, path, CONTINUATIONS, SEED)
+    score_dataset(dataset, path, ["capture"], SearchSettings(nodes=1))
+    with ScoreStore(path) as store:
+        assert [run.counts() for run in store.runs()] == [(dataset.size, dataset.size)] * 3

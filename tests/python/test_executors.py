@@ -155,6 +155,10 @@ def test_an_interrupt_hands_over_what_is_finished_in_processes(problems):
     [
         ({"executor": Threads(1), "threads": 2}, "threads is 2, expected None with an executor"),
         ({"indices": [1]}, "indices has 1 numbers"),
+        ({"indices": [*range(23), -1]}, "indices is -1, expected a whole number from 0"),
+        ({"indices": [*range(23), 2**63]}, "indices is 9223372036854775808, expected"),
+        ({"executor": 0}, "executor is 0, expected Threads"),
+        ({"executor": Processes}, "executor is .*Processes.*, expected Threads"),
     ],
 )
 def test_arguments_that_contradict_are_refused(problems, wrong, words):

@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
+from energymargin.experiments.ceiling import ceiling_dataset
 
 
 @pytest.fixture(scope="module")
@@ -73,3 +74,18 @@ def test_another_suffix_and_an_unwritable_folder_leave_nothing(stored, tmp_path)
     with pytest.raises(OSError, match="none"):
         em.store.export(stored, tmp_path / "none" / "s.csv")
     assert not list(tmp_path.iterdir())
+
+
+def test_runs_of_any_settings_are_below_one_another(tmp_path):
+    path = tmp_path / "s.db"
+    dataset = em.datasets.generate("topple", trajectories=1, frames=2, seed=0)
+    for seed in (2**64 - 1, 2**60 + 1):
+        em.store.score_dataset(dataset, path, ["capture"], em.SearchSettings(nodes=1, seed=seed))
+    ceiling_dataset(dataset, path, continuations=1)
+    frame = em.store.load(path)
+    assert frame["seed"].tolist() == [*[str(2**64 - 1)] * 2, *[str(2**60 + 1)] * 2, "0", "0"]
+    assert frame["nodes"].tolist() == [1, 1, 1, 1, pd.NA, pd.NA]
+    assert frame["least_likelihood"].isna().tolist() == [False] * 4 + [True] * 2
+    em.store.export(path, tmp_path / "s.parquet")
+    parquet = pd.read_parquet(tmp_path / "s.parquet").astype(frame.dtypes)
+    pd.testing.assert_frame_equal(parquet, frame, check_exact=True)

@@ -123,6 +123,15 @@ def test_an_argument_out_of_range_is_refused_by_name(problems, wrong):
         scoring.score(problems, **wrong)
 
 
+def test_an_interrupt_at_the_last_row_is_an_interrupt(problems):
+    def interrupt(done, total):
+        if done == total:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        scoring.score(problems, ["force"], progress=interrupt)
+
+
 def test_an_interrupt_hands_over_all_that_was_finished_and_then_raises(problems):
     many = problems * 500
     rows = []

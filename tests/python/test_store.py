@@ -230,9 +230,34 @@ def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
         )
 
 
+def test_the_same_settings_in_other_types_are_the_same_run(dataset, tmp_path):
+    for nodes, least_likelihood in ((1, 0.0), (np.int64(1), 0), (1, np.float32(-0.0))):
+        settings = SearchSettings(nodes, least_likelihood=least_likelihood)
+        score_dataset(dataset, tmp_path / "s.db", ["capture"], settings)
+    assert rows(tmp_path / "s.db", "runs") == rows(tmp_path / "s.db", "questions") == 1
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"least_likelihood": "much"},
+        {"least_likelihood": None},
+        {"least_likelihood": float("nan")},
+        {"stop_at_escape": "yes"},
+    ],
+)
+def test_settings_of_another_kind_are_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        SearchSettings(**wrong)
+
+
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
         score_dataset(dataset, tmp_path / "s.db", settings=SearchSettings(nodes=0))
+    with pytest.raises(ValueError, match=r"settings is \{\}, expected SearchSettings"):
+        score_dataset(dataset, tmp_path / "s.db", settings={})
+    with pytest.raises(ValueError, match="executor is 0, expected Threads"):
+        score_dataset(dataset, tmp_path / "s.db", executor=0)
     with pytest.raises(ValueError, match="capture/any"):
         score_dataset(dataset, tmp_path / "s.db", ["capture/any"])
     with pytest.raises(ValueError, match="beauty"):
@@ -252,6 +277,13 @@ def test_a_file_of_another_format_is_refused(tmp_path):
     with pytest.raises(FileNotFoundError):
         ScoreStore(tmp_path / "none.db")
     assert not (tmp_path / "none.db").exists()
+
+
+def test_a_place_that_holds_no_file_is_said_with_its_name(dataset, tmp_path):
+    with pytest.raises(IsADirectoryError, match=str(tmp_path)):
+        score_dataset(dataset, tmp_path, ["force"])
+    with pytest.raises(PermissionError, match=r"must be writable.*/proc/s\.db"):
+        score_dataset(dataset, "/proc/s.db", ["force"])
 
 
 def test_a_file_of_a_newer_version_is_refused_with_the_advice_to_update(dataset, tmp_path):

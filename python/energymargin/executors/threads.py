@@ -9,11 +9,11 @@ from itertools import groupby
 
 from energymargin._core import ScoreRun
 from energymargin.closing import Closing
-from energymargin.executors.session import Pace, Row, Work
+from energymargin.executors.session import Executor, Pace, Row, Work
 from energymargin.settings import METRICS, SearchSettings
 from energymargin.tasks.base import whole_number
 
-__all__ = ["Threads", "add_to_run", "core_count", "thread_count"]
+__all__ = ["Threads", "add_to_run", "chosen_executor", "core_count", "thread_count"]
 
 # What lies ready for each thread: so much work [s], but so many problems at least and at most.
 AHEAD = 0.5
@@ -74,6 +74,15 @@ class ThreadSession(Closing):
     def close(self) -> None:
         """Joins the threads."""
         self._run.cancel()
+
+
+def chosen_executor(executor: Executor | None, threads: int | None = None) -> Executor:
+    """`executor`, or for None so many threads; ValueError if it is none."""
+    if executor is None:
+        return Threads(threads)
+    if isinstance(executor, type) or not callable(getattr(executor, "session", None)):
+        raise ValueError(f"executor is {executor!r}, expected Threads(), Processes() or Dask(...)")
+    return executor
 
 
 def add_to_run(run: ScoreRun, work: Sequence[Work]) -> None:

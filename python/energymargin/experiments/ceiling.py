@@ -148,7 +148,8 @@ def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: i
         "continuations": whole_number("continuations", continuations, 1),
         "seed": whole_number("seed", seed, 0, 2**64 - 1),
     }
-    run = store.begin(dataset, settings, dict.fromkeys(shares, settings))
+    questions = dict.fromkeys(shares, settings)
+    run = store.begin(dataset, settings, questions, known_by=" by place")
     adopt(store, run, lambda numbers: {n: state_digest(run.digest, n) for n in numbers})
     return run
 

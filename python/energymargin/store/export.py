@@ -28,8 +28,9 @@ def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
 
     A row is a state of a run: its `run`, `task`, `trajectory`, `frame`; the labels `captured`,
     `succeeded` (of its trajectory) and, with several objects, `captured_any`, `succeeded_any`; the
-    settings; a column for each metric (NaN: not there yet, inf: no escape was found); `seconds` of
-    computing. Needs the extra [tables]. Raises what ScoreStore does.
+    settings (missing where a run has no such one); a column for each metric (NaN: not there yet,
+    inf: no escape was found); `seconds` of computing. A seed of 64 bits makes its column text.
+    Needs the extra [tables]. Raises what ScoreStore does.
     """
     try:
         import pandas as pd
@@ -37,8 +38,14 @@ def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
         raise ImportError(f"data frames are made by pandas: {NEEDS}") from None
     with ScoreStore(path) as store:
         table = _Table(_runs(store, run))
-        frame = pd.DataFrame.from_records(list(table.rows()), columns=list(table.kinds))
-    return frame.astype({name: _OF_PANDAS[kind] for name, kind in table.kinds.items()})
+        kinds = table.kinds
+        columns = list(zip(*table.rows(), strict=True)) or [()] * len(kinds)
+    return pd.DataFrame(
+        {
+            name: pd.Series(column, dtype=_of_pandas(kind, column))
+            for (name, kind), column in zip(kinds.items(), columns, strict=True)
+        }
+    )
 
 
 def export(
@@ -67,6 +74,11 @@ def export(
 _OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
 
 
+def _of_pandas(kind: type, column: Sequence[Any]) -> str:
+    """Of a whole number some runs may have none: a plain column of them cannot say so."""
+    return "Int64" if kind is int and None in column else _OF_PANDAS[kind]
+
+
 @dataclass(frozen=True)
 class _Table:
     """Some runs of a store, below one another."""
@@ -80,18 +92,18 @@ class _Table:
         kinds |= {"captured": bool, "succeeded": bool}
         if any(run.several for run in self.runs):
             kinds |= {"captured_any": bool, "succeeded_any": bool}
-        for run in self.runs:
-            kinds |= {name: _kind(value) for name, value in run.settings.items()}
+        for name in {name: None for run in self.runs for name in run.settings}:
+            kinds[name] = _widest([_kind(run.settings.get(name)) for run in self.runs])
         kinds |= {"algorithm": str}
         kinds |= {metric: float for run in self.runs for metric in run.metrics}
         return kinds | {"seconds": float}
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
         """A value for each column, None where there is none."""
-        columns = list(self.kinds)
+        kinds = self.kinds
         for run in self.runs:
             of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
-            of_run |= {n: str(v) if _kind(v) is str else v for n, v in run.settings.items()}
+            of_run |= {n: None if v is None else kinds[n](v) for n, v in run.settings.items()}
             for row in run.rows():
                 trajectory, frame, *labels, seconds = row[:7]
                 captured, succeeded, captured_any, succeeded_any = map(_flag, labels)
@@ -99,7 +111,7 @@ class _Table:
                 own |= {"trajectory": trajectory, "frame": frame, "seconds": seconds}
                 own |= {"captured": captured, "succeeded": succeeded}
                 own |= {"captured_any": captured_any, "succeeded_any": succeeded_any}
-                yield tuple(own.get(column) for column in columns)
+                yield tuple(own.get(column) for column in kinds)
 
 
 def _write_csv(table: _Table, path: Path) -> int:
@@ -137,11 +149,21 @@ def _runs(store: ScoreStore, number: int | None) -> list[Run]:
     return store.runs() if number is None else [store.run(number)]
 
 
-def _kind(value: Any) -> type:
+def _kind(value: Any) -> type | None:
     """Of a setting; a whole number beyond 63 bits, as a seed may be, is kept as text."""
+    if value is None:
+        return None
     if isinstance(value, int) and value >= 2**63:
         return str
     return next((kind for kind in (bool, int, float) if isinstance(value, kind)), str)
+
+
+def _widest(kinds: Sequence[type | None]) -> type:
+    """What holds the values of one setting in all runs; None is a run that has no such setting."""
+    there = {kind for kind in kinds if kind is not None}
+    if len(there) == 1:
+        return there.pop()
+    return float if there == {int, float} else str
 
 
 def _flag(label: int | None) -> bool | None:

@@ -39,7 +39,9 @@ class ScoreStore(Closing):
         """Opens a file, or with `create` makes it if there is none.
 
         A file of an older version is brought to this one. Raises FileNotFoundError if there is
-        none, ValueError if it is not a file of scores, is damaged, or comes from a newer version.
+        none, PermissionError if it or its folder cannot be written (as is needed to read it, too,
+        unless it is open elsewhere), ValueError if it is not a file of scores, is damaged, or comes
+        from a newer version.
         """
         self.path = Path(path)
         if not self.path.exists():
@@ -47,15 +49,15 @@ class ScoreStore(Closing):
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
             if not self.path.parent.is_dir():
                 raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
-        self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
+        if self.path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(self.path))
+        with self._named():
+            self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
         try:
-            self._open(create)
-        except BaseException as error:
+            with self._named():
+                self._open(create)
+        except BaseException:
             self.database.close()
-            if isinstance(error, sqlite3.DatabaseError) and not is_busy(error):
-                raise ValueError(
-                    f"{self.path} is not a file of scores, or damaged: {error}"
-                ) from error
             raise
 
     def runs(self) -> list[Run]:
@@ -78,12 +80,15 @@ class ScoreStore(Closing):
         dataset: Dataset,
         settings: Mapping[str, Any],
         questions: Mapping[str, Mapping[str, Any]],
+        known_by: str = "",
     ) -> Run:
         """The run of this dataset with these settings, which is begun if there is none.
 
         `questions` are the settings of each metric, by its name: those that change its value.
+        `known_by` names what its states are known by, if not their problems: a state is known by
+        one thing alone, so such runs have the states once more.
         """
-        digest = dataset.digest()
+        digest = dataset.digest() + known_by
         with self.transaction():
             number = self._dataset(dataset, digest)
             asked = sorted(self._question(metric, own) for metric, own in questions.items())
@@ -103,10 +108,10 @@ class ScoreStore(Closing):
     def transaction(self) -> Iterator[None]:
         """Everything that is written in it is kept, or nothing; others wait for its end.
 
-        Raises OSError if the disk is full, TimeoutError if another process holds the file for ten
-        minutes.
+        Raises OSError if the disk is full, PermissionError if the file cannot be written,
+        TimeoutError if another process holds it for ten minutes.
         """
-        try:
+        with self._named():
             self._retried("BEGIN IMMEDIATE")
             try:
                 yield
@@ -115,15 +120,6 @@ class ScoreStore(Closing):
                 if self.database.in_transaction:
                     self.database.execute("ROLLBACK")
                 raise
-        except sqlite3.OperationalError as error:
-            if "full" in str(error):
-                raise OSError(
-                    errno.ENOSPC,
-                    "the disk is full; what was kept before is safe: make room, and the same "
-                    "command goes on",
-                    str(self.path),
-                ) from error
-            raise
 
     def close(self) -> None:
         """Closes the file."""
@@ -143,6 +139,28 @@ class ScoreStore(Closing):
             with self.transaction():
                 if self._version() < schema.VERSION:
                     schema.migrate(self.database, self._version())
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Says of which file it is that SQLite cannot go on with it, and what to do."""
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            raise self._in_words(error) from error
+
+    def _in_words(self, error: sqlite3.DatabaseError) -> Exception:
+        text, path = str(error), str(self.path)
+        if is_busy(error) or isinstance(error, (sqlite3.IntegrityError, sqlite3.ProgrammingError)):
+            return error
+        if "full" in text:
+            advice = "what was kept before is safe: make room, and the same command goes on"
+            return OSError(errno.ENOSPC, f"the disk is full; {advice}", path)
+        if "readonly" in text or "unable to open" in text:
+            advice = "it and its folder must be writable: copy it, or choose another place"
+            return PermissionError(errno.EACCES, f"{text}; {advice}", path)
+        if "disk I/O" in text:
+            return OSError(errno.EIO, text, path)
+        return ValueError(f"{path} is not a file of scores, or damaged: {text}")
 
     def _is_empty(self) -> bool:
         (tables,) = self._retried("SELECT count(*) FROM sqlite_master").fetchone()

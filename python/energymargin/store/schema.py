@@ -1,6 +1,7 @@
 """The tables of a store of scores (SQLite), and how an older file becomes one.
 
-    datasets   id, digest, task, parameters (JSON), states (how many), digest_2 (of version 2)
+    datasets   id, digest (and what its states are known by, if not their problems), task,
+               parameters (JSON), states (how many), digest_2 (of version 2)
     states     dataset, number, trajectory, frame, captured, success, captured_any, success_any
                (NULL: one set for all objects), problem (NULL: not looked at yet)
     problems   id, digest: SHA-256 of what the problem is

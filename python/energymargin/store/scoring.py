@@ -13,8 +13,9 @@ import numpy as np
 from energymargin import datasets
 from energymargin._core import Cancel, Problem
 from energymargin.datasets import Dataset
-from energymargin.executors import Executor, Row, Threads
+from energymargin.executors import Executor, Row
 from energymargin.executors.session import Work
+from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.scoring import ScoreError, chosen_metrics, run_all
 from energymargin.settings import SearchSettings, check_metrics
@@ -67,8 +68,9 @@ def score_dataset(
                 **limit.rest(),
             )
     metrics = dataset_metrics(dataset, metrics)  # nothing is written if they cannot be
+    settings, executor = _settings(settings), chosen_executor(executor)
     with ScoreStore(path, create=True) as store:
-        run = begin_run(store, dataset, metrics, settings or SearchSettings())
+        run = begin_run(store, dataset, metrics, settings)
         return score_run(dataset, run, executor=executor, progress=progress, **limit.rest())
 
 
@@ -101,7 +103,7 @@ def score_run(
 ) -> bool:
     """Scores what a run lacks, of its dataset. Arguments and errors: as `score_dataset`."""
     limit = Limit(timeout, cancel)
-    settings = SearchSettings(**run.settings)
+    settings, executor = SearchSettings(**run.settings), chosen_executor(executor)
     scored, states = run.counts()
     if scored == states:  # so nothing is written
         if progress is not None:
@@ -110,11 +112,19 @@ def score_run(
     with Scorer(run.store, run) as scorer:
         counted = _Counted(run, scorer, progress)
         missing = _Missing(dataset, run, scorer, counted)
-        complete = run_all(missing, executor or Threads(), settings, missing.deliver, limit)
+        complete = run_all(missing, executor, settings, missing.deliver, limit)
     counted.tell()
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
+
+
+def _settings(settings: SearchSettings | None) -> SearchSettings:
+    if settings is None:
+        return SearchSettings()
+    if not isinstance(settings, SearchSettings):
+        raise ValueError(f"settings is {settings!r}, expected SearchSettings(...)")
+    return settings
 
 
 def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence[str]:
