@@ -230,6 +230,31 @@ def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
         )
 
 
+def test_a_state_that_makes_no_problem_leaves_the_others_their_scores(
+    dataset, table, tmp_path, monkeypatch
+):
+    task, bad = type(em.tasks.make("topple")), dataset.trajectories[0].states[2]
+    original = task.problem
+
+    def problem(self, state, *arguments):
+        if np.array_equal(state, bad):
+            raise ValueError("state is no good")
+        return original(self, state, *arguments)
+
+    monkeypatch.setattr(task, "problem", problem)
+    words = r"1 of 6 problems .*problem 2: trajectory 0, frame 2: state is no good"
+    for _ in range(2):
+        with pytest.raises(em.ScoreError, match=words):
+            score_dataset(dataset, tmp_path / "s.db", settings=SETTINGS)
+    for metric, found in scores(tmp_path / "s.db").items():
+        assert np.array_equal(np.delete(found, 2), np.delete(table[metric], 2))
+    one = em.datasets.Dataset("topple", dataset.parameters, 0, [dataset.trajectories[0]])
+    monkeypatch.setattr(task, "problem", lambda self, *arguments: problem(self, bad))
+    with pytest.raises(ValueError, match="trajectory 0, frame 0: state is no good"):
+        score_dataset(one, tmp_path / "n.db", settings=SETTINGS)
+    assert not (tmp_path / "n.db").exists()
+
+
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
         score_dataset(dataset, tmp_path / "s.db", settings=SearchSettings(nodes=0))

@@ -13,6 +13,7 @@ import numpy as np
 from energymargin import datasets
 from energymargin._core import Cancel, Problem
 from energymargin.datasets import Dataset
+from energymargin.datasets.dataset import StateError
 from energymargin.executors import Executor, Row, Threads
 from energymargin.executors.session import Work
 from energymargin.limits import Limit
@@ -83,7 +84,10 @@ def begin_run(
     run = store.begin(dataset, settings.all(), {metric: settings.of(metric) for metric in metrics})
 
     def digests(numbers: Sequence[int]) -> list[bytes]:
-        return [known.digest for known in _known(dataset, run, numbers)]
+        return [
+            one.digest if isinstance(one, _Known) else state_digest(run.digest, number)
+            for number, one in zip(numbers, _known(dataset, run, numbers), strict=True)
+        ]
 
     adopt(store, run, digests)
     forget_if_changed(store, run, digests)
@@ -123,7 +127,11 @@ def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence
     Raises ValueError on metrics that cannot be.
     """
     numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
-    chosen = chosen_metrics(dataset.problems(numbers), metrics)
+    sample = _problems(dataset, numbers)
+    problems = [problem for problem in sample if isinstance(problem, Problem)]
+    if not problems:
+        raise next(error for error in sample if isinstance(error, StateError))
+    chosen = chosen_metrics(problems, metrics)
     check_metrics(chosen)
     return chosen
 
@@ -138,15 +146,28 @@ class _Known:
     digest: bytes
 
 
-def _known(dataset: Dataset, run: Run, numbers: Sequence[int]) -> Iterator[_Known]:
+def _known(dataset: Dataset, run: Run, numbers: Sequence[int]) -> Iterator[_Known | StateError]:
     """The states of these numbers; one that cannot be written is known by where it stands."""
-    for number, problem in zip(numbers, dataset.problems(numbers), strict=True):
+    for number, problem in zip(numbers, _problems(dataset, numbers), strict=True):
+        if isinstance(problem, StateError):
+            yield problem
+            continue
         try:
             written = problem.to_json()
         except ValueError:
             yield _Known(problem, None, state_digest(run.digest, number))
         else:
             yield _Known(problem, written, hashlib.sha256(written.encode()).digest())
+
+
+def _problems(dataset: Dataset, numbers: Sequence[int]) -> Sequence[Problem | StateError]:
+    """Of these states; of one that makes none, why: it costs the others nothing."""
+    try:
+        return dataset.problems(numbers)
+    except StateError as error:
+        if len(numbers) == 1:
+            return [error]
+    return [one for number in numbers for one in _problems(dataset, [number])]
 
 
 class _Missing:
@@ -218,7 +239,12 @@ class _Missing:
             self._resting = time.monotonic() + AGAIN
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
-        known = dict(zip(numbers, _known(self._dataset, self._run, numbers), strict=True))
+        known: dict[int, _Known] = {}
+        for number, one in zip(numbers, _known(self._dataset, self._run, numbers), strict=True):
+            if isinstance(one, _Known):
+                known[number] = one
+            else:
+                self.errors[number] = str(one)
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._left |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
