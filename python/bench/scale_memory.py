@@ -31,7 +31,7 @@ class Scored:
 
     def resident(self, share: float) -> int:
         """Memory when so much of the states were scored [B]."""
-        return next(s.resident for s in self.run.samples if s.done >= share * self.states)
+        return next(s.resident for s in self.run.samples if s.done >= share * self.run.last.done)
 
     @property
     def curve(self) -> list[Sample]:

@@ -6,6 +6,7 @@ A line of JSON each tenth of a second, when the first states are scored, and at 
 from __future__ import annotations
 
 import json
+import sys
 import threading
 import time
 from pathlib import Path
@@ -28,14 +29,18 @@ def main(
 ) -> None:
     """Scores what is missing."""
     samples = Samples()
-    em.store.score_dataset(
-        data,
-        store,
-        metrics.split(",") if metrics else None,
-        em.SearchSettings(nodes=nodes),
-        executor=chosen(executor),
-        progress=samples.progress,
-    )
+    try:
+        em.store.score_dataset(
+            data,
+            store,
+            metrics.split(",") if metrics else None,
+            em.SearchSettings(nodes=nodes),
+            executor=chosen(executor),
+            progress=samples.progress,
+        )
+    except em.ScoreError as error:  # all others are scored
+        print(error, file=sys.stderr)
+    samples.tell()
 
 
 def chosen(executor: str) -> Executor:
@@ -57,15 +62,11 @@ class Samples:
     def progress(self, done: int, total: int) -> None:
         """So many are scored."""
         first, self._done = self._done == 0, done
-        if (first and done) or done == total:
-            self._print()
+        if first and done:
+            self.tell()
 
-    def _tick(self) -> None:
-        while True:
-            self._print()
-            time.sleep(EVERY)
-
-    def _print(self) -> None:
+    def tell(self) -> None:
+        """Prints how far it is."""
         lines = Path("/proc/self/status").read_text().splitlines()
         memory = {line.split(":")[0]: line.split()[1] for line in lines if line.startswith("Vm")}
         sample = {
@@ -77,6 +78,11 @@ class Samples:
         }
         with self._lock:
             print(json.dumps(sample), flush=True)
+
+    def _tick(self) -> None:
+        while True:
+            self.tell()
+            time.sleep(EVERY)
 
 
 if __name__ == "__main__":
