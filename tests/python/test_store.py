@@ -1,5 +1,6 @@
 import sqlite3
 import threading
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
@@ -327,6 +328,13 @@ def test_what_one_scorer_has_claimed_is_not_for_another(dataset, tmp_path):
             assert not store.database.execute(
                 "SELECT * FROM claims WHERE stream = 3"
             ).fetchall()  # it has signed off
+
+
+def test_each_further_scorer_begins_far_from_the_others(dataset, tmp_path):
+    with ScoreStore(tmp_path / "s.db", create=True) as store, ExitStack() as stack:
+        run = begin_run(store, dataset, ["force"], SearchSettings())
+        starts = [stack.enter_context(Scorer(store, run)).start for _ in range(4)]
+    assert starts == [0, 3, 1, 4]  # of 6
 
 
 def test_two_scorers_at_once_share_the_work(tmp_path):

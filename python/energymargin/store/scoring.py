@@ -173,7 +173,8 @@ def _problems(dataset: Dataset, numbers: Sequence[int]) -> Sequence[Problem | St
 class _Missing:
     """A Source of all that a run lacks and nobody else computes, in the order of the states.
 
-    It goes through the states again and again, until a pass has found nothing that is left.
+    It goes through the states again and again, first from the scorer's start, until a pass through
+    all has found nothing that is left.
     """
 
     def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _Counted) -> None:
@@ -182,8 +183,8 @@ class _Missing:
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
         self._out: set[int] = set()  # numbers of states that are being scored
         self._found: list[int] = []  # numbers of states that lack a score, before the cursor
-        self._cursor = 0
-        self._left = False  # whether others still had something in this pass
+        self._cursor = scorer.start
+        self._left = scorer.start > 0  # whether there may be more after this pass
         self._resting = 0.0  # until when
 
     @property
