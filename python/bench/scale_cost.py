@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from energymargin.executors.chunks import CHUNKS_A_SECOND
 from energymargin.executors.dask_pool import DaskPool
 from energymargin.executors.jobs import Stopped
 from energymargin.store import ScoreStore
@@ -28,7 +29,6 @@ SEARCHES = {
 
 MANY = 10_000_000
 CORES = (64, 1000)
-CHUNK = 1.0  # s; of work that a worker gets at a time, as in energymargin/executors/chunks.py
 HOUR = 3600.0
 AT_ONCE = 20  # jobs without work that wait for each worker
 
@@ -85,8 +85,8 @@ class Cost:
             f"One thread, {states} of {self.sizes.trajectories} trajectories of each task."
             f" Milliseconds a state:\n\n{self._measured()}\n"
             f"Ten million states with all their metrics:\n\n{self._paper()}\n"
-            f"Dask handed out {self.chunks:,.0f} chunks without work a second"
-            f" (driver, scheduler and {WORKERS} workers on this machine).\n"
+            f"Dask handed out {self.chunks:,.0f} chunks without work a second (driver, scheduler"
+            f" and {WORKERS} workers on this machine); it is asked for {CHUNKS_A_SECOND} at most.\n"
         )
 
     def numbers(self) -> dict[str, object]:
@@ -122,7 +122,7 @@ class Cost:
 
     def _row(self, task: str, nodes: int, seconds: float) -> list[str]:
         driver = self.drivers[task]
-        fed = self._fed(seconds, driver)
+        fed = seconds / driver.seconds
         walls = [MANY * seconds / min(cores, fed) / HOUR for cores in CORES]
         return [
             task,
@@ -135,10 +135,6 @@ class Cost:
             f"{MANY * driver.data / 1e9:.1f}",
             f"{MANY * driver.store / 1e9:.1f}",
         ]
-
-    def _fed(self, seconds: float, driver: Driver) -> float:
-        """Workers that never wait: for the driver's states, nor for Dask's chunks."""
-        return min(seconds / driver.seconds, self.chunks * max(CHUNK, seconds))
 
 
 def measure_cost(results: Cost, folder: Path, tell: Callable[[str], None]) -> None:

@@ -46,7 +46,7 @@ def test_each_part_has_its_table_its_numbers_and_the_picture(tmp_path):
     assert (tmp_path / "memory.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_hours_on_paper_are_those_of_the_slowest_of_workers_driver_and_chunks():
+def test_hours_on_paper_are_those_of_the_workers_or_of_the_driver():
     of_search = {"capture": 0.018, "effort/rrt": 0.018}  # 100 core hours
     cost = Cost(Sizes(("push",)), {"push": {100: of_search, 1000: {"capture": 3.6}}}, chunks=500.0)
     cost.drivers["push"] = Driver(0.00036, data=250.0, store=300.0)
