@@ -20,10 +20,14 @@ from energymargin.datasets import digests, files
 from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
 from energymargin.tasks.base import Task, Trajectory
 
-__all__ = ["Dataset", "Label"]
+__all__ = ["Dataset", "Label", "StateError"]
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
+
+
+class StateError(ValueError):
+    """A recorded state makes no problem; says which, and why."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +91,8 @@ class Dataset(Closing):
         """The problems of the states of these numbers, which rise; by default of all.
 
         Each has the friction and the contact forces recorded there. Raises ValueError on numbers
-        that do not rise from 0 to below `size`, and with the trajectory and frame of a state that
-        makes no problem.
+        that do not rise from 0 to below `size`, and StateError with the trajectory and frame of a
+        state that makes no problem.
         """
         problems = []
         places = self._places(range(self.size) if numbers is None else self._rising(numbers))
@@ -174,4 +178,4 @@ class Dataset(Closing):
                 trajectory.states[k], trajectory.params, trajectory.contacts[k]
             )
         except ValueError as error:
-            raise ValueError(f"trajectory {t}, frame {k}: {error}") from error
+            raise StateError(f"trajectory {t}, frame {k}: {error}") from error

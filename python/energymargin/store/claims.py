@@ -45,6 +45,9 @@ class Scorer(Closing):
         self._beaten = 0.0
         with store.transaction():
             self._bury()
+            (others,) = self._database.execute("SELECT count(*) FROM scorers").fetchone()
+            self.start = int(run.states * _share(others))
+            """The state at which it begins, so that it does not look at those of others."""
             (self._number,) = self._database.execute(
                 "INSERT INTO scorers (host, process, until) VALUES (?, ?, ?) RETURNING id",
                 (socket.gethostname(), os.getpid(), time.time() + LEASE),
@@ -163,6 +166,11 @@ class Scorer(Closing):
             if until < now or (host == here and not _runs(process))
         ]
         self._database.executemany("DELETE FROM scorers WHERE id = ?", gone)
+
+
+def _share(others: int) -> float:
+    """Where to begin beside so many others: 0, 1/2, 1/4, 3/4, ..."""
+    return int(f"{others:b}"[::-1], 2) / (1 << others.bit_length())
 
 
 def _runs(process: int) -> bool:

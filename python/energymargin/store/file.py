@@ -23,7 +23,7 @@ __all__ = ["ScoreStore"]
 # How long the file may be held by another process [s], and how often a signal is looked at.
 PATIENCE = 600.0
 WAIT = 0.1
-CACHE = 65536  # KiB of the file in memory
+CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
 CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
 LABELS = 10000  # states that are put in at a time
 
