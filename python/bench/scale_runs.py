@@ -78,7 +78,7 @@ def dataset_file(folder: Path, task: str, trajectories: int, frames: int) -> Pat
     """A dataset of a task, which is generated if it is not in the folder."""
     path = folder / f"{task}-{trajectories}x{frames}.h5"
     if not path.exists():
-        em.datasets.generate_file(path, task, trajectories, frames, seed=0, workers=None)
+        em.datasets.generate_file(path, task, trajectories, frames, seed=0, processes=None)
     return path
 
 

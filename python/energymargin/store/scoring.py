@@ -142,14 +142,14 @@ def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence
 def _problems(dataset: Dataset, numbers: Sequence[int]) -> list[Problem]:
     """Those of these states that make one; ValueError if none does."""
     found: list[Problem] = []
-    error = StateError("there are no states")
+    first: StateError | None = None
     for number in numbers:
         try:
             found += dataset.problems([number])
-        except StateError as its:
-            error = its
+        except StateError as error:
+            first = first or error
     if not found:
-        raise error
+        raise first or StateError("there are no states")
     return found
 
 
