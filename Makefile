@@ -1,7 +1,8 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
 # make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
 # make check  formats and types        make format  put them right
-# make bench  speed, into out/speed.md   make clean   forget everything built
+# make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
+# make clean  forget everything built                       BENCH='--parts throughput,cost' or --quick
 #
 # make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/safety.md
 # make fuzz SECONDS=600   new inputs for every door, each for so long
@@ -24,9 +25,9 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 
 # Most of the time of the sanitized C++ tests, so make sanitize alone runs these so: escape energy, ten thousand rollouts,
 # and searches that go on and on.
-SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState
+SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused
 
-.PHONY: demo test sanitize fuzz bench check format stubs clean
+.PHONY: demo test sanitize fuzz bench bench-scale check format stubs clean
 .DELETE_ON_ERROR:
 
 demo: .venv/built
@@ -49,6 +50,9 @@ fuzz: .venv/built build/asan/built
 bench: .venv/built
 	build/cpp/bench/energymargin_bench --benchmark_min_time=0.2
 	$(BIN)/python python/bench/speed.py --out out/speed.md $(BENCH)
+
+bench-scale: .venv/built
+	$(BIN)/python python/bench/scale.py $(BENCH)
 
 check: .venv/built
 	$(BIN)/ruff check

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Iterator, Sequence
-from importlib.metadata import version
 from itertools import pairwise
-from pathlib import Path
 from statistics import median
 
 import numpy as np
 
 from measurements import FRAME_TREES, Cost, Results, Settings
+from tables import machine, markdown
 
 # Of the public Python implementation: 1,000 nodes of a push with PyBullet, on another machine of
 # two cores.
@@ -25,7 +23,7 @@ def report(results: Results) -> str:
     settings = results.settings
     parts = [
         "# Speed\n",
-        f"{machine()}; load {results.load:.1f} before."
+        f"{machine('pybullet', 'numpy')}; load {results.load:.1f} before."
         f" Medians of {settings.states} states of a task and {settings.rounds} rounds of each.\n",
     ]
     if any(results.costs.values()):
@@ -39,28 +37,6 @@ def report(results: Results) -> str:
     else:
         parts += ["The trees are too little to say how fast.\n"]
     return "\n".join(parts)
-
-
-def machine() -> str:
-    """What it ran on."""
-    models = [
-        line.split(":")[1].strip()
-        for line in Path("/proc/cpuinfo").read_text().splitlines()
-        if line.startswith("model name")
-    ]
-    packages = [f"{name} {version(name)}" for name in ("energymargin", "pybullet", "numpy")]
-    return f"{len(models)} x {models[0]}, Python {platform.python_version()}, {', '.join(packages)}"
-
-
-def markdown(headers: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in which all columns but the first are numbers."""
-    widths = [max(map(len, column)) for column in zip(headers, *rows, strict=True)]
-    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-    lines = [
-        [cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(row)]
-        for row in (list(zip(cells, widths, strict=True)) for cells in (headers, rule, *rows))
-    ]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def over_states(costs: Sequence[Cost], of: Callable[[Cost], float]) -> float:

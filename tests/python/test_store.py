@@ -1,5 +1,6 @@
 import sqlite3
 import threading
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
@@ -251,6 +252,31 @@ def test_settings_of_another_kind_are_refused_by_name(wrong):
         SearchSettings(**wrong)
 
 
+def test_a_state_that_makes_no_problem_leaves_the_others_their_scores(
+    dataset, table, tmp_path, monkeypatch
+):
+    task, bad = type(em.tasks.make("topple")), dataset.trajectories[0].states[2]
+    original = task.problem
+
+    def problem(self, state, *arguments):
+        if np.array_equal(state, bad):
+            raise ValueError("state is no good")
+        return original(self, state, *arguments)
+
+    monkeypatch.setattr(task, "problem", problem)
+    words = r"1 of 6 problems .*problem 2: trajectory 0, frame 2: state is no good"
+    for _ in range(2):
+        with pytest.raises(em.ScoreError, match=words):
+            score_dataset(dataset, tmp_path / "s.db", settings=SETTINGS)
+    for metric, found in scores(tmp_path / "s.db").items():
+        assert np.array_equal(np.delete(found, 2), np.delete(table[metric], 2))
+    one = em.datasets.Dataset("topple", dataset.parameters, 0, [dataset.trajectories[0]])
+    monkeypatch.setattr(task, "problem", lambda self, *arguments: problem(self, bad))
+    with pytest.raises(ValueError, match="trajectory 0, frame 0: state is no good"):
+        score_dataset(one, tmp_path / "n.db", settings=SETTINGS)
+    assert not (tmp_path / "n.db").exists()
+
+
 def test_bad_settings_leave_no_file(dataset, tmp_path):
     with pytest.raises(ValueError, match="nodes"):
         score_dataset(dataset, tmp_path / "s.db", settings=SearchSettings(nodes=0))
@@ -336,6 +362,13 @@ def test_what_one_scorer_has_claimed_is_not_for_another(dataset, tmp_path):
             ).fetchall()  # it has signed off
 
 
+def test_each_further_scorer_begins_far_from_the_others(dataset, tmp_path):
+    with ScoreStore(tmp_path / "s.db", create=True) as store, ExitStack() as stack:
+        run = begin_run(store, dataset, ["force"], SearchSettings())
+        starts = [stack.enter_context(Scorer(store, run)).start for _ in range(4)]
+    assert starts == [0, 3, 1, 4]  # of 6
+
+
 def test_two_scorers_at_once_share_the_work(tmp_path):
     dataset = datasets.generate("topple", trajectories=20, frames=10, seed=0)
     path, settings = tmp_path / "s.db", SearchSettings(nodes=30)
@@ -363,24 +396,3 @@ def test_an_older_file_of_another_dataset_keeps_its_scores(dataset, table, tmp_p
     other = datasets.generate("topple", trajectories=2, frames=3, seed=9)
     score_dataset(other, path, ["force"], SETTINGS)
     assert same(scores(path, 1), table) and list(scores(path, 2)) == ["force"]
-
-
-def test_a_state_that_makes_no_problem_leaves_the_others_their_scores(
-    dataset, table, tmp_path, monkeypatch
-):
-    task = type(em.tasks.make("topple"))
-    original = task.problem
-    broken = dataset.trajectories[1].states[1]
-
-    def problem(self, state, *arguments):
-        if np.array_equal(state, broken):
-            raise ValueError("the box is not there")
-        return original(self, state, *arguments)
-
-    monkeypatch.setattr(task, "problem", problem)
-    words = r"1 of 6 problems .*problem 4: trajectory 1, frame 1: the box is not there"
-    with pytest.raises(em.ScoreError, match=words):
-        score_dataset(dataset, tmp_path / "s.db", ["capture"], SETTINGS)
-    expected = table["capture"].copy()
-    expected[4] = np.nan
-    assert np.array_equal(scores(tmp_path / "s.db")["capture"], expected, equal_nan=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -16,18 +15,23 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
+from energymargin.closing import Closing
 from energymargin.datasets import digests, files
 from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
 from energymargin.tasks.base import Task, Trajectory
 
-__all__ = ["Dataset", "Label"]
+__all__ = ["Dataset", "Label", "StateError"]
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
 
 
+class StateError(ValueError):
+    """A recorded state makes no problem; says which, and why."""
+
+
 @dataclass(frozen=True)
-class Dataset:
+class Dataset(Closing):
     """Trajectories of one task.
 
     Its states are numbered through: all frames of the first trajectory, then the second's. Whether
@@ -87,8 +91,8 @@ class Dataset:
         """The problems of the states of these numbers, which rise; by default of all.
 
         Each has the friction and the contact forces recorded there. Raises ValueError on numbers
-        that do not rise from 0 to below `size`, and with the trajectory and frame of a state that
-        makes no problem.
+        that do not rise from 0 to below `size`, and StateError with the trajectory and frame of a
+        state that makes no problem.
         """
         problems = []
         places = self._places(range(self.size) if numbers is None else self._rising(numbers))
@@ -119,19 +123,6 @@ class Dataset:
         """Closes the file that is read from; nothing to do for one in memory."""
         if isinstance(self.trajectories, files.Recorded):
             self.trajectories.close()
-
-    def __enter__(self) -> Dataset:
-        """The dataset itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Closes the file."""
-        self.close()
 
     @cached_property
     def _ends(self) -> NDArray[np.int64]:
@@ -187,4 +178,4 @@ class Dataset:
                 trajectory.states[k], trajectory.params, trajectory.contacts[k]
             )
         except ValueError as error:
-            raise ValueError(f"trajectory {t}, frame {k}: {error}") from error
+            raise StateError(f"trajectory {t}, frame {k}: {error}") from error

@@ -18,11 +18,11 @@ import zipfile
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 
+from energymargin.closing import Closing
 from energymargin.datasets.columns import COLUMNS, Block
 from energymargin.datasets.rollouts import Request
 
@@ -46,7 +46,7 @@ def spans_in(folder: Path) -> list[Span]:
     return sorted((int(first), int(last)) for first, _, last in (n.partition("-") for n in names))
 
 
-class Parts:
+class Parts(Closing):
     """The folder of the parts of one file, locked; use it in a `with` statement."""
 
     def __init__(self, path: Path, request: Request) -> None:
@@ -119,16 +119,7 @@ class Parts:
         """Removes the folder with all parts."""
         shutil.rmtree(self.folder)
 
-    def __enter__(self) -> Parts:
-        """The open folder itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Unlocks the folder; one without parts is removed."""
         if self.folder.exists() and not self.spans():
             self.remove()

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from types import TracebackType
 
 from energymargin._core import Problem, ScoreRow, ScoreRun
+from energymargin.closing import Closing
 from energymargin.executors.jobs import Outcome, Pool, Stopped
 from energymargin.executors.session import Failed, Pace, Row, Work
 from energymargin.executors.threads import add_to_run
@@ -17,6 +17,7 @@ __all__ = ["POLL", "PoolSession", "score_chunk"]
 
 # A chunk takes a worker about so long [s]: what is lost with it, and what it is to cost to send it.
 CHUNK = 1.0
+CHUNKS_A_SECOND = 200  # of a large cluster, whose scheduler has no time for more
 MOST = 1000  # problems of a chunk
 AHEAD = 3  # chunks for each worker: one that it scores, one that it has, one that waits
 MOST_DEATHS = 3  # workers that one problem may take with it
@@ -69,7 +70,7 @@ def _read(chunk: _Chunk) -> tuple[list[Work], list[Row | ScoreRow]]:
     return work, failed
 
 
-class PoolSession:
+class PoolSession(Closing):
     """A Session on a pool of workers.
 
     A worker that dies takes nothing with it: its chunk is done again, each problem by itself, and
@@ -97,7 +98,7 @@ class PoolSession:
     def add(self, work: Sequence[Work]) -> None:
         """As Session.add. Raises ValueError on a problem that cannot be sent."""
         each = -(-len(work) // max(1, self._pool.slots))  # so that none is idle at the end
-        size = min(self._size(), max(1, each))
+        size = min(self._size(), max(each, self._pace.problems(self._shortest, MOST)))
         sent = [(one.index, _text(one), one.metrics) for one in work]
         for first in range(0, len(sent), size):
             self._submit(_Chunk(self._settings, tuple(sent[first : first + size])))
@@ -111,22 +112,18 @@ class PoolSession:
         outcomes = self._pool.stop(STOP)
         return [row for one in outcomes if isinstance(one.value, _Scored) for row in one.value.rows]
 
-    def __enter__(self) -> PoolSession:
-        """The session itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Closes the pool."""
         self._pool.close()
 
     def _size(self) -> int:
         """Problems of a chunk."""
-        return self._pace.problems(CHUNK, MOST)
+        return self._pace.problems(max(CHUNK, self._shortest), MOST)
+
+    @property
+    def _shortest(self) -> float:
+        """A chunk [s] of which all workers together do not need more than there may be."""
+        return self._pool.slots / CHUNKS_A_SECOND
 
     def _submit(self, chunk: _Chunk) -> None:
         self._chunks[self._next] = chunk

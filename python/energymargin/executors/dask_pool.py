@@ -12,9 +12,9 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from queue import Empty, SimpleQueue
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from energymargin.closing import Closing
 from energymargin.executors.dask_session import Event, Session
 from energymargin.executors.dask_worker import installed_release
 from energymargin.executors.jobs import Job, Outcome
@@ -38,7 +38,7 @@ _NOISY = (
 )
 
 
-class DaskPool:
+class DaskPool(Closing):
     """The workers of a Dask cluster; a Pool.
 
     A job whose workers die again and again comes back as one that died. While the scheduler is
@@ -124,19 +124,6 @@ class DaskPool:
         """Cancels what has not come, and leaves the cluster; a Client that was given stays."""
         self._call(self._main.cancel)
         self._thread.join(2.0)
-
-    def __enter__(self) -> DaskPool:
-        """The pool itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Leaves the cluster."""
-        self.close()
 
     def _listen(self, timeout: float, enough: Callable[[], bool]) -> None:
         end = time.monotonic() + timeout

@@ -12,9 +12,9 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
-from types import TracebackType
 from typing import Any
 
+from energymargin.closing import Closing
 from energymargin.executors.jobs import STOP, Job, Outcome
 
 __all__ = ["ProcessPool"]
@@ -73,7 +73,7 @@ class _Worker:
             self.connection.send((job, pickled))
 
 
-class ProcessPool:
+class ProcessPool(Closing):
     """A number of worker processes; a Pool.
 
     They know nothing of this process but what a job tells them, and end with it.
@@ -124,19 +124,6 @@ class ProcessPool:
             worker.process.kill()
         for worker in self._workers:
             worker.end()
-
-    def __enter__(self) -> ProcessPool:
-        """The pool itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Kills the workers."""
-        self.close()
 
     def _hand_out(self) -> None:
         while self._queue:

@@ -6,9 +6,9 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from types import TracebackType
 
 from energymargin._core import ScoreRun
+from energymargin.closing import Closing
 from energymargin.executors.session import Executor, Pace, Row, Work
 from energymargin.settings import METRICS, SearchSettings
 from energymargin.tasks.base import whole_number
@@ -36,7 +36,7 @@ class Threads:
         return ThreadSession(settings, thread_count(self.count))
 
 
-class ThreadSession:
+class ThreadSession(Closing):
     """A Session on threads: a ScoreRun that gets more problems before it runs out of them."""
 
     def __init__(self, settings: SearchSettings, threads: int) -> None:
@@ -71,16 +71,7 @@ class ThreadSession:
         self._run.cancel()
         return self._run.take(0)
 
-    def __enter__(self) -> ThreadSession:
-        """The session itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Joins the threads."""
         self._run.cancel()
 

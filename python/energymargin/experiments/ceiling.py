@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,9 +84,8 @@ def ceiling_dataset(
     The file is a store: "captured/h" for each horizon h, and "success". Returns whether all
     are there: False if `timeout` [s] was over, or `cancel` was set, before. Then, or on
     KeyboardInterrupt, or any other error, all that was finished is in it, and the same call goes on
-    to the same bits, on any number of threads. Raises ValueError on a task without a script,
-    or numbers out of range. `progress(done, total)` counts all states of
-    the dataset.
+    to the same bits, on any number of threads. Raises ValueError on a task without a script, or
+    numbers out of range. `progress(done, total)` counts all states of the dataset.
     """
     limit = Limit(timeout, cancel)
     task = scripted(dataset)
@@ -109,28 +108,33 @@ def ceiling_dataset(
         advance(*run.counts())
         if not missing:  # so nothing is written
             return True
-        with (
-            Scorer(store, run) as scorer,
-            held_interrupts() as interrupted,
-            ThreadPoolExecutor(threads) as pool,
-        ):
+        with Scorer(store, run) as scorer, ThreadPoolExecutor(threads) as pool:
             claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
             running = {pool.submit(row, n) for n, claim in claims.items() if claim.metrics}
             try:
-                while running and not (interrupted.is_set() or limit.reached):
-                    done, running = wait(running, POLL, FIRST_COMPLETED)
-                    scorer.add([future.result() for future in done if not future.exception()])
+                for rows in _as_they_come(running, limit):
+                    scorer.add(rows)
                     advance(*run.counts())
-                    for future in done:
-                        future.result()  # says what went wrong, after the others are kept
             finally:
                 stop.set()
                 pool.shutdown(cancel_futures=True)
                 scorer.add([f.result() for f in running if not (f.cancelled() or f.exception())])
         scored, total = run.counts()
+    return scored == total
+
+
+def _as_they_come(running: set[Future[_Row]], limit: Limit) -> Iterator[list[_Row]]:
+    """Rows that are done leave `running` and are handed over, until none runs or the limit is
+    reached. Then what one of them raised is raised, or KeyboardInterrupt."""
+    with held_interrupts() as interrupted:
+        while running and not (interrupted.is_set() or limit.reached):
+            done, _ = wait(running, POLL, FIRST_COMPLETED)
+            running -= done
+            yield [future.result() for future in done if not future.exception()]
+            for future in done:
+                future.result()
     if interrupted.is_set():
         raise KeyboardInterrupt
-    return scored == total
 
 
 def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: int) -> Run:

@@ -11,10 +11,10 @@ import os
 import socket
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from types import TracebackType
 
+from energymargin.closing import Closing
 from energymargin.executors import Row
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
@@ -35,7 +35,7 @@ class Claim:
     """Whether somebody else computes others that it lacks."""
 
 
-class Scorer:
+class Scorer(Closing):
     """A scorer of one run. Use it in a `with` statement, at whose end its claims are given up."""
 
     def __init__(self, store: ScoreStore, run: Run) -> None:
@@ -45,6 +45,9 @@ class Scorer:
         self._beaten = 0.0
         with store.transaction():
             self._bury()
+            (others,) = self._database.execute("SELECT count(*) FROM scorers").fetchone()
+            self.start = int(run.states * _share(others))
+            """The state at which it begins, so that it does not look at those of others."""
             (self._number,) = self._database.execute(
                 "INSERT INTO scorers (host, process, until) VALUES (?, ?, ?) RETURNING id",
                 (socket.gethostname(), os.getpid(), time.time() + LEASE),
@@ -96,23 +99,9 @@ class Scorer:
         return bool(count == 1)
 
     def close(self) -> None:
-        """Signs off; its claims are for others."""
-        with self._store.transaction():
+        """Signs off; its claims are for others, who on a full disk see that its process is gone."""
+        with suppress(OSError), self._store.transaction():
             self._database.execute("DELETE FROM scorers WHERE id = ?", (self._number,))
-
-    def __enter__(self) -> Scorer:
-        """The scorer itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Signs off, unless the disk is full: then others see that the process is gone."""
-        with suppress(OSError) if error else nullcontext():
-            self.close()
 
     def _problem(self, number: int, digest: bytes) -> int:
         """The number of a problem, which is from now on that of the state."""
@@ -177,6 +166,11 @@ class Scorer:
             if until < now or (host == here and not _runs(process))
         ]
         self._database.executemany("DELETE FROM scorers WHERE id = ?", gone)
+
+
+def _share(others: int) -> float:
+    """Where to begin beside so many others: 0, 1/2, 1/4, 3/4, ..."""
+    return int(f"{others:b}"[::-1], 2) / (1 << others.bit_length())
 
 
 def _runs(process: int) -> bool:

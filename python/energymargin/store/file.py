@@ -10,9 +10,9 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
+from energymargin.closing import Closing
 from energymargin.datasets import Dataset
 from energymargin.settings import ALGORITHM
 from energymargin.store import schema
@@ -23,12 +23,12 @@ __all__ = ["ScoreStore"]
 # How long the file may be held by another process [s], and how often a signal is looked at.
 PATIENCE = 600.0
 WAIT = 0.1
-CACHE = 65536  # KiB of the file in memory
+CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
 CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
 LABELS = 10000  # states that are put in at a time
 
 
-class ScoreStore:
+class ScoreStore(Closing):
     """An open file of scores; close it, or use it in a `with` statement.
 
     It holds the runs of any number of datasets and settings. Several processes of one machine may
@@ -124,19 +124,6 @@ class ScoreStore:
     def close(self) -> None:
         """Closes the file."""
         self.database.close()
-
-    def __enter__(self) -> ScoreStore:
-        """The open file itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Closes the file."""
-        self.close()
 
     def _open(self, create: bool) -> None:
         self.database.execute("PRAGMA foreign_keys = ON")

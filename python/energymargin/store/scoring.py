@@ -13,6 +13,7 @@ import numpy as np
 from energymargin import datasets
 from energymargin._core import Cancel, Problem
 from energymargin.datasets import Dataset
+from energymargin.datasets.dataset import StateError
 from energymargin.executors import Executor, Row
 from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
@@ -141,14 +142,14 @@ def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence
 def _problems(dataset: Dataset, numbers: Sequence[int]) -> list[Problem]:
     """Those of these states that make one; ValueError if none does."""
     found: list[Problem] = []
-    error = ValueError("there are no states")
+    first: StateError | None = None
     for number in numbers:
         try:
             found += dataset.problems([number])
-        except ValueError as its:
-            error = its
+        except StateError as error:
+            first = first or error
     if not found:
-        raise error
+        raise first or StateError("there are no states")
     return found
 
 
@@ -168,7 +169,7 @@ def _known(
     """The states of these numbers, but for those that make no problem: `errors` gets why."""
     try:
         problems = dataset.problems(numbers)
-    except ValueError as error:
+    except StateError as error:
         if len(numbers) == 1:
             errors[numbers[0]] = str(error)
             return {}
@@ -189,7 +190,8 @@ def _digested(run: Run, number: int, problem: Problem) -> _Known:
 class _Missing:
     """A Source of all that a run lacks and nobody else computes, in the order of the states.
 
-    It goes through the states again and again, until a pass has found nothing that is left.
+    It goes through the states again and again, first from the scorer's start, until a pass through
+    all has found nothing that is left.
     """
 
     def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _Counted) -> None:
@@ -198,8 +200,8 @@ class _Missing:
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
         self._out: set[int] = set()  # numbers of states that are being scored
         self._found: list[int] = []  # numbers of states that lack a score, before the cursor
-        self._cursor = 0
-        self._left = False  # whether others still had something in this pass
+        self._cursor = scorer.start
+        self._left = scorer.start > 0  # whether there may be more after this pass
         self._resting = 0.0  # until when
 
     @property

@@ -91,6 +91,7 @@ class GraspTask(FrictionTask):
         of the search starts with the velocities that they have at the start.
         """
         super().__init__(friction, effector)
+        self._last: tuple[Params, Scene] | None = None
 
     def scene(self, params: Params) -> Scene:
         """Table, box and gripper, whose fingers clench."""
@@ -183,7 +184,7 @@ class GraspTask(FrictionTask):
             "clench": drawn("clench", params, 1.0),
         }
         return Problem(
-            self.scene(known),
+            self._scene_of(known),
             state,
             force=(OBJECT_MASS * ACCELERATION_BOUND,) * 3,
             torque=(TORQUE_BOUND,) * 3,
@@ -194,6 +195,13 @@ class GraspTask(FrictionTask):
             rate=RATE,
             contacts=contacts,
         )
+
+    def _scene_of(self, params: Params) -> Scene:
+        """Made once for the frames of a trajectory: the gripper's file takes 16 ms to read."""
+        last = self._last
+        if last is None or last[0] != params:
+            last = self._last = (dict(params), self.scene(params))
+        return last[1]
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:
         """Z_cap, the same at all states: the box has not slipped out of the hand, nor does it fall.
