@@ -10,7 +10,7 @@ import pytest
 import energymargin as em
 from energymargin import datasets, scoring
 from energymargin.settings import METRICS, SearchSettings
-from energymargin.store import ScoreStore, begin_run, score_dataset
+from energymargin.store import ScoreStore, begin_run, score_dataset, score_run
 from energymargin.store.claims import Scorer
 
 NODES, SEED = 20, 3
@@ -396,3 +396,15 @@ def test_an_older_file_of_another_dataset_keeps_its_scores(dataset, table, tmp_p
     other = datasets.generate("topple", trajectories=2, frames=3, seed=9)
     score_dataset(other, path, ["force"], SETTINGS)
     assert same(scores(path, 1), table) and list(scores(path, 2)) == ["force"]
+
+
+def test_a_state_that_lacks_a_success_set_is_an_error_and_keeps_its_other_scores(
+    dataset, table, tmp_path, monkeypatch
+):
+    task = type(em.tasks.make("topple"))
+    monkeypatch.setattr(task, "succeeded", lambda *_: None)
+    with ScoreStore(tmp_path / "s.db", create=True) as store:
+        run = begin_run(store, dataset, ["capture", "success"], SETTINGS)
+        with pytest.raises(em.ScoreError, match=r"6 of 6 .*lacks the set .*: success"):
+            score_run(dataset, run)
+    assert scores(tmp_path / "s.db")["capture"].tolist() == table["capture"].tolist()

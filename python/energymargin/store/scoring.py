@@ -198,7 +198,7 @@ class _Missing:
         self.errors: dict[int, str] = {}
         """What went wrong, by the number of the state."""
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
-        self._out: set[int] = set()  # numbers of states that are being scored
+        self._out: dict[int, tuple[str, ...]] = {}  # states that are being scored: their metrics
         self._found: list[int] = []  # numbers of states that lack a score, before the cursor
         self._cursor = scorer.start
         self._left = scorer.start > 0  # whether there may be more after this pass
@@ -226,7 +226,7 @@ class _Missing:
             some = min(BLOCK, most - len(taken))
             numbers, self._found = self._found[:some], self._found[some:]
             taken += self._claimed(numbers)
-        self._out.update(work.index for work in taken)
+        self._out |= {work.index: work.metrics for work in taken}
         return taken
 
     def deliver(self, rows: Sequence[Row]) -> None:
@@ -235,12 +235,15 @@ class _Missing:
         if not rows:
             return
         good = [row for row in rows if not row.error]
-        bad = {row.index: row.error for row in rows if row.error}
+        bad = [row.index for row in rows if row.error]
         self._scorer.add(good)
         if bad:
-            self._scorer.give_up(list(bad))
-            self.errors.update(bad)
-        self._out.difference_update(row.index for row in rows)
+            self._scorer.give_up(bad)
+        for row in rows:
+            lacking = set(self._out.pop(row.index)) - set(row.scores)
+            if row.error or lacking:
+                which = ", ".join(sorted(lacking))
+                self.errors[row.index] = row.error or f"it lacks the set that is asked for: {which}"
         self._counted.add(len(rows))
 
     def _look(self, most: int) -> None:
