@@ -390,6 +390,16 @@ def test_two_scorers_at_once_share_the_work(tmp_path):
     assert same(scores(path), em.score(dataset.problems(), nodes=30))
 
 
+def test_equal_states_of_an_older_file_keep_a_score_each(dataset, tmp_path):
+    twice = replace(dataset, trajectories=[dataset.trajectories[0]] * 2)
+    capture = em.score(twice.problems(), ["capture"], nodes=NODES, seed=SEED)["capture"]
+    path, counts = tmp_path / "s.db", []
+    older_stores.write(path, twice, {"capture": capture}, {"nodes": NODES, "seed": SEED})
+    progress = lambda *count: counts.append(count)  # noqa: E731
+    score_dataset(twice, path, ["capture"], SETTINGS, progress=progress)
+    assert counts[0] == (6, 6) and scores(path)["capture"].tolist() == capture.tolist()
+
+
 def test_an_older_file_of_another_dataset_keeps_its_scores(dataset, table, tmp_path):
     path = tmp_path / "s.db"
     older_stores.write(path, dataset, table.scores, {"nodes": NODES, "seed": SEED})

@@ -31,11 +31,26 @@ def adopt(store: ScoreStore, run: Run, digests: Digests) -> None:
     with store.transaction():
         for first in range(0, run.states, BLOCK):
             numbers = range(first, min(first + BLOCK, run.states))
-            store.database.executemany(
-                "UPDATE OR IGNORE problems SET digest = ? WHERE digest = ?",
-                [(new, state_digest(old, number)) for number, new in digests(numbers).items()],
-            )
+            for number, new in digests(numbers).items():
+                _rename(store.database, run, number, state_digest(old, number), new)
         store.database.execute("UPDATE datasets SET digest_2 = NULL WHERE id = ?", (run.dataset,))
+
+
+def _rename(database: sqlite3.Connection, run: Run, number: int, old: bytes, new: bytes) -> None:
+    """Gives a state's problem another digest; if there is one with that, its state and scores."""
+    found = database.execute("SELECT digest, id FROM problems WHERE digest IN (?, ?)", (old, new))
+    problems = dict(found.fetchall())
+    if new not in problems:
+        database.execute("UPDATE problems SET digest = ? WHERE digest = ?", (new, old))
+    elif old in problems:
+        database.execute(
+            "UPDATE states SET problem = ? WHERE dataset = ? AND number = ?",
+            (problems[new], run.dataset, number),
+        )
+        database.execute(
+            "UPDATE OR IGNORE scores SET problem = ? WHERE problem = ?",
+            (problems[new], problems[old]),
+        )
 
 
 def forget_if_changed(store: ScoreStore, run: Run, digests: Digests) -> None:
