@@ -415,6 +415,18 @@ def test_a_state_that_lacks_a_success_set_is_an_error_and_keeps_its_other_scores
     monkeypatch.setattr(task, "succeeded", lambda *_: None)
     with ScoreStore(tmp_path / "s.db", create=True) as store:
         run = begin_run(store, dataset, ["capture", "success"], SETTINGS)
-        with pytest.raises(em.ScoreError, match=r"6 of 6 .*lacks the set .*: success"):
+        with pytest.raises(em.ScoreError, match=r"6 of 6 .*no score of success: it lacks the set"):
             score_run(dataset, run)
     assert scores(tmp_path / "s.db")["capture"].tolist() == table["capture"].tolist()
+
+
+def test_a_score_that_is_no_number_is_an_error_of_its_state(dataset, tmp_path):
+    first = dataset.trajectories[0]
+    one = next(contact for frame in first.contacts for contact in frame)
+    names = ("body_a", "body_b", "position", "normal", "distance", "tangential_force")
+    of_one = {name: getattr(one, name) for name in names}
+    huge = em.Contact(**of_one, normal_force=1e308, friction=1e308)
+    broken = replace(first, contacts=[[huge] * 3, *first.contacts[1:]])
+    with pytest.raises(em.ScoreError, match=r"1 of 3 .*problem 0: no score of force"):
+        score_dataset(replace(dataset, trajectories=[broken]), tmp_path / "s.db", ["force"])
+    assert np.isnan(scores(tmp_path / "s.db")["force"]).tolist() == [True, False, False]

@@ -7,6 +7,7 @@ a scorer was only slow, and two have computed the same, does no harm: it is the 
 
 from __future__ import annotations
 
+import math
 import os
 import socket
 import time
@@ -75,7 +76,7 @@ class Scorer(Closing):
                     [
                         (problem, row.index, asked[metric], value, row.times.get(metric, 0.0))
                         for metric, value in row.scores.items()
-                        if metric in asked
+                        if metric in asked and not math.isnan(value)
                     ],
                 )
             self._give_up([row.index for row in rows])

@@ -240,10 +240,11 @@ class _Missing:
         if bad:
             self._scorer.give_up(bad)
         for row in rows:
-            lacking = set(self._out.pop(row.index)) - set(row.scores)
+            there = {metric for metric, value in row.scores.items() if not np.isnan(value)}
+            lacking = ", ".join(sorted(set(self._out.pop(row.index)) - there))
             if row.error or lacking:
-                which = ", ".join(sorted(lacking))
-                self.errors[row.index] = row.error or f"it lacks the set that is asked for: {which}"
+                why = "it lacks the set which that needs, or its numbers are too large"
+                self.errors[row.index] = row.error or f"no score of {lacking}: {why}"
         self._counted.add(len(rows))
 
     def _look(self, most: int) -> None:
