@@ -102,8 +102,8 @@ class Cost:
             [
                 task,
                 str(nodes),
-                *(f"{1e3 * times[m]:.3g}" if m in times else "" for m in SEARCHES),
-                f"{1e3 * sum(times.values()):.3g}",
+                *(milliseconds(times[m]) if m in times else "" for m in SEARCHES),
+                milliseconds(sum(times.values())),
             ]
             for task, by_nodes in self.seconds.items()
             for nodes, times in by_nodes.items()
@@ -135,6 +135,11 @@ class Cost:
             f"{MANY * driver.data / 1e9:.1f}",
             f"{MANY * driver.store / 1e9:.1f}",
         ]
+
+
+def milliseconds(seconds: float) -> str:
+    """Three digits, or all before the point."""
+    return f"{1e3 * seconds:,.0f}" if seconds >= 1.0 else f"{1e3 * seconds:.3g}"
 
 
 def measure_cost(results: Cost, folder: Path, tell: Callable[[str], None]) -> None:
