@@ -147,9 +147,7 @@ ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& op
 
 class Batch::Pool {
  public:
-  explicit Pool(BatchOptions options) : options_(std::move(options)) {
-    options_.limit = options_.limit.or_when(stop_);
-  }
+  explicit Pool(BatchOptions options) : options_(std::move(options)) { options_.limit = options_.limit.or_when(stop_); }
 
   ~Pool() { cancel(); }
 
@@ -161,7 +159,7 @@ class Batch::Pool {
       queue_.push_back(std::make_shared<Work>(Work{std::move(problems[i]), indices[i], searches}));
     }
     pending_ += problems.size();
-    if (with_threads) start_threads(queue_.size() * searches.size());
+    if (with_threads) start_threads(running_ + queue_.size() * searches.size());
     changed_.notify_all();
   }
 
@@ -203,15 +201,15 @@ class Batch::Pool {
     std::size_t done = 0;
   };
 
-  // One search of one problem: what is taken from the queue, so that a single problem keeps several threads busy, and so
-  // does the end of a batch.
+  // One search of one problem: what is taken from the queue, so that a single problem keeps several threads busy, and
+  // so does the end of a batch.
   struct Search {
     std::shared_ptr<Work> work;
     std::size_t which;
   };
 
   void start_threads(std::size_t searches) {
-    while (threads_.size() < std::min(searches, static_cast<std::size_t>(options_.threads))) {
+    while (!ended_ && threads_.size() < std::min(searches, static_cast<std::size_t>(options_.threads))) {
       threads_.emplace_back([this] {
         while (const auto search = next(true)) run(*search);
       });
@@ -266,10 +264,11 @@ class Batch::Pool {
 
   // No more searches are begun; so many were running that do not any more.
   void end(std::size_t stopped = 0) {
+    std::deque<std::shared_ptr<Work>> dropped;  // once unlocked: a problem may hold what takes another lock
     const std::lock_guard<std::mutex> lock(mutex_);
     running_ -= stopped;
     ended_ = true;
-    queue_.clear();
+    dropped.swap(queue_);
     changed_.notify_all();
   }
 

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import FrameType
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +15,7 @@ from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
+from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.settings import ANY, METRICS, SearchSettings, check_metrics
 from energymargin.tasks.base import whole_number
@@ -28,7 +25,6 @@ __all__ = [
     "ScoreTable",
     "Source",
     "chosen_metrics",
-    "held_interrupts",
     "metrics_of",
     "run_all",
     "score",
@@ -236,6 +232,9 @@ def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
 
 def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -> Sequence[str]:
     """`metrics`, or for None all that the problems have; ValueError on one that they lack."""
+    strange = [problem for problem in problems if not isinstance(problem, Problem)]
+    if strange:
+        raise ValueError(f"problems has {strange[0]!r}, expected Problems alone")
     there = metrics_of(problems)
     lacking = [metric for metric in metrics or () if metric in METRICS and metric not in there]
     if lacking:
@@ -245,30 +244,6 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
             f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
         )
     return there if metrics is None else metrics
-
-
-@contextmanager
-def held_interrupts() -> Iterator[threading.Event]:
-    """Ctrl-C sets the event instead of raising, so that no row is lost between a pool of threads
-    and the file.
-
-    Only where Python's own handler is in place: a program that handles Ctrl-C itself goes on doing
-    so.
-    """
-    interrupted = threading.Event()
-
-    def hold(_signal: int, _frame: FrameType | None) -> None:
-        interrupted.set()
-
-    python_handles = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not python_handles or threading.current_thread() is not threading.main_thread():
-        yield interrupted
-        return
-    signal.signal(signal.SIGINT, hold)
-    try:
-        yield interrupted
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _table(rows: list[Row], metrics: Sequence[str], complete: bool) -> ScoreTable:

@@ -71,6 +71,8 @@ class SearchSettings:
 
 def check_metrics(metrics: Sequence[str]) -> None:
     """Raises ValueError on an unknown metric, or none at all."""
+    if isinstance(metrics, str):
+        raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
     unknown = [metric for metric in metrics if metric not in METRICS]
     if unknown or not metrics:
         what = repr(unknown[0]) if unknown else "empty"

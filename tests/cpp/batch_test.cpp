@@ -205,6 +205,21 @@ TEST(Batch, ProblemsThatAreAddedLaterHaveTheBitsOfTheFullRun) {
   for (const auto& [index, row] : full) EXPECT_EQ(rows.at(index).scores, row.scores) << "row " << index;
 }
 
+TEST(Batch, ProblemThatIsAddedWhileAnotherRunsGetsAThreadOfItsOwn) {
+  BatchOptions endless = options(2);
+  endless.metrics = {"capture"};
+  endless.nodes = 100'000'000;
+  Batch batch(endless);
+  batch.add(pushes(1), {0});
+  batch.take(0.05);
+  Problem quick = push();
+  quick.captured = regions::Predicate{[](const States&) -> Mask { throw std::runtime_error("at once"); }};
+  batch.add({quick}, {1});
+  const auto rows = batch.take(a_minute);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].index, 1u);
+}
+
 TEST(Batch, ProblemsCanBeAddedForSomeOfTheMetrics) {
   const auto full = all(pushes(2), options());
   Batch batch(options());

@@ -116,6 +116,7 @@ def test_rows_and_progress_arrive_as_they_are_finished(problems):
         {"threads": 0},
         {"metrics": ["capture", "beauty"]},
         {"metrics": []},
+        {"metrics": "force"},
     ],
 )
 def test_an_argument_out_of_range_is_refused_by_name(problems, wrong):
@@ -130,6 +131,11 @@ def test_an_interrupt_at_the_last_row_is_an_interrupt(problems):
 
     with pytest.raises(KeyboardInterrupt):
         scoring.score(problems, ["force"], progress=interrupt)
+
+
+def test_what_is_no_problem_is_refused(problems):
+    with pytest.raises(ValueError, match="problems has 1, expected Problems"):
+        scoring.score([problems[0], 1])
 
 
 def test_an_interrupt_hands_over_all_that_was_finished_and_then_raises(problems):

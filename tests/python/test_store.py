@@ -1,5 +1,8 @@
+import os
+import signal
 import sqlite3
 import threading
+import time
 from contextlib import ExitStack
 from dataclasses import replace
 
@@ -9,6 +12,7 @@ import pytest
 
 import energymargin as em
 from energymargin import datasets, scoring
+from energymargin.interrupts import held_interrupts
 from energymargin.settings import METRICS, SearchSettings
 from energymargin.store import ScoreStore, begin_run, score_dataset, score_run
 from energymargin.store.claims import Scorer
@@ -367,6 +371,21 @@ def test_each_further_scorer_begins_far_from_the_others(dataset, tmp_path):
         run = begin_run(store, dataset, ["force"], SearchSettings())
         starts = [stack.enter_context(Scorer(store, run)).start for _ in range(4)]
     assert starts == [0, 3, 1, 4]  # of 6
+
+
+def test_ctrl_c_is_heard_while_another_process_holds_the_file(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["force"])
+    with sqlite3.connect(path, isolation_level=None) as other, ScoreStore(path) as store:
+        other.execute("BEGIN IMMEDIATE")
+        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        start = time.monotonic()
+        with pytest.raises(KeyboardInterrupt), held_interrupts(), store.transaction():
+            pass
+        assert time.monotonic() - start < 10  # PATIENCE is 600 s
+        other.execute("ROLLBACK")
+        with store.transaction():  # and it goes on afterwards
+            pass
 
 
 def test_two_scorers_at_once_share_the_work(tmp_path):

@@ -109,8 +109,13 @@ class PoolSession(Closing):
 
     def stop(self) -> Sequence[Row]:
         """As Session.stop."""
-        outcomes = self._pool.stop(STOP)
-        return [row for one in outcomes if isinstance(one.value, _Scored) for row in one.value.rows]
+        rows: list[Row] = []
+        for outcome in self._pool.stop(STOP):
+            if isinstance(outcome.value, _Scored):
+                rows += outcome.value.rows
+                if len(outcome.value.rows) == len(self._chunks[outcome.job].work):
+                    del self._chunks[outcome.job]
+        return rows
 
     def close(self) -> None:
         """Closes the pool."""

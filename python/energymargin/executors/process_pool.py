@@ -22,7 +22,7 @@ __all__ = ["ProcessPool"]
 # Jobs that a worker has at hand, so that it need not wait for the next.
 DEPTH = 2
 # Workers in a row that may die before one of them has finished a job.
-MOST_DEATHS = 10
+MOST_DEATHS = 30
 
 
 class _Worker:

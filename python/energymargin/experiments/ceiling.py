@@ -30,8 +30,8 @@ from energymargin.evaluation import (
 )
 from energymargin.executors.chunks import POLL
 from energymargin.executors.threads import thread_count
+from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
-from energymargin.scoring import held_interrupts
 from energymargin.settings import ANY
 from energymargin.store import Run, ScoreStore
 from energymargin.store.claims import Scorer

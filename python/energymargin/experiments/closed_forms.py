@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.known_answers import KnownAnswer, known_answers
-from energymargin.scoring import held_interrupts
+from energymargin.interrupts import held_interrupts
 
 __all__ = ["PLANNERS", "SEARCHES", "ClosedForms", "Run", "reproduce"]
 

@@ -30,7 +30,7 @@ from energymargin.evaluation import HORIZON, Cell, LabelledScores, evaluate
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.fewer_steps_options import OPTIONS, PLAIN
 from energymargin.experiments.table1 import check_tasks
-from energymargin.scoring import held_interrupts
+from energymargin.interrupts import held_interrupts
 from energymargin.tasks.base import whole_number
 
 __all__ = ["QUICK", "FewerSteps", "Point", "Run", "Settings", "reproduce"]

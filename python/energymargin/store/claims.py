@@ -24,6 +24,7 @@ __all__ = ["Claim", "Scorer"]
 
 LEASE = 60.0  # s; how long a scorer is believed in that says nothing
 BEAT = 5.0  # s; how often it says something
+SIGN_OFF = 0.2  # s; how long the file may be held by others when it leaves
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ class Scorer(Closing):
 
     def close(self) -> None:
         """Signs off; its claims are for others, who on a full disk see that its process is gone."""
-        with suppress(OSError), self._store.transaction():
+        with suppress(OSError), self._store.transaction(SIGN_OFF):
             self._database.execute("DELETE FROM scorers WHERE id = ?", (self._number,))
 
     def _problem(self, number: int, digest: bytes) -> int:

@@ -14,6 +14,7 @@ from typing import Any
 
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset
+from energymargin.interrupts import since_interrupt
 from energymargin.settings import ALGORITHM
 from energymargin.store import schema
 from energymargin.store.run import Run
@@ -105,14 +106,15 @@ class ScoreStore(Closing):
             return Run(self, cursor.lastrowid)
 
     @contextmanager
-    def transaction(self) -> Iterator[None]:
+    def transaction(self, patience: float = PATIENCE) -> Iterator[None]:
         """Everything that is written in it is kept, or nothing; others wait for its end.
 
         Raises OSError if the disk is full, PermissionError if the file cannot be written,
-        TimeoutError if another process holds it for ten minutes.
+        TimeoutError if another process holds it for longer than `patience` [s], KeyboardInterrupt
+        if it does so after Ctrl-C.
         """
         with self._named():
-            self._retried("BEGIN IMMEDIATE")
+            self._retried("BEGIN IMMEDIATE", patience)
             try:
                 yield
                 self._retried("COMMIT")
@@ -230,18 +232,20 @@ class ScoreStore(Closing):
         ).fetchone()
         return int(number)
 
-    def _retried(self, statement: str) -> sqlite3.Cursor:
+    def _retried(self, statement: str, patience: float = PATIENCE) -> sqlite3.Cursor:
         """Runs a statement once other processes let go of the file; a Ctrl-C gets through."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + patience
         while True:
             try:
                 return self.database.execute(statement)
             except sqlite3.OperationalError as error:
                 if not is_busy(error):
                     raise
+                if since_interrupt() > WAIT:
+                    raise KeyboardInterrupt from error
                 if time.monotonic() > end:
                     raise TimeoutError(
-                        f"{self.path} was held by another process for {PATIENCE:.0f} s"
+                        f"{self.path} was held by another process for {patience:.0f} s"
                     ) from error
 
 
