@@ -212,9 +212,7 @@ TEST(Batch, ProblemThatIsAddedWhileAnotherRunsGetsAThreadOfItsOwn) {
   Batch batch(endless);
   batch.add(pushes(1), {0});
   batch.take(0.05);
-  Problem quick = push();
-  quick.captured = regions::Predicate{[](const States&) -> Mask { throw std::runtime_error("at once"); }};
-  batch.add({quick}, {1});
+  batch.add(pushes(1), {1}, {"force"});
   const auto rows = batch.take(a_minute);
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0].index, 1u);
