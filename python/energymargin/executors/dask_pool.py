@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from energymargin.closing import Closing
-from energymargin.executors.dask_session import Event, Session
+from energymargin.executors.dask_session import DaskSession, Event
 from energymargin.executors.dask_worker import installed_release
 from energymargin.executors.jobs import Job, Outcome
 
@@ -161,7 +161,7 @@ class DaskPool(Closing):
     async def _serve(self, opened: Future[None]) -> None:
         self._loop = asyncio.get_running_loop()
         self._loop.set_exception_handler(lambda loop, context: None)  # of connections that ended
-        self._session = Session(*self._arguments, happened=self._events.put)
+        self._session = DaskSession(*self._arguments, happened=self._events.put)
         try:
             await self._session.open()
         except Exception as error:

@@ -24,7 +24,7 @@ from energymargin.executors.jobs import Outcome
 if TYPE_CHECKING:
     import distributed
 
-__all__ = ["Event", "Session"]
+__all__ = ["DaskSession", "Event"]
 
 Event = Outcome | int | str | Exception
 """A job that has ended, the number of one that was dropped, words for a person, or the end of all.
@@ -40,7 +40,7 @@ _Away = (OSError, asyncio.TimeoutError)
 _Cancelled = (asyncio.CancelledError, concurrent.futures.CancelledError)
 
 
-class Session:
+class DaskSession:
     """All of it runs on one event loop; only `happened` is heard outside."""
 
     def __init__(
