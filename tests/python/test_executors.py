@@ -177,5 +177,7 @@ def test_executors_without_workers_are_refused():
         Threads(0)
     with pytest.raises(ValueError, match="processes is 0"):
         Processes(0)
+    with pytest.raises(ValueError, match="scheduler is 'nonsense', expected an address such as"):
+        Dask("nonsense")
     with pytest.raises(ConnectionError, match=r"tcp://127\.0\.0\.1:9"):
         Dask("tcp://127.0.0.1:9").session(em.SearchSettings())

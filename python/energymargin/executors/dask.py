@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -29,6 +30,13 @@ class Dask:
     """Its address, such as tcp://127.0.0.1:8786, or a Client."""
     notice: Callable[[str], None] | None = None
     """Is told in a line what a person wants to know: no workers, one died, no scheduler."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError on what is no address."""
+        if isinstance(self.scheduler, str) and not re.search(r"\w:\d+$", self.scheduler):
+            raise ValueError(
+                f"scheduler is {self.scheduler!r}, expected an address such as tcp://127.0.0.1:8786"
+            )
 
     def pool(self) -> DaskPool:
         """The workers, for jobs of any kind. Raises ConnectionError if there is no scheduler."""
