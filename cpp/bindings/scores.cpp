@@ -203,26 +203,26 @@ void bind_batch(py::module_& module) {
   py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
       .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
-      .def_readonly("times", &ScoreRow::times,
-                    "By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.")
+      .def_readonly(
+          "times", &ScoreRow::times,
+          "By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.")
       .def_readonly("seconds", &ScoreRow::seconds, "Time of its searches on their threads, added up [s].")
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.")
-      .def(py::pickle(
-          [](const ScoreRow& row) -> Kept {
-            return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error);
-          },
-          [](const Kept& kept) {
-            return ScoreRow{kept[0].cast<std::size_t>(), kept[1].cast<std::map<std::string, double>>(),
-                            kept[2].cast<std::map<std::string, double>>(), kept[3].cast<double>(),
-                            kept[4].cast<std::string>()};
-          }));
-  py::class_<Batch, HeldBatch>(module, "ScoreRun", "A running batch on a pool of threads, to which problems can be added.")
+      .def(py::pickle([](const ScoreRow& row)
+                          -> Kept { return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error); },
+                      [](const Kept& kept) {
+                        return ScoreRow{kept[0].cast<std::size_t>(), kept[1].cast<std::map<std::string, double>>(),
+                                        kept[2].cast<std::map<std::string, double>>(), kept[3].cast<double>(),
+                                        kept[4].cast<std::string>()};
+                      }));
+  py::class_<Batch, HeldBatch>(module, "ScoreRun",
+                               "A running batch on a pool of threads, to which problems can be added.")
       .def(py::init([](const std::vector<std::string>& metrics, int nodes, std::uint64_t seed, int threads,
                        int nodes_per_edge, double least_likelihood, bool stop_at_escape) {
-             return HeldBatch(new Batch(BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape,
-                                                     seed, threads}));
+             return HeldBatch(new Batch(
+                 BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape, seed, threads}));
            }),
            py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"), py::kw_only(),
            py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("stop_at_escape") = false)
