@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -84,7 +83,8 @@ class Source(Protocol):
     """Problems that are to be scored."""
 
     def take(self, most: int) -> Sequence[Work]:
-        """Some of those that come next, at most so many; none if there are none right now."""
+        """Some of those that come next, at most so many; after a short wait none, if there are none
+        right now."""
         ...
 
     @property
@@ -136,9 +136,7 @@ def run_all(
                 room = session.room()
                 if room and not source.empty:
                     session.add(source.take(room))
-                if not session.pending:  # others have what is left
-                    time.sleep(POLL)
-                deliver(session.take(POLL))
+                deliver(session.take(POLL if session.pending else 0))
                 complete = source.empty and not session.pending
         finally:
             deliver(session.stop())

@@ -18,6 +18,7 @@
 #include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
+#include "threads.hpp"
 
 namespace energymargin {
 namespace {
@@ -117,6 +118,7 @@ TEST(Batch, OneProblemGivesTheSameBitsOnAnyNumberOfThreads) {
 
 // Whoever asks the set waits until another thread asks it too, or gives up.
 TEST(Batch, SearchesOfOneProblemRunOnSeveralThreads) {
+  if (!with_threads) GTEST_SKIP() << "built without threads";
   struct Meeting {
     std::mutex mutex;
     std::condition_variable came;
@@ -206,6 +208,7 @@ TEST(Batch, ProblemsThatAreAddedLaterHaveTheBitsOfTheFullRun) {
 }
 
 TEST(Batch, ProblemThatIsAddedWhileAnotherRunsGetsAThreadOfItsOwn) {
+  if (!with_threads) GTEST_SKIP() << "built without threads";
   BatchOptions endless = options(2);
   endless.metrics = {"capture"};
   endless.nodes = 100'000'000;

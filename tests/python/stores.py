@@ -1,6 +1,7 @@
 """Files of scores, looked at from outside while others write them: for tests."""
 
 import sqlite3
+import time
 
 
 def score_count(path):
@@ -12,3 +13,11 @@ def score_count(path):
         if tables.fetchone() == (0,):
             return 0
         return file.execute("SELECT count(*) FROM scores").fetchone()[0]
+
+
+def await_scores(process, path, count):
+    """Waits until there are so many, which a process that runs writes."""
+    deadline = time.monotonic() + 60
+    while score_count(path) < count:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)

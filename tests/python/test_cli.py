@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stores import score_count
+from stores import await_scores, score_count
 
 from energymargin import datasets
 from energymargin.store import ScoreStore
@@ -158,10 +158,7 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_sc
     process = subprocess.Popen(
         [COMMAND, *arguments, "-o", "part.db"], cwd=folder, stderr=subprocess.PIPE, text=True
     )
-    deadline = time.monotonic() + 60
-    while scored(folder / "part.db") < 2:
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.005)
+    await_scores(process, folder / "part.db", 2 * 5)
     sent = time.monotonic()
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clusters import Cluster
-from stores import score_count
+from stores import await_scores, score_count
 
 import energymargin as em
 from energymargin.store import ScoreStore
@@ -68,9 +68,7 @@ def time_to_first_score(folder):
     """How long a driver takes to begin, on this machine as it is now [s]."""
     begun = time.monotonic()
     process = start(folder, "first.db", "--threads", 1)
-    while score_count(folder / "first.db") == 0:
-        assert process.poll() is None
-        time.sleep(0.01)
+    await_scores(process, folder / "first.db", 1)
     process.kill()
     process.communicate()
     return time.monotonic() - begun
@@ -102,10 +100,7 @@ def test_two_scorers_at_once_leave_every_score_once(folder, undisturbed):
 def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
     with Cluster(workers=2) as cluster:
         process = start(folder, "cluster.db", "--scheduler", cluster.address)
-        deadline = time.monotonic() + 60
-        while score_count(folder / "cluster.db") < 50:
-            assert process.poll() is None and time.monotonic() < deadline
-            time.sleep(0.01)
+        await_scores(process, folder / "cluster.db", 50)
         cluster.kill_worker()
         stderr = finish(process)
     assert "300 states are scored" in stderr and "Traceback" not in stderr
@@ -129,10 +124,7 @@ def test_a_cluster_makes_the_same_dataset_to_the_byte(folder):
 
 def test_ctrl_c_stops_processes_and_keeps_what_is_done(folder, undisturbed):
     process = start(folder, "stopped.db", "--processes", 2)
-    deadline = time.monotonic() + 60
-    while score_count(folder / "stopped.db") < 50:
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.01)
+    await_scores(process, folder / "stopped.db", 50)
     sent = time.monotonic()
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)

@@ -6,12 +6,11 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from stores import score_count
+from stores import await_scores, score_count
 
 from energymargin import datasets
 from energymargin.experiments.table1 import QUICK, Settings, paper_tasks, reproduce
@@ -140,10 +139,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_pa
         [*COMMAND, *options, "--out", "part"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
     shares = 7  # of each state: six horizons, and the success
-    deadline = time.monotonic() + 60
-    while score_count(tmp_path / "part" / "push-ceiling.db") < 2 * shares:
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.005)
+    await_scores(process, tmp_path / "part" / "push-ceiling.db", 2 * shares)
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)
     assert process.returncode == 130 and "Traceback" not in stderr

@@ -121,12 +121,9 @@ class Scorer(Closing):
         return int(problem)
 
     def _claim(self, number: int, problem: int) -> Claim:
-        lacking = {
-            metric: question
-            for metric, question in self._run.asked.items()
-            if question not in self._questions("scores", problem, number)
-        }
+        there = self._questions("scores", problem, number)
         taken = self._questions("claims", problem, number)
+        lacking = {metric: q for metric, q in self._run.asked.items() if q not in there}
         free = {metric: q for metric, q in lacking.items() if q not in taken}
         self._database.executemany(
             "INSERT INTO claims VALUES (?, ?, ?, ?)",

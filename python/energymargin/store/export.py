@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from energymargin.store.file import ScoreStore
-from energymargin.store.run import Run
+from energymargin.store.run import OF_STATE, Run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,9 +108,9 @@ class _Table:
             of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
             of_run |= {n: None if v is None else kinds[n](v) for n, v in run.settings.items()}
             for row in run.rows():
-                trajectory, frame, *labels, seconds = row[:7]
+                trajectory, frame, *labels, seconds = row[: len(OF_STATE)]
                 captured, succeeded, captured_any, succeeded_any = map(_flag, labels)
-                own = of_run | dict(zip(run.metrics, row[7:], strict=True))
+                own = of_run | dict(zip(run.metrics, row[len(OF_STATE) :], strict=True))
                 own |= {"trajectory": trajectory, "frame": frame, "seconds": seconds}
                 own |= {"captured": captured, "succeeded": succeeded}
                 own |= {"captured_any": captured_any, "succeeded_any": succeeded_any}

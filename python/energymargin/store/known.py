@@ -18,7 +18,7 @@ Digests = Callable[[Sequence[int]], Mapping[int, bytes]]
 """
 
 SAMPLE = 100  # states that are looked at; of a smaller dataset, all
-BLOCK = 100  # states at a time
+BLOCK = 100  # states that are adopted at a time
 
 
 def adopt(store: ScoreStore, run: Run, digests: Digests) -> None:
@@ -54,25 +54,22 @@ def _rename(database: sqlite3.Connection, run: Run, number: int, old: bytes, new
 
 
 def forget_if_changed(store: ScoreStore, run: Run, digests: Digests) -> None:
-    """Looks up all states anew, if some make another problem than when they were scored.
+    """Looks up all states anew, if some of a sample make another problem than they once did.
 
-    So it is when the task's code was changed since.
+    So it is when the task's code was changed since. A change that touches only a few states of a
+    large dataset may be missed.
     """
     sample = np.unique(np.linspace(0, run.states - 1, SAMPLE).astype(int)).tolist()
     known = _known(store.database, run, sample)
-    numbers = sorted(known)
-    for first in range(0, len(numbers), BLOCK):
-        some = numbers[first : first + BLOCK]
-        if {number: known[number] for number in some} != digests(some):
-            with store.transaction():
-                store.database.execute(
-                    "UPDATE states SET problem = NULL WHERE dataset = ?", (run.dataset,)
-                )
-            return
+    if known != digests(list(known)):
+        with store.transaction():
+            store.database.execute(
+                "UPDATE states SET problem = NULL WHERE dataset = ?", (run.dataset,)
+            )
 
 
 def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> dict[int, bytes]:
-    """Digests of the problems of these states, as far as the store has them."""
+    """Digests of the problems of these states, as far as the store has them; in their order."""
     found = {}
     for number in numbers:
         row = database.execute(

@@ -15,7 +15,13 @@ from energymargin.settings import METRICS
 if TYPE_CHECKING:
     from energymargin.store.file import ScoreStore
 
-__all__ = ["Run"]
+__all__ = ["OF_STATE", "Run"]
+
+OF_STATE = (
+    *("trajectory", "frame", "captured", "success"),
+    *("captured_any", "success_any", "seconds"),
+)
+"""What a row of a run begins with, before its metrics."""
 
 
 class Run:
@@ -120,31 +126,30 @@ class Run:
         }
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
-        """One row a state, in the order of their numbers: trajectory, frame, captured, success,
-        captured_any, success_any, seconds, and a value of each of `metrics`; None is missing."""
+        """One row a state, in the order of their numbers: OF_STATE, with the seconds that all its
+        scores took, and a value of each of `metrics`; None is missing."""
         values = "".join(
             f", max(iif(question = {question}, value, NULL))" for question in self.asked.values()
         )
         return self._database.execute(
-            "SELECT trajectory, frame, captured, success, captured_any, success_any, "
-            f"total(seconds){values} FROM states LEFT JOIN scores "
-            "ON scores.problem = states.problem AND stream = number "
+            f"SELECT {', '.join(OF_STATE[:-1])}, total(seconds){values} "
+            "FROM states LEFT JOIN scores ON scores.problem = states.problem AND stream = number "
             f"AND question IN ({self._listed}) WHERE dataset = ? GROUP BY number ORDER BY number",
             (self.dataset,),
         )
 
     def labelled_scores(self) -> LabelledScores:
         """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
-        table = np.full((self.states, 7 + len(self.metrics)), np.nan)
+        table = np.full((self.states, len(OF_STATE) + len(self.metrics)), np.nan)
         for number, row in enumerate(self.rows()):
             table[number] = row  # None becomes NaN
-        trajectory, _, captured, success, captured_any, success_any, _ = table.T[:7]
+        trajectory, _, captured, success, captured_any, success_any, _ = table.T[: len(OF_STATE)]
         return LabelledScores(
             task=self.task,
             trajectory=trajectory.astype(np.int64),
             captured=captured.astype(bool),
             success=success.astype(bool),
-            scores={m: table[:, 7 + i].copy() for i, m in enumerate(self.metrics)},
+            scores={m: table[:, i].copy() for i, m in enumerate(self.metrics, len(OF_STATE))},
             captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
         )

@@ -15,6 +15,7 @@ from energymargin._core import Cancel, Problem
 from energymargin.datasets import Dataset
 from energymargin.datasets.dataset import StateError
 from energymargin.executors import Executor, Row
+from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
@@ -86,7 +87,8 @@ def begin_run(
     run = store.begin(dataset, settings.all(), {metric: settings.of(metric) for metric in metrics})
 
     def digests(numbers: Sequence[int]) -> dict[int, bytes]:
-        return {n: one.digest for n, one in _known(dataset, run, numbers, {}).items()}
+        problems = _problems(dataset, numbers, {})
+        return {n: _known(run, n, problem).digest for n, problem in problems.items()}
 
     adopt(store, run, digests)
     forget_if_changed(store, run, digests)
@@ -134,23 +136,27 @@ def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence
     Raises ValueError on metrics that cannot be.
     """
     numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
-    chosen = chosen_metrics(_problems(dataset, numbers), metrics)
+    errors: dict[int, str] = {}
+    problems = _problems(dataset, numbers, errors)
+    if not problems:
+        raise StateError(errors[min(errors)])
+    chosen = chosen_metrics(list(problems.values()), metrics)
     check_metrics(chosen)
     return chosen
 
 
-def _problems(dataset: Dataset, numbers: Sequence[int]) -> list[Problem]:
-    """Those of these states that make one; ValueError if none does."""
-    found: list[Problem] = []
-    first: StateError | None = None
-    for number in numbers:
-        try:
-            found += dataset.problems([number])
-        except StateError as error:
-            first = first or error
-    if not found:
-        raise first or StateError("there are no states")
-    return found
+def _problems(
+    dataset: Dataset, numbers: Sequence[int], errors: dict[int, str]
+) -> dict[int, Problem]:
+    """Of the states of these numbers; of those that make none, `errors` gets why."""
+    try:
+        return dict(zip(numbers, dataset.problems(numbers), strict=True))
+    except StateError as error:
+        if len(numbers) == 1:
+            errors[numbers[0]] = str(error)
+            return {}
+    alone = (_problems(dataset, [number], errors) for number in numbers)
+    return {number: problem for found in alone for number, problem in found.items()}
 
 
 @dataclass(frozen=True)
@@ -163,23 +169,8 @@ class _Known:
     digest: bytes
 
 
-def _known(
-    dataset: Dataset, run: Run, numbers: Sequence[int], errors: dict[int, str]
-) -> dict[int, _Known]:
-    """The states of these numbers, but for those that make no problem: `errors` gets why."""
-    try:
-        problems = dataset.problems(numbers)
-    except StateError as error:
-        if len(numbers) == 1:
-            errors[numbers[0]] = str(error)
-            return {}
-        alone = (_known(dataset, run, [number], errors) for number in numbers)
-        return {number: one for found in alone for number, one in found.items()}
-    return {n: _digested(run, n, problem) for n, problem in zip(numbers, problems, strict=True)}
-
-
-def _digested(run: Run, number: int, problem: Problem) -> _Known:
-    """A problem that cannot be written down is known by where it stands."""
+def _known(run: Run, number: int, problem: Problem) -> _Known:
+    """What a state is known by; where it stands if its problem cannot be written down."""
     try:
         written = problem.to_json()
     except ValueError:
@@ -218,6 +209,7 @@ class _Missing:
         self._scorer.beat()
         if self._at_end:
             if time.monotonic() < self._resting:
+                time.sleep(POLL)
                 return []
             self._cursor, self._left = 0, False
         self._look(most)
@@ -261,7 +253,8 @@ class _Missing:
             self._resting = time.monotonic() + AGAIN
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
-        known = _known(self._dataset, self._run, numbers, self.errors)
+        problems = _problems(self._dataset, numbers, self.errors)
+        known = {n: _known(self._run, n, problem) for n, problem in problems.items()}
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._left |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
