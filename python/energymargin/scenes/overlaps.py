@@ -1,0 +1,72 @@
+"""Bodies that overlap by an error of measurement are moved out of one another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energymargin._core import Contact, World
+
+__all__ = ["moved_apart"]
+
+TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
+ROUNDS = 100
+
+
+def moved_apart(
+    world: World,
+    state: ArrayLike,
+    bodies: Sequence[str],
+    *,
+    directions: Sequence[float] = (1.0, 1.0, 0.0),
+) -> NDArray[np.float64]:
+    """The state, shape (n,), with each of `bodies` moved until it only touches what it overlapped.
+
+    Each moves along the normal of its deepest contact, by that contact's depth, again and again;
+    where two of them overlap, the one that is named first. Velocities and orientations stay.
+    `directions`: the axes x, y and z that may change are 1, the others 0. An overlap that no such
+    motion ends, as that of a body with the ground, stays. Raises ValueError on a body that is
+    unknown, a link or fixed, and on one that finds no place, as between two others.
+    """
+    free = np.asarray(directions, dtype=float)
+    if free.shape != (3,) or not np.isin(free, (0.0, 1.0)).all():
+        raise ValueError(f"directions is {list(directions)}, expected three numbers, 0 or 1")
+    starts = {body: world.scene.slice(body).start for body in bodies}
+    moved = np.array(state, dtype=float)
+    deepest = 0.0
+    for _ in range(ROUNDS):
+        found = _deepest(world, moved, bodies, free)
+        if found is None:
+            return moved
+        body, shift = found
+        depth = float(np.linalg.norm(shift))
+        deepest = max(deepest, depth)
+        if depth <= TOUCHING * deepest:
+            return moved
+        moved[starts[body] : starts[body] + 3] += shift
+    raise ValueError(
+        f"state is one in which {body!r} overlaps others by {depth:.3g} m, wherever it is moved to"
+    )
+
+
+def _deepest(
+    world: World, state: NDArray[np.float64], bodies: Sequence[str], free: NDArray[np.float64]
+) -> tuple[str, NDArray[np.float64]] | None:
+    """The body that has to move farthest, and its way out (3,) [m]; None if nothing overlaps."""
+    ways = [way for contact in world.contacts(state) if (way := _way_out(contact, bodies, free))]
+    return max(ways, key=lambda way: float(np.linalg.norm(way[1])), default=None)
+
+
+def _way_out(
+    contact: Contact, bodies: Sequence[str], free: NDArray[np.float64]
+) -> tuple[str, NDArray[np.float64]] | None:
+    """The body that a contact moves, and its way (3,) [m] along the normal."""
+    involved = [body for body in bodies if body in (contact.body_a, contact.body_b)]
+    normal = free * contact.normal
+    length = float(np.linalg.norm(normal))
+    if contact.distance >= 0 or not involved or length < 0.5:
+        return None
+    sign = 1.0 if involved[0] == contact.body_a else -1.0
+    return involved[0], -contact.distance * sign * normal / length**2
