@@ -1,0 +1,10 @@
+"""Recordings of a camera: read from CSV files, placed into a task's scene, scored frame by frame.
+
+In the plane: of each of two bodies x, y and yaw. Poses in space are not read.
+"""
+
+from energymargin.recordings.columns import Columns
+from energymargin.recordings.reading import read_csv
+from energymargin.recordings.recording import Mended, Motion, Recording
+
+__all__ = ["Columns", "Mended", "Motion", "Recording", "read_csv"]
