@@ -2,8 +2,9 @@
 
 Seven frames around each one have a median slope, and about that line a median and a median absolute
 deviation. A frame is an outlier if it lies farther from the median than three times that deviation
-(scaled to a standard deviation), and than a least jump. Two wrong frames of seven change none of
-these medians by much, a start, a stop or a bounce of the motion is none.
+(scaled to a standard deviation), and farther than a least jump both from the median and from the
+line between its neighbours, which would replace it. Two wrong frames of seven change none of these
+medians by much; where the motion itself starts, stops or bounces there is no outlier.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ def jumps(
 def _jumps(
     times: NDArray[np.float64], values: NDArray[np.float64], least: float
 ) -> NDArray[np.bool_]:
+    from scipy.interpolate import make_interp_spline
+
     count = len(values)
     around = np.clip(np.arange(count) - WINDOW // 2, 0, count - WINDOW)
     near = sliding_window_view(values, WINDOW)[around]
@@ -44,4 +47,11 @@ def _jumps(
     level = near - slope[:, None] * since
     middle = np.median(level, axis=1)
     deviation = SIGMA_OF_MAD * np.median(np.abs(level - middle[:, None]), axis=1)
-    return np.asarray(np.abs(values - middle) > np.maximum(DEVIATIONS * deviation, least))
+    far = np.abs(values - middle) > np.maximum(DEVIATIONS * deviation, least)
+    if far.sum() > count - 2:
+        return np.asarray(far)
+    lines = (  # the same but at the ends, where a motion may start or stop
+        make_interp_spline(times[~far], values[~far], k=1)(times),
+        np.interp(times, times[~far], values[~far]),
+    )
+    return np.asarray(far & (np.abs(values - lines).min(axis=0) > least))

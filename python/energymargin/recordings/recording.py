@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from energymargin._core import Scene
 
 __all__ = ["Mended", "Motion", "Recording"]
 
@@ -69,3 +72,9 @@ class Recording:
     def __len__(self) -> int:
         """K, the number of frames."""
         return len(self.times)
+
+    def states(self, scene: Scene, **options: Any) -> NDArray[np.float64]:
+        """The states of these frames in a scene, shape (K, n); options, errors: as of `placed`."""
+        from energymargin.recordings.placement import placed
+
+        return placed(self, scene, **options).states

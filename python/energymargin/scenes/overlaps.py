@@ -25,7 +25,7 @@ def moved_apart(
     """The state, shape (n,), with each of `bodies` moved until it only touches what it overlapped.
 
     Each moves along the normal of its deepest contact, by that contact's depth, again and again;
-    where two of them overlap, the one that is named first. Velocities and orientations stay.
+    where two of them overlap, the one that is named last. Velocities and orientations stay.
     `directions`: the axes x, y and z that may change are 1, the others 0. An overlap that no such
     motion ends, as that of a body with the ground, stays. Raises ValueError on a body that is
     unknown, a link or fixed, and on one that finds no place, as between two others.
@@ -68,5 +68,5 @@ def _way_out(
     length = float(np.linalg.norm(normal))
     if contact.distance >= 0 or not involved or length < 0.5:
         return None
-    sign = 1.0 if involved[0] == contact.body_a else -1.0
-    return involved[0], -contact.distance * sign * normal / length**2
+    sign = 1.0 if involved[-1] == contact.body_a else -1.0
+    return involved[-1], -contact.distance * sign * normal / length**2
