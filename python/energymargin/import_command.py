@@ -50,6 +50,16 @@ def import_recordings(
             "--mend/--no-mend", help="Fill short gaps and replace outliers, or refuse them."
         ),
     ] = True,
+    longest_gap: Annotated[
+        float, typer.Option(help="Seconds that a body may not be seen, or frames be missing.")
+    ] = 0.1,
+    smoothing: Annotated[
+        float,
+        typer.Option(help="Time scale of the smoothing where the files have no velocities, in s."),
+    ] = 0.06,
+    most_overlap: Annotated[
+        float, typer.Option(help="Metres that a body may be moved out of another one.")
+    ] = 0.01,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the file if it exists.")
     ] = False,
@@ -70,9 +80,15 @@ def import_recordings(
     frame_labels = None if captured is None else recordings.read_frame_labels(captured)
     read = []
     for path in files:
-        read.append(recordings.read_csv(path, layout, mend=mend))
+        read.append(
+            recordings.read_csv(
+                path, layout, mend=mend, longest_gap=longest_gap, smoothing=smoothing
+            )
+        )
         say(f"{escape(str(path))}: {_summary(read[-1])}")
-    dataset = recordings.dataset(made, read, success, captured=frame_labels)
+    dataset = recordings.dataset(
+        made, read, success, captured=frame_labels, most_overlap=most_overlap
+    )
     dataset.save(output)
     written = escape(str(output))
     say(

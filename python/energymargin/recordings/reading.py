@@ -68,10 +68,9 @@ def read_csv(
     Frames that are missing, or in which a body was not seen, are interpolated over at most
     `longest_gap` [s]; so are outliers, that jump by at least `least_jump` [m] or `least_turn`
     [rad]. `mend=False` makes each of them an error. Velocities that the file does not have are
-    those of a smoothing spline of the time scale `smoothing` [s], less where that would move a pose
-    by `least_jump` or `least_turn`, and so are that body's poses, unless `smooth_poses=False`.
-    `origin`: of the camera's frame in the scene's, x, y [m] and yaw
-    [rad], instead of the one of `columns`.
+    those of a smoothing spline of at most the time scale `smoothing` [s], and so are that body's
+    poses, unless `smooth_poses=False`. `origin`: of the camera's frame in the scene's, x, y [m] and
+    yaw [rad], instead of the one of `columns`.
 
     Raises OSError, and ValueError that names the file, the line and what was expected there.
     """
@@ -99,9 +98,7 @@ def read_csv(
         left_out,
     )
     _require_little(whole, mended, len(clock.times), mend=mend)
-    motions = _motions(
-        table, tracks, clock, smoothing, (least_jump, least_turn), smooth_poses=smooth_poses
-    )
+    motions = _motions(table, tracks, clock, smoothing, smooth_poses=smooth_poses)
     place = layouts.origin(layout.origin if origin is None else origin)
     object_motion, effector_motion = (_moved(motion, place) for motion in motions)
     return Recording(
@@ -196,7 +193,6 @@ def _motions(
     tracks: list[_Track],
     clock: Clock,
     time_scale: float,
-    noise: tuple[float, float],
     *,
     smooth_poses: bool,
 ) -> list[Motion]:
@@ -205,7 +201,7 @@ def _motions(
     motions = []
     for track, other in zip(tracks, reversed(tracks), strict=True):
         good = track.good
-        smooth = smoothed(times[good], track.poses[good], clock.times, time_scale, noise)
+        smooth = smoothed(times[good], track.poses[good], clock.times, time_scale)
         measured = _interpolated(clock.times, times[good], track.poses[good])
         if track.velocities is None:
             motions.append(Motion(smooth.poses if smooth_poses else measured, smooth.velocities))
