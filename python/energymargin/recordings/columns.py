@@ -114,21 +114,21 @@ class Columns:
         columns, has others.
         """
         if header is not None:
+            if not self.columns and all(_is_number(name) for name in header):
+                raise ValueError(
+                    f"there is no header, expected {','.join(FIELDS[:5])},... in the first line; "
+                    "or say which column is what: columns="
+                )
             doubled = sorted({name for name in header if header.count(name) > 1})
             used = doubled if not self.columns else [n for n in doubled if n in self._names()]
             if used:
                 raise ValueError(f"the header has {used[0]!r} more than once")
-        return self._mapped(header, width) if self.columns else self._documented(header or [])
+        return self._mapped(header, width) if self.columns else self._documented(header or ())
 
     def _names(self) -> list[str | int]:
         return list(self.columns.values())
 
     def _documented(self, header: Sequence[str]) -> list[Column]:
-        if header and all(_is_number(name) for name in header):
-            raise ValueError(
-                f"there is no header, expected {','.join(FIELDS[:5])},... in the first line; "
-                "or say which column is what: columns="
-            )
         unknown = [name for name in header if name not in HEADERS]
         if unknown:
             raise ValueError(

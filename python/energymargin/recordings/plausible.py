@@ -99,21 +99,12 @@ def require_agreement(
         if not _contradict(given[:, columns], derived[:, columns], least):
             continue
         unit = "m/s" if columns.stop == 2 else "rad/s"
-        reasons = [
-            reason
-            for reason, changed in _CHANGES.items()
-            if not _contradict(changed(given)[:, columns], derived[:, columns], least)
-        ]
-        if of_other is not None and not _contradict(
-            of_other[:, columns], derived[:, columns], least
-        ):
-            reasons.append("they are those of the other body")
         raise source.error(
             f"{', '.join(rates[columns])} contradict the changes of {', '.join(poses[columns])}: "
             f"{_rms(given[:, columns]):.3g} {unit} (root mean square) in the file, "
             f"{_rms(derived[:, columns]):.3g} by the poses, "
             f"{_rms((given - derived)[:, columns]):.3g} apart; expected the same. "
-            + _advice(reasons)
+            + _explanation(given, derived, of_other, columns, least)
         )
 
 
@@ -129,11 +120,22 @@ _CHANGES: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
 }
 
 
-def _advice(reasons: list[str]) -> str:
-    """What to do about it, of the reasons that would explain it."""
-    if reasons:
-        return f"It would fit if {reasons[0]}"
-    return "Are columns swapped, or units others? Without the velocity columns they are computed"
+def _explanation(
+    given: NDArray[np.float64],
+    derived: NDArray[np.float64],
+    of_other: NDArray[np.float64] | None,
+    columns: slice,
+    least: float,
+) -> str:
+    """The change that makes the file's velocities most alike, if they then agree."""
+    changed = {reason: change(given)[:, columns] for reason, change in _CHANGES.items()}
+    if of_other is not None:
+        changed["they are those of the other body"] = of_other[:, columns]
+    apart = {reason: _rms(rates - derived[:, columns]) for reason, rates in changed.items()}
+    reason = min(apart, key=lambda reason: apart[reason])
+    if _contradict(changed[reason], derived[:, columns], least):
+        return "Are columns swapped, or units others? They may be left out"
+    return f"It would fit if {reason}"
 
 
 def _contradict(given: NDArray[np.float64], derived: NDArray[np.float64], least: float) -> bool:
