@@ -3,7 +3,16 @@
 from importlib import import_module
 from types import ModuleType
 
-from energymargin import datasets, evaluation, executors, regions, scenes, store, tasks
+from energymargin import (
+    datasets,
+    evaluation,
+    executors,
+    recordings,
+    regions,
+    scenes,
+    store,
+    tasks,
+)
 from energymargin._core import (
     Audit,
     Body,
@@ -87,6 +96,7 @@ __all__ = [
     "executors",
     "force_score",
     "mass_properties",
+    "recordings",
     "regions",
     "scenes",
     "score",

@@ -1,4 +1,5 @@
-"""The commands: energymargin tasks | generate | score | evaluate | export | demo | reproduce.
+"""The commands: energymargin tasks | generate | import | score | evaluate | export | demo |
+reproduce.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -18,7 +19,19 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 from energymargin.experiments.commands import app as reproduce
-from energymargin.terminal import PICTURE_NODES, Nodes, Seed, Threads, Timeout, err, out, say, split
+from energymargin.import_command import import_recordings
+from energymargin.terminal import (
+    PICTURE_NODES,
+    Nodes,
+    Seed,
+    Threads,
+    Timeout,
+    err,
+    out,
+    parsed,
+    say,
+    split,
+)
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -92,6 +105,7 @@ app = typer.Typer(
     """,
 )
 app.add_typer(reproduce, name="reproduce")
+app.command("import")(import_recordings)
 
 
 @app.command()
@@ -158,7 +172,7 @@ def generate(
         raise ImportError("--picture draws with matplotlib: pip install energymargin[plots]")
     _require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
-    made = registry.make(task, **_parsed(parameter or []))
+    made = registry.make(task, **parsed(parameter or []))
     if output.exists() and not overwrite:
         raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
     count = _generate(
@@ -445,20 +459,6 @@ def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
         return datasets.load_or_generate(
             path, task, trajectories, DEMO_FRAMES, seed, progress=progress
         )
-
-
-def _parsed(parameters: list[str]) -> dict[str, Any]:
-    """NAME=VALUE, where a value is JSON, or else a word."""
-    parsed = {}
-    for text in parameters:
-        name, equals, value = text.partition("=")
-        if not (equals and name.isidentifier()):
-            raise ValueError(f"--parameter is {text!r}, expected NAME=VALUE")
-        try:
-            parsed[name] = json.loads(value)
-        except json.JSONDecodeError:
-            parsed[name] = value
-    return parsed
 
 
 def _parameters_text(parameters: dict[str, Any]) -> str:

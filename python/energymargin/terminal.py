@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import json
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -15,6 +16,7 @@ __all__ = [
     "Timeout",
     "err",
     "out",
+    "parsed",
     "say",
     "split",
     "whole",
@@ -55,3 +57,17 @@ def whole(name: str, word: str) -> int:
         return int(word)
     except ValueError:
         raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
+
+
+def parsed(parameters: list[str]) -> dict[str, Any]:
+    """NAME=VALUE, where a value is JSON, or else a word. Raises ValueError on another text."""
+    values = {}
+    for text in parameters:
+        name, equals, value = text.partition("=")
+        if not (equals and name.isidentifier()):
+            raise ValueError(f"--parameter is {text!r}, expected NAME=VALUE")
+        try:
+            values[name] = json.loads(value)
+        except json.JSONDecodeError:
+            values[name] = value
+    return values

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from test_urdf import ARM
 
 import energymargin as em
-from energymargin import cli, datasets
+from energymargin import datasets
 from energymargin.scenes import from_urdf
 from energymargin.store import ScoreStore, score_dataset
+from energymargin.terminal import parsed
 
 settings.register_profile(
     "one folder", suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -184,5 +185,5 @@ def test_a_damaged_file_of_scores_is_read_or_refused(score_file, tmp_path, data)
 @given(st.lists(st.one_of(st.text(max_size=12), st.text(max_size=9).map("friction={}".format))))
 def test_a_parameter_of_any_text_is_a_value_or_refused(texts):
     with contextlib.suppress(ValueError):
-        parameters = cli._parsed(texts)
+        parameters = parsed(texts)
         em.tasks.make("push", **parameters)

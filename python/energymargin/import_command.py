@@ -1,0 +1,102 @@
+"""The command `energymargin import`: from recordings of a camera to a dataset.
+
+Heavy modules are imported where they are used, so that --help answers at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from energymargin.terminal import parsed, say
+
+if TYPE_CHECKING:
+    from energymargin.recordings import Recording
+
+__all__ = ["import_recordings"]
+
+
+def import_recordings(
+    *,
+    files: Annotated[list[Path], typer.Argument(help="The recordings: CSV files, a row a frame.")],
+    task: Annotated[str, typer.Option(help="Whose scene and capture set these recordings have.")],
+    labels: Annotated[
+        Path, typer.Option(help="CSV file recording,success: a row for each recording's file name.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="The dataset; TASK-recorded.h5 if not given."),
+    ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
+    ] = None,
+    columns: Annotated[
+        Path | None,
+        typer.Option(help="JSON file that says which column is what, and in which units."),
+    ] = None,
+    captured: Annotated[
+        Path | None,
+        typer.Option(
+            help="CSV file recording,frame,captured; if not given, the task's capture set says it."
+        ),
+    ] = None,
+    mend: Annotated[
+        bool,
+        typer.Option(
+            "--mend/--no-mend", help="Fill short gaps and replace outliers, or refuse them."
+        ),
+    ] = True,
+    longest_gap: Annotated[
+        float, typer.Option(help="Seconds that a body may not be seen, or frames be missing.")
+    ] = 0.1,
+    smoothing: Annotated[
+        float,
+        typer.Option(help="Time scale of the smoothing where the files have no velocities, in s."),
+    ] = 0.06,
+    most_overlap: Annotated[
+        float, typer.Option(help="Metres that a body may be moved out of another one.")
+    ] = 0.01,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the file if it exists.")
+    ] = False,
+) -> None:
+    """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
+
+    Example: `energymargin import a.csv b.csv --task push -p friction=0.3 --labels labels.csv`
+    """
+    from energymargin import recordings
+    from energymargin import tasks as registry
+
+    output = output or Path(f"{task}-recorded.h5")
+    made = registry.make(task, **parsed(parameter or []))
+    if output.exists() and not overwrite:
+        raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
+    layout = recordings.Columns.of(columns)
+    success = recordings.read_labels(labels)
+    frame_labels = None if captured is None else recordings.read_frame_labels(captured)
+    read = []
+    for path in files:
+        read.append(
+            recordings.read_csv(
+                path, layout, mend=mend, longest_gap=longest_gap, smoothing=smoothing
+            )
+        )
+        say(f"{escape(str(path))}: {_summary(read[-1])}")
+    dataset = recordings.dataset(
+        made, read, success, captured=frame_labels, most_overlap=most_overlap
+    )
+    dataset.save(output)
+    written = escape(str(output))
+    say(
+        f"Wrote {len(read)} trajectories ({dataset.successes.sum()} successful), {dataset.size} "
+        f"states to {written}. Next: [bold]energymargin score {written}[/]"
+    )
+
+
+def _summary(recording: Recording) -> str:
+    times = recording.times
+    return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.mended}"

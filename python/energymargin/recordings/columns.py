@@ -1,0 +1,215 @@
+"""Which column of a file is what, and in which units; from a small JSON file, or as documented."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from energymargin.recordings.fields import BODIES, FIELDS, HEADERS, UNITS, kind_of, of_body
+
+__all__ = ["Column", "Columns"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a field stands in a row, and what its numbers are multiplied with."""
+
+    field: str
+    number: int
+    """From 0 on."""
+    factor: float
+    """To SI units."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The layout of a file of another kind than the documented one.
+
+    Raises ValueError on fields, units or columns that there are not.
+    """
+
+    columns: Mapping[str, str | int] = field(default_factory=dict)
+    """By field: the name of its column, or its number from 0 on. Empty: the documented header.
+    Columns of the file that are not named here are left alone."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """By kind: "length" in "m", "cm" or "mm", "angle" in "rad" or "deg", "time" in "s" or "ms".
+    Velocities are such a length or angle a second."""
+    delimiter: str = ","
+    header: bool | None = None
+    """Whether the first line has names; None: unless `columns` has numbers alone."""
+    origin: Sequence[float] = (0.0, 0.0, 0.0)
+    """Of the camera's frame in the scene's: x, y [m] and yaw [rad]."""
+
+    def __post_init__(self) -> None:
+        """Checks what can be checked without a file."""
+        _require_known("columns", self.columns, FIELDS)
+        _require_known("units", self.units, UNITS)
+        for kind, unit in self.units.items():
+            if not isinstance(unit, str) or unit not in UNITS[kind]:
+                raise ValueError(f"units has the {kind} in {unit!r}, expected {_or(UNITS[kind])}")
+        for name, column in self.columns.items():
+            if isinstance(column, bool) or not isinstance(column, (str, int)):
+                raise ValueError(
+                    f"columns has {column!r} for {name!r}, expected a name or a number"
+                )
+            if isinstance(column, int) and column < 0:
+                raise ValueError(f"columns has {column} for {name!r}, expected a number from 0 on")
+        if (
+            not isinstance(self.delimiter, str)
+            or len(self.delimiter) != 1
+            or self.delimiter in '\n\r"'
+        ):
+            raise ValueError(f"delimiter is {self.delimiter!r}, expected one character")
+        if self.header not in (None, True, False):
+            raise ValueError(f"header is {self.header!r}, expected true or false")
+        if self.columns:
+            _require_whole("columns", self.columns, needed=FIELDS[1:])
+        origin(self.origin)
+
+    @classmethod
+    def of(cls, given: Columns | Mapping[str, Any] | str | os.PathLike[str] | None) -> Columns:
+        """From a JSON file, from what stands in one, or the documented ones.
+
+        Raises ValueError that names the file, or FileNotFoundError.
+        """
+        if given is None or isinstance(given, Columns):
+            return given or cls()
+        if isinstance(given, Mapping):
+            return cls._made(dict(given))
+        path = Path(given)
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            if not isinstance(content, dict):
+                raise ValueError(f"is a {type(content).__name__}, expected a JSON object")
+            return cls._made(content)
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"{path}: {error}") from error
+
+    @classmethod
+    def _made(cls, content: dict[str, Any]) -> Columns:
+        names = [known.name for known in fields(cls)]
+        _require_known("the mapping of columns", content, names)
+        for name in ("columns", "units"):
+            if not isinstance(content.get(name, {}), Mapping):
+                raise ValueError(f"{name} is {content[name]!r}, expected an object")
+        return cls(**content)
+
+    @property
+    def has_header(self) -> bool:
+        """Whether the first line has names."""
+        if self.header is not None:
+            return self.header
+        return not self.columns or any(isinstance(c, str) for c in self.columns.values())
+
+    def found(self, header: Sequence[str] | None, width: int) -> list[Column]:
+        """Where each field stands in rows of `width` cells.
+
+        Raises ValueError on a header that lacks one, has it twice or, if nothing is said of its
+        columns, has others.
+        """
+        if header is not None:
+            if not self.columns and all(_is_number(name) for name in header):
+                raise ValueError(
+                    f"there is no header, expected {','.join(FIELDS[:5])},... in the first line; "
+                    "or say which column is what: columns="
+                )
+            doubled = sorted({name for name in header if header.count(name) > 1})
+            used = doubled if not self.columns else [n for n in doubled if n in self._names()]
+            if used:
+                raise ValueError(f"the header has {used[0]!r} more than once")
+        return self._mapped(header, width) if self.columns else self._documented(header or ())
+
+    def _names(self) -> list[str | int]:
+        return list(self.columns.values())
+
+    def _documented(self, header: Sequence[str]) -> list[Column]:
+        unknown = [name for name in header if name not in HEADERS]
+        if unknown:
+            raise ValueError(
+                f"the header has {unknown[0]!r}, expected {', '.join(FIELDS)}, each "
+                "perhaps with its unit, as object_yaw_deg; or say which column is what: columns="
+            )
+        found: dict[str, Column] = {}
+        for number, name in enumerate(header):
+            known, unit = HEADERS[name]
+            if known in found:
+                raise ValueError(f"the header has {known!r} twice, in two units")
+            found[known] = Column(known, number, self._factor(known, unit))
+        _require_whole("the header", found, needed=FIELDS)
+        return list(found.values())
+
+    def _mapped(self, header: Sequence[str] | None, width: int) -> list[Column]:
+        found: dict[int, Column] = {}
+        for name, given in self.columns.items():
+            number = given if isinstance(given, int) else _place(given, header)
+            if number >= width:
+                raise ValueError(f"there is no column {number} ({name}), expected 0 to {width - 1}")
+            if number in found:
+                raise ValueError(f"columns has {given!r} for {found[number].field!r} and {name!r}")
+            found[number] = Column(name, number, self._factor(name))
+        return list(found.values())
+
+    def _factor(self, name: str, unit: str | None = None) -> float:
+        kind = kind_of(name)
+        if kind is None:
+            return 1.0
+        return UNITS[kind][unit or self.units.get(kind, next(iter(UNITS[kind])))]
+
+
+def _place(name: str, header: Sequence[str] | None) -> int:
+    """The number of a column. Raises ValueError if there is none of this name."""
+    if header is None:
+        raise ValueError(f"columns names {name!r}, but the file is to have no header")
+    if name not in header:
+        raise ValueError(f"there is no column {name!r}, expected one of {', '.join(header)}")
+    return list(header).index(name)
+
+
+def origin(given: Sequence[float]) -> tuple[float, float, float]:
+    """x, y [m] and yaw [rad] of a frame. Raises ValueError on anything else."""
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        values = np.array(np.nan)
+    if values.shape != (3,) or not (np.abs(values) <= 1e6).all():
+        raise ValueError(f"origin is {given!r}, expected x, y [m] and yaw [rad]")
+    x, y, yaw = values.tolist()
+    return x, y, yaw
+
+
+def _require_known(what: str, given: Mapping[str, Any], known: Any) -> None:
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise ValueError(f"{what} has {unknown[0]!r}, expected {_or(known)}")
+
+
+def _require_whole(what: str, given: Any, needed: Sequence[str]) -> None:
+    """All poses, and of each body all velocities or none."""
+    velocities = {name for body in BODIES for name in of_body(body)[1]}
+    missing = [name for name in needed if name not in given and name not in velocities]
+    for body in BODIES:
+        some = [name for name in of_body(body)[1] if name in given]
+        missing += [name for name in of_body(body)[1] if some and name not in given]
+    if missing:
+        raise ValueError(
+            f"{what} lacks {missing[0]!r}; only the velocities of a body may be missing, all three"
+        )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _or(words: Any) -> str:
+    *others, last = words
+    return f"{', '.join(others)} or {last}" if others else str(last)

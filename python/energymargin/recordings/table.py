@@ -1,0 +1,120 @@
+"""From the text of a file to numbers in SI units, each with the line it stands in."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.recordings.columns import Column, Columns
+
+__all__ = ["Source", "Table", "lines_of", "read_table"]
+
+NOT_SEEN = ("", "nan", "NaN", "NAN")
+LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that errors name."""
+
+    path: Path
+
+    def error(self, text: str, line: int | None = None) -> ValueError:
+        """That this is wrong, in that line."""
+        where = "" if line is None else f", line {line}"
+        return ValueError(f"{self.path}{where}: {text}")
+
+
+@dataclass(frozen=True)
+class Table:
+    """R rows of a file."""
+
+    source: Source
+    lines: NDArray[np.int64]
+    """The line of each row in the file, shape (R,)."""
+    values: dict[str, NDArray[np.float64]]
+    """By field: a column in SI units, shape (R,); NaN where a marker was not seen."""
+
+
+def lines_of(path: str | os.PathLike[str], delimiter: str = ",") -> list[tuple[int, list[str]]]:
+    """The cells of a CSV file, with the number of their line; empty lines are left out.
+
+    Raises OSError, and ValueError on a file that is not text in UTF-8, or is empty.
+    """
+    source = Source(Path(path))
+    raw = source.path.read_bytes()
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        raise source.error("is not text in UTF-8; save it as CSV in UTF-8", line) from None
+    reader = csv.reader(io.StringIO(text, newline=None), delimiter=delimiter)
+    rows = []
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                rows.append((reader.line_num, [cell.strip() for cell in cells]))
+    except csv.Error as error:
+        raise source.error(str(error), reader.line_num) from None
+    if not rows:
+        raise source.error("is empty")
+    return rows
+
+
+def read_table(path: str | os.PathLike[str], columns: Columns) -> Table:
+    """The numbers of a file.
+
+    Raises OSError, and ValueError with the line of a header or cell that is none of those expected.
+    """
+    source = Source(Path(path))
+    rows = lines_of(path, columns.delimiter)
+    first, cells = rows[0]
+    try:
+        found = columns.found(cells if columns.has_header else None, len(cells))
+    except ValueError as error:
+        raise source.error(str(error), first) from None
+    data = rows[1:] if columns.has_header else rows
+    for line, row in data:
+        if len(row) != len(cells):
+            raise source.error(f"has {len(row)} cells, expected {len(cells)}", line)
+    return Table(
+        source,
+        np.array([line for line, _ in data], dtype=np.int64),
+        {column.field: _column(source, column, data) for column in found},
+    )
+
+
+def _column(
+    source: Source, column: Column, rows: list[tuple[int, list[str]]]
+) -> NDArray[np.float64]:
+    values = np.empty(len(rows))
+    for k, (line, row) in enumerate(rows):
+        try:
+            values[k] = column.factor * _number(column.field, row[column.number])
+        except ValueError as error:
+            raise source.error(f"{column.field} is {row[column.number]!r}, {error}", line) from None
+    return values
+
+
+def _number(field: str, cell: str) -> float:
+    """Raises ValueError that says what was expected."""
+    if cell in NOT_SEEN:
+        if field in ("frame", "time"):
+            raise ValueError("expected a number in each row")
+        return math.nan
+    try:
+        value = float(cell) if cell.isascii() and "_" not in cell else math.inf
+    except ValueError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise ValueError("expected a number")
+    if field == "frame" and not (value.is_integer() and abs(value) < LARGEST_NUMBER):
+        raise ValueError("expected a whole number")
+    return value

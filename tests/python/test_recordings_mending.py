@@ -1,0 +1,166 @@
+"""What a camera drops or sees wrong is mended by the stated rules, and said."""
+
+import numpy as np
+import pytest
+from recorded import noisy, poses_of, push, rows_of, write
+
+from energymargin.recordings import Mended, read_csv
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "a.csv"
+
+
+@pytest.fixture
+def columns():
+    return noisy(poses_of(push()))
+
+
+def largest_error(recording, frames=slice(None)):
+    """Of the positions and velocities [mm and mm/s] of both bodies, at these frames."""
+    true = push()
+    errors = []
+    for body, motion in (("object", recording.object), ("effector", recording.effector)):
+        for k, axis in enumerate("xy"):
+            at = recording.frames[frames]
+            errors.append(motion.poses[frames, k] - true[f"{body}_{axis}"][at])
+    return 1e3 * np.abs(errors).max()
+
+
+def test_missing_frames_are_filled_up_to_the_longest_gap(path, columns):
+    rows = rows_of(columns)
+    del rows[40:42], rows[60]
+    recording = read_csv(write(path, columns, rows))
+    assert recording.frames.tolist() == list(range(100))
+    assert recording.mended == Mended(missing=(40, 41, 62))
+    assert np.allclose(recording.times, columns["time"], atol=1e-5)
+    assert largest_error(recording, [40, 41, 62]) < 1
+    with pytest.raises(
+        ValueError,
+        match=r"line 42: the object was not seen for 0\.0909 s, from frame 39 to 42, expected",
+    ):
+        read_csv(path, longest_gap=0.08)
+
+
+def test_a_longer_gap_is_refused_with_the_line_after_it(path, columns):
+    rows = rows_of(columns)
+    del rows[40:50]
+    with pytest.raises(
+        ValueError, match=r"a\.csv, line 42: .* from frame 39 to 50, .* 0\.1 s: cut"
+    ):
+        read_csv(write(path, columns, rows))
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "NaN"])
+def test_poses_that_were_not_seen_are_filled(path, columns, cell):
+    rows = rows_of(columns)
+    rows[30][2] = cell
+    rows[50][5:8] = [cell] * 3
+    rows[51][6] = cell
+    recording = read_csv(write(path, columns, rows))
+    assert recording.mended == Mended(unseen={"object": (30,), "effector": (50, 51)})
+    assert str(recording.mended) == (
+        "1 poses of the object not seen, filled, 2 poses of the effector not seen, filled"
+    )
+    assert recording.mended.frames == (30, 50, 51)
+    assert largest_error(recording, [30, 50, 51]) < 1
+
+
+def test_a_body_that_is_not_seen_for_long_is_refused(path, columns):
+    rows = rows_of(columns)
+    for row in rows[30:34]:
+        row[5] = "nan"
+    with pytest.raises(ValueError, match=r"line 36: the effector was not seen for 0\.152 s, from"):
+        read_csv(write(path, columns, rows))
+
+
+def test_frames_at_the_ends_without_both_bodies_are_left_out(path, columns):
+    rows = rows_of(columns)
+    for row in rows[:8]:
+        row[2] = ""
+    rows[99][7] = ""
+    recording = read_csv(write(path, columns, rows))
+    assert recording.frames.tolist() == list(range(8, 99))
+    assert recording.mended == Mended(left_out=(*range(8), 99))
+
+
+@pytest.mark.parametrize(
+    ("column", "jump"),
+    [("object_x", 0.02), ("effector_y", -0.3), ("object_yaw", 0.3), ("object_yaw", 3.0)],
+)
+@pytest.mark.parametrize("frames", [(50,), (50, 51), (0,), (20, 60, 99)])
+def test_a_marker_that_jumps_is_replaced(path, columns, column, jump, frames):
+    columns[column][list(frames)] += jump
+    recording = read_csv(write(path, columns))
+    inside = tuple(frame for frame in frames if 0 < frame < 99)
+    body = column.partition("_")[0]
+    assert recording.mended.outliers == ({body: inside} if inside else {})
+    assert recording.mended.left_out == tuple(frame for frame in frames if frame in (0, 99))
+    assert largest_error(recording) < 1.5
+    assert (
+        np.abs(recording.object.poses[:, 2] - push()["object_yaw"][recording.frames]).max() < 0.03
+    )
+
+
+def test_a_motion_that_starts_stops_and_bounces_has_no_outliers(path, columns):
+    time = columns["time"]
+    for name, bounce in (("effector_x", -1.0), ("effector_y", 0.0), ("object_y", 1.0)):
+        columns[name] = 1.0 * np.clip(time - 1, 0, 0.5) + bounce * 0.5 * np.clip(time - 1.5, 0, 0.5)
+    recording = read_csv(write(path, noisy(columns)))
+    assert str(recording.mended) == "nothing mended"
+    away = recording.effector.poses[:, 1] - columns["effector_y"]
+    assert np.abs(away).max() < 5e-3  # smoothing does not flatten a stop from 1 m/s
+
+
+def test_unequal_steps_are_taken_as_they_are(path, columns):
+    columns["time"] = columns["time"] + np.random.default_rng(2).uniform(-0.01, 0.01, 100)
+    recording = read_csv(write(path, columns))
+    assert str(recording.mended) == "nothing mended"
+    assert np.allclose(recording.times, columns["time"], atol=1e-6)
+
+
+def test_a_camera_of_which_every_third_frame_is_kept_has_none_missing(path, columns):
+    columns["frame"] = 7 + 3 * columns["frame"]
+    rows = rows_of(columns)
+    del rows[20]
+    recording = read_csv(write(path, columns, rows))
+    assert recording.mended == Mended(missing=(67,))
+
+
+def test_numbers_that_jump_without_time_are_refused(path, columns):
+    columns["frame"][50:] += 3
+    with pytest.raises(
+        ValueError, match=r"line 52: frame is 53 after 49, but the time rises by 0\.03"
+    ):
+        read_csv(write(path, columns))
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (lambda rows: rows.__delitem__(40), 42),
+        (lambda rows: rows[40].__setitem__(2, ""), 42),
+        (lambda rows: rows[40].__setitem__(2, "0.3"), 42),
+        (lambda rows: rows[0].__setitem__(2, ""), 2),
+    ],
+)
+def test_nothing_is_mended_if_that_is_forbidden(path, columns, change, line):
+    rows = rows_of(columns)
+    change(rows)
+    write(path, columns, rows)
+    assert str(read_csv(path).mended) != "nothing mended"
+    with pytest.raises(
+        ValueError, match=f"line {line}: frame {line - 2} is to be mended .* forbids"
+    ):
+        read_csv(path, mend=False)
+
+
+def test_a_recording_of_which_much_would_be_mended_is_refused(path, columns):
+    rows = rows_of(columns)
+    for row in rows[1::3]:
+        row[2] = ""
+    with pytest.raises(
+        ValueError, match=r"33 of 100 frames would be mended .* expected at most 25%"
+    ):
+        read_csv(write(path, columns, rows))
