@@ -148,6 +148,8 @@ class Evaluation:
     """States that lack a score, and are left out."""
     success_any: Cell | None = None
     """The trajectory score of at least one object."""
+    last: int = LAST_FRAMES
+    """k-bar, the frames of the trajectory score."""
 
     def render(self) -> RenderableType:
         """A table for the terminal, 80 columns wide."""
@@ -231,7 +233,7 @@ class Evaluation:
         caption = (
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
             "States: captured over the next h frames. "
-            f"Success: the last {LAST_FRAMES} frames of a trajectory, whose success has no horizon."
+            f"Success: the last {self.last} frames of a trajectory, whose success has no horizon."
         )
         if self.missing:
             caption += f" {self.missing} states have no score yet and are left out."
@@ -260,8 +262,13 @@ def evaluate(
     horizons: Sequence[int] = HORIZONS,
     draws: int = DRAWS,
     seed: int = 0,
+    *,
+    last: int = LAST_FRAMES,
 ) -> Evaluation:
-    """Compares every score with its label. States without a score are left out, and counted."""
+    """Compares every score with its label. States without a score are left out, and counted.
+
+    `last`: k-bar, the frames of a trajectory whose success scores count.
+    """
     members = labelled.by_trajectory()
     weights = _bootstrap_weights(len(members), draws, seed)
     rows = [score for score in labelled.scores if score not in (SUCCESS, SUCCESS + ANY)]
@@ -275,9 +282,10 @@ def evaluate(
         task=labelled.task,
         horizons=tuple(horizons),
         states=states,
-        success=_success_cell(labelled, members, SUCCESS, weights),
+        success=_success_cell(labelled, members, SUCCESS, weights, last),
         missing=int(missing.sum()),
-        success_any=_success_cell(labelled, members, SUCCESS + ANY, weights),
+        success_any=_success_cell(labelled, members, SUCCESS + ANY, weights, last),
+        last=last,
     )
 
 
@@ -319,11 +327,14 @@ def _success_cell(
     members: list[NDArray[np.int64]],
     score: str,
     weights: NDArray[np.int64],
+    last: int,
 ) -> Cell | None:
     if score not in labelled.scores:
         return None
     success = _label(score, labelled.success, labelled.success_any)
-    scores = np.array([trajectory_score(labelled.scores[score][states]) for states in members])
+    scores = np.array(
+        [trajectory_score(labelled.scores[score][states], last) for states in members]
+    )
     labels = np.array([success[states[-1]] for states in members])
     return _cell(scores, labels, np.arange(len(members)), weights)
 
