@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.experiments.commands.shared import app
-from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, say, split
+from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run
+from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, say, split, whole
 
-__all__ = ["table1"]
+__all__ = ["efficiency", "table1"]
 
 
 @app.command()
@@ -92,6 +92,59 @@ def table1(
     (output / "table1.csv").write_text(table.to_csv())
     drawn = _draw_tasks(settings.tasks, output, seed)
     files = f"table1.md, table1.csv, trajectories (.h5), scores (.db), {drawn}"
+    say(f"In {escape(str(output))}/: {files}")
+
+
+@app.command()
+def efficiency(
+    *,
+    trajectories: Annotated[
+        int | None, typer.Option(help="How many pushes, of 10 states each.", show_default="50")
+    ] = None,
+    nodes: Annotated[
+        str | None,
+        typer.Option(
+            help="Sizes of the search trees, with commas between.", show_default="10,30,100,1000"
+        ),
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(help="Searches of each state.", show_default="5")
+    ] = None,
+    threads: Threads = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """How well success is predicted, and how long a state takes, against the nodes of the tree.
+
+    The paper's figure of time efficiency, on planar pushing: AUC and AP of the success score of a
+    trajectory's last states, and the computing time of a state, beside the paper's curves.
+
+    The folder gets efficiency.md, efficiency.csv, efficiency.png, the pushes (push.h5) and all
+    scores (scores.db). It takes half an hour on one core; stop it with Ctrl-C: the same command
+    goes on from there.
+
+    Example: `energymargin reproduce efficiency --nodes 10,100 --seeds 3`
+    """
+    from energymargin.experiments import efficiency as experiment
+
+    settings = changed(
+        experiment.QUICK if quick else experiment.Settings(),
+        trajectories=trajectories,
+        nodes=nodes and tuple(whole("nodes", word) for word in split(nodes)),
+        seeds=seeds,
+    )
+    output = output or Path("out/efficiency-quick" if quick else "out/efficiency")
+    result = run(
+        experiment.reproduce, settings, output, threads, title="Growing trees", unit="nodes"
+    )
+
+    def draw() -> Any:
+        from energymargin.experiments.efficiency_picture import figure_efficiency
+
+        return figure_efficiency(result)
+
+    drawn = picture(output / "efficiency.png", draw)
+    files = f"efficiency.md, efficiency.csv, {drawn}, push.h5, scores.db"
     say(f"In {escape(str(output))}/: {files}")
 
 
