@@ -15,6 +15,7 @@ __all__ = [
     "Timeout",
     "err",
     "out",
+    "real",
     "say",
     "split",
     "whole",
@@ -55,3 +56,11 @@ def whole(name: str, word: str) -> int:
         return int(word)
     except ValueError:
         raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
+
+
+def real(name: str, word: str) -> float:
+    """A number. Raises ValueError if the word is none."""
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"{name} has {word!r}, expected numbers") from None

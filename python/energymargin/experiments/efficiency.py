@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets, tasks
-from energymargin.datasets import Dataset
 from energymargin.evaluation import HORIZON, LAST_FRAMES
 from energymargin.executors.threads import Threads, thread_count
-from energymargin.experiments.quality import quality
+from energymargin.experiments.quality import check_labels, quality
 from energymargin.settings import SearchSettings
 from energymargin.store import Run as StoredRun
 from energymargin.store import ScoreStore, begin_run, score_run
@@ -172,7 +171,7 @@ def reproduce(
     dataset = datasets.load_or_generate(
         folder / f"{TASK}.h5", tasks.make(TASK), settings.trajectories, FRAMES, seed=0
     )
-    _check_labels(dataset)
+    check_labels(dataset)
     before, total = 0, dataset.size * settings.seeds * sum(settings.nodes)
     runs = []
     with ScoreStore(folder / "scores.db", create=True) as store:
@@ -189,14 +188,6 @@ def reproduce(
     (folder / "efficiency.md").write_text(result.to_markdown())
     (folder / "efficiency.csv").write_text(result.to_csv())
     return result
-
-
-def _check_labels(dataset: Dataset) -> None:
-    if len(set(dataset.successes.tolist())) < 2:
-        raise ValueError(
-            f"trajectories is {len(dataset.trajectories)}, expected so many that some fail and "
-            "some succeed"
-        )
 
 
 def _values(run: StoredRun) -> dict[str, float]:

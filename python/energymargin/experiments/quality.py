@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
-from energymargin.evaluation import HORIZON, SUCCESS, Cell, LabelledScores, evaluate
+from energymargin.datasets import Dataset
+from energymargin.evaluation import (
+    HORIZON,
+    SUCCESS,
+    Cell,
+    LabelledScores,
+    captured_labels,
+    evaluate,
+)
 
-__all__ = ["quality"]
+__all__ = ["check_labels", "quality"]
+
+
+def check_labels(dataset: Dataset) -> None:
+    """Raises ValueError unless some of its states are captured and some are not, and some of its
+    trajectories succeed and some do not."""
+    captured = [captured_labels(t.captured, HORIZON) for t in dataset.trajectories]
+    for labels in (dataset.successes.tolist(), [one for own in captured for one in own.tolist()]):
+        if len(set(labels)) < 2:
+            raise ValueError(
+                f"trajectories is {len(dataset.trajectories)}, expected so many that some fail and "
+                "some succeed"
+            )
 
 
 def quality(labelled: LabelledScores) -> dict[str, tuple[float, float]]:

@@ -11,9 +11,9 @@ import typer
 from rich.markup import escape
 
 from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run
-from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, say, split, whole
+from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, real, say, split, whole
 
-__all__ = ["efficiency", "table1"]
+__all__ = ["efficiency", "perturbation", "table1"]
 
 
 @app.command()
@@ -145,6 +145,65 @@ def efficiency(
 
     drawn = picture(output / "efficiency.png", draw)
     files = f"efficiency.md, efficiency.csv, {drawn}, push.h5, scores.db"
+    say(f"In {escape(str(output))}/: {files}")
+
+
+@app.command()
+def perturbation(
+    *,
+    trajectories: Annotated[
+        int | None, typer.Option(help="How many pushes, of 10 states each.", show_default="50")
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option(help="Nodes of each search tree.", show_default="100")
+    ] = None,
+    levels: Annotated[
+        str | None,
+        typer.Option(
+            help="Scaled largest errors, from 0 to 1, with commas between.",
+            show_default="0,0.1,0.2,0.5,1",
+        ),
+    ] = None,
+    draws: Annotated[
+        int | None, typer.Option(help="Of the errors, at each level.", show_default="5")
+    ] = None,
+    threads: Threads = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """How well capture is predicted from a wrong friction, velocity or position; or wrong forces.
+
+    The paper's figure of robustness against errors of the model, on planar pushing: AP of the
+    capture score, and of the force score, whose inputs have errors of growing size, beside the
+    paper's curves.
+
+    The folder gets perturbation.md, perturbation.csv, perturbation.png, the pushes (push.h5) and
+    all scores (scores.db). It takes half an hour on one core; stop it with Ctrl-C: the same command
+    goes on from there.
+
+    Example: `energymargin reproduce perturbation --levels 0,0.5,1 --draws 3`
+    """
+    from energymargin.experiments import perturbation as experiment
+
+    settings = changed(
+        experiment.QUICK if quick else experiment.Settings(),
+        trajectories=trajectories,
+        nodes=nodes,
+        levels=levels and tuple(real("levels", word) for word in split(levels)),
+        draws=draws,
+    )
+    output = output or Path("out/perturbation-quick" if quick else "out/perturbation")
+    result = run(
+        experiment.reproduce, settings, output, threads, title="Scoring with errors", unit="states"
+    )
+
+    def draw() -> Any:
+        from energymargin.experiments.perturbation_picture import figure_perturbation
+
+        return figure_perturbation(result)
+
+    drawn = picture(output / "perturbation.png", draw)
+    files = f"perturbation.md, perturbation.csv, {drawn}, push.h5, scores.db"
     say(f"In {escape(str(output))}/: {files}")
 
 
