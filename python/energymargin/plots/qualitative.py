@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -28,13 +29,15 @@ def figure_qualitative(
     nodes: int = 100,
     seed: int = 0,
     first_states: Mapping[str, int] | None = None,
+    pairs: bool = False,
 ) -> Figure:
     """Search trees in some frames of each trajectory: a row a trajectory, named as in the mapping.
 
     `frames` are numbers of frames; None takes three of them, from the first on, a third of the
     trajectory apart. The trees are grown here, with `nodes` nodes each. `first_states` are the
     numbers of the trajectories' first states in their dataset: with them the trees, and so the
-    scores, are those that the dataset gets from the same nodes and seed.
+    scores, are those that the dataset gets from the same nodes and seed. `pairs` writes the scores
+    as (success, capture) under each frame, as the paper does, instead of above it.
     """
     numbers = first_states or dict.fromkeys(trajectories, 0)
     rows = {
@@ -64,8 +67,7 @@ def figure_qualitative(
                 most=most,
                 color_bar=False,
             )
-            ax.set_title(f"t = {panel.time:.2f} s\n{ax.get_title()}", fontsize=9)
-            ax.label_outer()
+            _write_scores(ax, panel, pairs=pairs)
         row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
     costs = ScalarMappable(Normalize(0.0, most), COSTS)
     figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
@@ -86,6 +88,16 @@ def _panel(task: Task, trajectory: Trajectory, k: int, nodes: int, seed: int) ->
     problem = task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k])
     score = capture_score(problem, nodes=nodes, seed=seed)
     return _Panel(float(trajectory.times[k]), problem, score)
+
+
+def _write_scores(ax: Axes, panel: _Panel, *, pairs: bool) -> None:
+    """Beside the time of a frame: under it as a pair, or above it by their names."""
+    time, score = f"t = {panel.time:.2f} s", panel.score
+    ax.set_title(time if pairs else f"{time}\n{score_title(score)}", fontsize=9)
+    ax.label_outer()
+    if pairs:
+        success = "-" if score.success is None else f"{score.success:.2f}"
+        ax.set_xlabel(f"{ax.get_xlabel()}\n({success}, {score.capture:.2f})".lstrip())
 
 
 def _three(frames: int) -> list[int]:

@@ -13,7 +13,7 @@ from rich.markup import escape
 from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run
 from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, real, say, split, whole
 
-__all__ = ["efficiency", "perturbation", "table1"]
+__all__ = ["efficiency", "figure_quality", "perturbation", "table1"]
 
 
 @app.command()
@@ -205,6 +205,54 @@ def perturbation(
     drawn = picture(output / "perturbation.png", draw)
     files = f"perturbation.md, perturbation.csv, {drawn}, push.h5, scores.db"
     say(f"In {escape(str(output))}/: {files}")
+
+
+@app.command()
+def figure_quality(
+    *,
+    trajectories: Annotated[
+        int | None,
+        typer.Option(help="Of the dataset that the two pushes are of.", show_default="50"),
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option(help="Nodes of each search tree.", show_default="100")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the searches.", show_default="0")] = None,
+    threads: Threads = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """Search trees in three frames of a failed and of a successful push, with their scores.
+
+    The paper's qualitative figure: the capture set is light blue, the success set grey, and the
+    bodies at three random nodes are half transparent. Under each frame stands (success, capture),
+    as the dataset's states get it from as many nodes and the same seed.
+
+    The folder gets figure_quality.md, figure_quality.csv, figure_quality.png and the pushes
+    (push.h5). It takes a few seconds.
+
+    Example: `energymargin reproduce figure-quality --nodes 300`
+    """
+    from energymargin.experiments import figure_quality as experiment
+
+    settings = changed(
+        experiment.QUICK if quick else experiment.Settings(),
+        trajectories=trajectories,
+        nodes=nodes,
+        seed=seed,
+    )
+    output = output or Path("out/figure-quality-quick" if quick else "out/figure-quality")
+    result = run(
+        experiment.reproduce, settings, output, threads, title="Growing trees", unit="frames"
+    )
+
+    def draw() -> Any:
+        from energymargin.experiments.figure_quality_picture import figure_quality
+
+        return figure_quality(result)
+
+    drawn = picture(output / "figure_quality.png", draw)
+    say(f"In {escape(str(output))}/: figure_quality.md, figure_quality.csv, {drawn}, push.h5")
 
 
 def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
