@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Contact, World
+from energymargin._core import Contact, Scene, World
 from energymargin.datasets import Dataset
 from energymargin.scenes import moved_apart
 from energymargin.tasks.base import Trajectory
-from energymargin.tasks.push import FRICTION_MIDDLE, PushTask, scene
+from energymargin.tasks.push import FRICTION_MIDDLE, scene
 
 __all__ = ["KINDS", "LARGEST", "Largest", "Perturbed", "perturbed", "typical"]
 
@@ -40,35 +40,50 @@ class Largest:
 
 
 # Each is about the whole of the mean of what it is an error of: beyond that, an estimate is worth
-# no more than no estimate.
+# no more than no estimate. A position is held against the gap, not against the distance of the
+# centres, 0.7 m: with such errors the pusher may be anywhere in the workspace.
 LARGEST: dict[str, tuple[Largest, ...]] = {
     "friction": (
         Largest(
-            *("friction coefficient of all bodies", 0.3, "", "coefficient"),
-            "up to twice the true friction: a surface of another material",
+            quantity="friction coefficient of all bodies",
+            value=0.3,
+            unit="",
+            measure="coefficient",
+            reason="up to twice the true friction: a surface of another material",
         ),
     ),
     "velocity": (
         Largest(
-            *("velocity of each body on x and on y", 0.5, "m/s", "speed"),
-            "as large as the motion itself: its direction is lost",
+            quantity="velocity of each body on x and on y",
+            value=0.5,
+            unit="m/s",
+            measure="speed",
+            reason="as large as the motion itself: its direction is lost",
         ),
         Largest(
-            *("yaw rate of each body", 0.3, "rad/s", "absolute yaw rate"),
-            "likewise, for the turn of the pusher bends the capture set",
+            quantity="yaw rate of each body",
+            value=0.3,
+            unit="rad/s",
+            measure="absolute yaw rate",
+            reason="likewise; the turn of the pusher bends the capture set",
         ),
     ),
     "position": (
         Largest(
-            *("position of each body on x and on y", 0.2, "m", "gap between pusher and box"),
-            "as large as the gap: contact and none look alike",
+            quantity="position of each body on x and on y",
+            value=0.2,
+            unit="m",
+            measure="gap between pusher and box",
+            reason="as large as the gap: contact and none look alike",
         ),
     ),
     "force": (
         Largest(
-            *("normal force, and each of two tangential ones, at each contact", 2.2, "N"),
-            "normal force between pusher and box",
-            "as large as the force: a loaded contact and a free one look alike",
+            quantity="normal force, and each of two tangential ones, at each contact",
+            value=2.2,
+            unit="N",
+            measure="normal force between pusher and box",
+            reason="as large as the force: a loaded contact and a free one look alike",
         ),
     ),
 }
@@ -111,9 +126,9 @@ def typical(dataset: Dataset) -> dict[str, tuple[float, ...]]:
     trajectories = dataset.trajectories
     world = World(scene(FRICTION_MIDDLE))
     states = np.concatenate([trajectory.states for trajectory in trajectories])
-    starts = [world.scene.slice(body).start for body in BODIES]
-    speeds = [np.linalg.norm(_numbers(states, start, VELOCITY), axis=1) for start in starts]
-    turns = [np.abs(_numbers(states, start, YAW_RATE)) for start in starts]
+    layout = world.scene
+    speeds = [np.linalg.norm(states[:, _at(layout, b, VELOCITY)], axis=1) for b in BODIES]
+    turns = [np.abs(states[:, _at(layout, b, YAW_RATE)]) for b in BODIES]
     forces = [
         contact.normal_force
         for trajectory in trajectories
@@ -149,18 +164,15 @@ def _velocity(
     states = trajectory.states.copy()
     for state, random in zip(states, randoms, strict=True):
         for body in BODIES:
-            start = layout.slice(body).start
             for places, error in zip((VELOCITY, YAW_RATE), errors, strict=True):
-                state[[start + place for place in places]] += _both_sides(
-                    random, error, len(places)
-                )
+                state[_at(layout, body, places)] += _both_sides(random, error, len(places))
     return replace(trajectory, states=states), 0
 
 
 def _position(
     trajectory: Trajectory, errors: list[float], randoms: Randoms
 ) -> tuple[Trajectory, int]:
-    world = World(PushTask().scene(trajectory.params))
+    world = World(scene(FRICTION_MIDDLE))
     found = [
         _placed(world, state, errors[0], random)
         for state, random in zip(trajectory.states, randoms, strict=True)
@@ -176,8 +188,7 @@ def _placed(
     for again in range(TRIES):
         moved = state.copy()
         for body in BODIES:
-            start = world.scene.slice(body).start
-            moved[[start + place for place in PLACE]] += _both_sides(random, error, len(PLACE))
+            moved[_at(world.scene, body, PLACE)] += _both_sides(random, error, len(PLACE))
         try:
             moved = moved_apart(world, moved, BODIES)
         except ValueError:  # no place, as between pusher and wall
@@ -226,6 +237,6 @@ def _both_sides(random: np.random.Generator, error: float, count: int) -> NDArra
     return np.asarray(error * random.uniform(-1, 1, count))
 
 
-def _numbers(states: NDArray[np.float64], start: int, places: list[int]) -> NDArray[np.float64]:
-    """Some of a body's numbers in all states."""
-    return states[:, [start + place for place in places]]
+def _at(layout: Scene, body: str, places: list[int]) -> list[int]:
+    """Where some of a body's numbers stand in a state."""
+    return [layout.slice(body).start + place for place in places]
