@@ -17,6 +17,7 @@ __all__ = [
     "err",
     "out",
     "parsed",
+    "real",
     "say",
     "split",
     "whole",
@@ -71,3 +72,11 @@ def parsed(parameters: list[str]) -> dict[str, Any]:
         except json.JSONDecodeError:
             values[name] = value
     return values
+
+
+def real(name: str, word: str) -> float:
+    """A number. Raises ValueError if the word is none."""
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"{name} has {word!r}, expected numbers") from None

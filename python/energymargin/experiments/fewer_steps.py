@@ -26,9 +26,10 @@ from numpy.typing import NDArray
 from energymargin import datasets, tasks
 from energymargin._core import stream
 from energymargin.datasets import Dataset
-from energymargin.evaluation import HORIZON, Cell, LabelledScores, evaluate
+from energymargin.evaluation import HORIZON, LabelledScores
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.fewer_steps_options import OPTIONS, PLAIN
+from energymargin.experiments.quality import quality
 from energymargin.experiments.table1 import check_tasks
 from energymargin.interrupts import held_interrupts
 from energymargin.tasks.base import whole_number
@@ -308,10 +309,7 @@ def _quality(dataset: Dataset, scores: dict[str, list[float]]) -> dict[str, tupl
         success=np.repeat([t.success for t in trajectories], FRAMES),
         scores={metric: np.array(values) for metric, values in scores.items()},
     )
-    result = evaluate(labelled, horizons=(HORIZON,), draws=1)  # the intervals are not looked at
-    cells: dict[str, Cell | None] = {m: own[HORIZON] for m, own in result.states.items()}
-    cells["success"] = result.success
-    return {metric: (cell.auc, cell.ap) for metric, cell in cells.items() if cell is not None}
+    return quality(labelled)
 
 
 def _spread(values: NDArray[np.float64]) -> float:

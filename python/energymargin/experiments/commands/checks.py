@@ -1,109 +1,17 @@
-"""The commands of `energymargin reproduce`.
-
-Heavy modules are imported where they are used, so that --help answers at once.
-"""
+"""What the definitions say on paper, where the energy goes, and what our own changes gain."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, say, split, whole
+from energymargin.experiments.commands.shared import app, picture
+from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
-__all__ = ["app"]
-
-app = typer.Typer(
-    no_args_is_help=True,
-    rich_markup_mode="markdown",
-    help="""The paper's tables and figures, made again, and what its definitions say on paper.
-
-    Example: `energymargin reproduce table1 --quick`
-    """,
-)
-
-
-@app.command()
-def table1(
-    *,
-    tasks: Annotated[
-        str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
-    ] = None,
-    trajectories: Annotated[
-        int | None, typer.Option(help="How many trajectories of each task.", show_default="50")
-    ] = None,
-    nodes: Annotated[
-        int | None, typer.Option(help="Nodes of each search tree.", show_default="1000")
-    ] = None,
-    continuations: Annotated[
-        int | None,
-        typer.Option(help="Of each state, for the ceiling.", show_default="100"),
-    ] = None,
-    seed: Seed = 0,
-    threads: Threads = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", help="Folder for all files.", show_default="out/table1, or out/table1-quick"
-        ),
-    ] = None,
-    quick: Annotated[
-        bool,
-        typer.Option(
-            "--quick",
-            help="A first picture in a few minutes: 20 trajectories, 50 nodes, 20 continuations.",
-        ),
-    ] = False,
-) -> None:
-    """How well each score predicts robustness and success, on every task, beside the paper's.
-
-    AUC and AP of the scores of recorded states against what happened afterwards, in both readings
-    of the effector. The *ceiling* is what a score could reach at most: it lets the robot's own
-    script go on from each state, many times, with fresh noise.
-
-    The folder gets table1.md and table1.csv, the trajectories (TASK.h5), every score (*.db) and a
-    picture of each task (TASK.png).
-    With 1000 nodes it takes hours; stop it with Ctrl-C: the same command goes on from there.
-
-    Example: `energymargin reproduce table1 --tasks push --nodes 100`
-    """
-    from dataclasses import replace
-
-    from energymargin.experiments import table1 as experiment
-    from energymargin.progress import share_bar
-
-    chosen: dict[str, Any] = {
-        "tasks": experiment.paper_tasks() if tasks is None else split(tasks),
-        "trajectories": trajectories,
-        "nodes": nodes,
-        "continuations": continuations,
-        "seed": seed,
-    }
-    settings = replace(
-        experiment.QUICK if quick else experiment.FULL,
-        **{name: value for name, value in chosen.items() if value is not None},
-    )
-    experiment.check_tasks(settings.tasks)
-    output = output or Path("out/table1-quick" if quick else "out/table1")
-    output.mkdir(parents=True, exist_ok=True)
-    command = settings.command(output)
-    try:
-        with share_bar(err) as progress:
-            table = experiment.reproduce(settings, output, threads=threads, progress=progress)
-    except KeyboardInterrupt:
-        kept = f"All that was finished is kept in {escape(str(output))}; go on with:"
-        say(f"{kept} [bold]{escape(command)}[/]")
-        raise
-    out.print(table.render())
-    (output / "table1.md").write_text(table.to_markdown())
-    (output / "table1.csv").write_text(table.to_csv())
-    drawn = _draw_tasks(settings.tasks, output, seed)
-    files = f"table1.md, table1.csv, trajectories (.h5), scores (.db), {drawn}"
-    say(f"In {escape(str(output))}/: {files}")
+__all__ = ["audit", "bowl", "closed_forms", "fewer_steps", "uncertainty"]
 
 
 @app.command()
@@ -136,7 +44,7 @@ def bowl(
 
         return figure_bowl(result)
 
-    drawn = _picture(output / "bowl.png", draw)
+    drawn = picture(output / "bowl.png", draw)
     say(f"In {escape(str(output))}/: bowl.md, bowl.csv, bowl.obj, problem.json, {drawn}")
 
 
@@ -192,7 +100,7 @@ def closed_forms(
 
         return figure_closed_forms(result)
 
-    drawn = _picture(output / "closed_forms.png", draw)
+    drawn = picture(output / "closed_forms.png", draw)
     say(f"In {escape(str(output))}/: closed_forms.md, runs.jsonl, {drawn}")
 
 
@@ -367,26 +275,5 @@ def fewer_steps(
 
         return figure_fewer_steps(result)
 
-    drawn = _picture(output / "fewer_steps.png", draw)
+    drawn = picture(output / "fewer_steps.png", draw)
     say(f"In {escape(str(output))}/: fewer_steps.md, fewer_steps.csv, {drawn}, scores/")
-
-
-def _picture(path: Path, draw: Callable[[], Any]) -> str:
-    """Saves the figure that `draw` makes, and gives its name; or says why there is none."""
-    if find_spec("matplotlib") is None:
-        return "and no picture: it needs pip install energymargin[plots]"
-    draw().savefig(path)
-    return path.name
-
-
-def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
-    """A picture of each task beside its dataset, and what there is to say of them."""
-    if find_spec("matplotlib") is None:
-        return "and no pictures: they need pip install energymargin[plots]"
-    from energymargin import datasets
-    from energymargin.experiments import pictures
-
-    for name in names:
-        dataset = datasets.load(folder / f"{name}.h5")
-        pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(folder / f"{name}.png")
-    return "a picture of each task (.png)"

@@ -1,0 +1,80 @@
+"""What the commands of `energymargin reproduce` share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar
+
+import typer
+from rich.markup import escape
+
+from energymargin.progress import progress_bar
+from energymargin.terminal import err, out, say
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+__all__ = ["Folder", "Quick", "app", "changed", "picture", "run"]
+
+Folder = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", help="Folder for all files.", show_default="out/COMMAND, or out/COMMAND-quick"
+    ),
+]
+Quick = Annotated[bool, typer.Option("--quick", help="A first picture in seconds: less of all.")]
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="""The paper's tables and figures, made again, and what its definitions say on paper.
+
+    Example: `energymargin reproduce table1 --quick`
+    """,
+)
+
+
+class _Result(Protocol):
+    def to_markdown(self) -> str: ...
+
+
+Result = TypeVar("Result", bound=_Result)
+Settings = TypeVar("Settings", bound="DataclassInstance")
+
+
+def changed(settings: Settings, **given: object) -> Settings:
+    """Settings of a study, with what was given at the terminal; None was not."""
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    return replace(settings, **chosen)
+
+
+def run(
+    reproduce: Callable[..., Result],
+    settings: object,
+    folder: Path,
+    threads: int | None,
+    *,
+    title: str,
+    unit: str,
+) -> Result:
+    """What a study's `reproduce` gives, under a progress bar with a title that counts a unit; its
+    tables are shown."""
+    try:
+        with progress_bar(err, title, unit) as progress:
+            result = reproduce(settings, folder, threads=threads, progress=progress)
+    except KeyboardInterrupt:
+        say(f"What is done is kept in {escape(str(folder))}; the same command goes on from there.")
+        raise
+    out.print(result.to_markdown(), highlight=False, soft_wrap=True)
+    return result
+
+
+def picture(path: Path, draw: Callable[[], Any]) -> str:
+    """Saves the figure that `draw` makes, and gives its name; or says why there is none."""
+    if find_spec("matplotlib") is None:
+        return "and no picture: it needs pip install energymargin[plots]"
+    draw().savefig(path)
+    return path.name
