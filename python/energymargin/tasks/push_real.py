@@ -56,7 +56,7 @@ CAPTURE_DISC_RADIUS = 0.7125  # of the object's width
 # The disturbance, as a share of the friction between object and table.
 FORCE_SHARE = 1.0  # so much that it just moves the object
 TORQUE_SHARE = 0.3  # with the width as lever, so that it just turns the object
-LONGEST_EDGE = 0.5  # s
+LONGEST_EDGE = 0.25  # s; on which an effector moves by as much of the width as in PushTask
 RATE = 500.0  # 1/J; a fact is 0.05 / J, in a scene enlarged 10 times, whose works are 10^4 as large
 
 
