@@ -17,6 +17,7 @@ from energymargin.recordings import (
     read_frame_labels,
     read_labels,
 )
+from energymargin.tasks.push_real import PushRealTask
 
 FRICTION = 0.3
 FRAMES = 84  # of 2.5 s: 33 Hz
@@ -246,3 +247,17 @@ def test_the_commands_lead_from_recordings_to_a_table(folder):
     strict = energymargin("import", *files, *options, "--no-mend", "-o", "b.h5", cwd=folder)
     assert strict.returncode == 2 and "0.csv, line 22: frame 20 is to be mended" in strict.stderr
     assert not (folder / "b.h5").exists()
+
+
+def test_contacts_that_bullet_judges_far_too_deep_move_nothing_far(tmp_path):
+    """In frame 75 of this recording a contact is said to be 11 mm deep, the overlap is 0.5 mm."""
+    task = PushRealTask("triangle", "jaw")
+    recording = read_csv(em.scenes.data_file("push_real/triangle-jaw-10.csv"))
+    scene = task.scene({})
+    world = em.World(scene)
+    measured = placed(recording, scene, part=False).states[75]
+    assert -1e-3 < world.distance(measured, "object", "effector") < -4e-4
+    assert max(-c.distance for c in world.contacts(measured)) > 0.01
+    found = placed(recording, scene)
+    assert found.moved.max() < 0.003
+    assert world.distance(found.states[75], "object", "effector") > -1e-5
