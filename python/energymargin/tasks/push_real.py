@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Problem, Scene, World
+from energymargin._core import Box, Contact, Inertial, Problem, Scene, World
 from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask, one_of
 from energymargin.tasks.printed import EFFECTORS, OBJECTS, Printed, printed
 
@@ -31,6 +31,7 @@ WALL_SIZE = (1.0, 0.1, 0.06)  # m
 FRICTION = 27 / 68  # of the object with all else, measured; a fact
 CLEARANCE = 0.001  # m, of the arm's tool above the table
 ARM_MASS = 5.0  # kg that moves with the printed effector, so that its speed lasts over an edge
+ARM_INERTIA = 0.2  # kg m^2, the same about 0.2 m: the arm all but holds the effector's yaw
 TOLERANCE = 1e-9  # m^2/s^2, of the solver: a speed of 0.03 mm/s; docs/push_real.md
 
 # The script of simulated pushes: a steady push from behind.
@@ -194,6 +195,7 @@ class PushRealTask(ScriptedTask):
             "effector",
             tool.shape,
             mass=tool.mass + ARM_MASS,
+            inertial=Inertial(inertia=(ARM_INERTIA,) * 3),
             position=(0.0, -START, self._height),
             friction=FRICTION,
             role="effector",
