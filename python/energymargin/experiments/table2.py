@@ -33,7 +33,17 @@ from energymargin.settings import SearchSettings
 from energymargin.store import Run, ScoreStore, begin_run, score_run
 from energymargin.tasks.printed import EFFECTORS, OBJECTS
 
-__all__ = ["COMBINATIONS", "HORIZONS", "PAPER", "QUICK", "Row", "Settings", "Table2", "reproduce"]
+__all__ = [
+    "COMBINATIONS",
+    "HORIZONS",
+    "PAPER",
+    "QUICK",
+    "Row",
+    "Settings",
+    "Table2",
+    "recorded",
+    "reproduce",
+]
 
 TASK = "push-real"
 METRICS = ("capture", "success")  # which share a tree
@@ -231,11 +241,11 @@ def reproduce(
     return result
 
 
-def recorded(combination: str) -> Dataset:
-    """The recordings of one combination, placed into the scene of push-real, with their labels."""
+def recorded(combination: str, count: int = RECORDINGS) -> Dataset:
+    """The first recordings of one combination, placed into the scene of push-real, with labels."""
     name, tool = combination.split("-")
     labels = recordings.read_labels(data_file("push_real/labels.csv"))
-    files = [f"{combination}-{number:02}.csv" for number in range(RECORDINGS)]
+    files = [f"{combination}-{number:02}.csv" for number in range(count)]
     return recordings.dataset(
         tasks.make(TASK, object=name, tool=tool),
         [recordings.read_csv(data_file(f"push_real/{file}")) for file in files],

@@ -100,12 +100,13 @@ class PushRealTask(ScriptedTask):
         x, y = random.uniform(-aim, aim), random.uniform(*OBJECT_Y)
         yaw = random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)
         speed = random.uniform(*EFFECTOR_SPEED_RANGE)
+        height = world.scene.pack()[world.scene.slice("effector")][2]
         behind = START
         while True:
             state: NDArray[np.float64] = world.scene.pack(
                 object={"position": (0.0, y, self._body.height / 2), "yaw": yaw},
                 effector={
-                    "position": (x, y - behind, self._height),
+                    "position": (x, y - behind, height),
                     "velocity": (0.0, speed, 0.0),
                 },
             )
@@ -165,45 +166,9 @@ class PushRealTask(ScriptedTask):
     def _body(self) -> Printed:
         return printed("objects", self._object)
 
-    @property
-    def _height(self) -> float:
-        """Of the effector's centre [m]."""
-        return printed("effectors", self._tool).height / 2 + CLEARANCE
-
     @cached_property
     def _scene(self) -> Scene:
-        tool = printed("effectors", self._tool)
-        # All contacts slide here: friction acts against the motion.
-        made = Scene(gravity=GRAVITY, step=STEP, solver_tolerance=TOLERANCE, friction_directions=1)
-        made.add_plane("table", friction=FRICTION)
-        made.add_body(
-            "wall",
-            Box(WALL_SIZE),
-            mass=0,
-            position=(0.0, WALL_Y + WALL_SIZE[1] / 2, WALL_SIZE[2] / 2),
-            friction=FRICTION,
-        )
-        made.add_body(
-            "object",
-            self._body.shape,
-            mass=self._body.mass,
-            position=(0.0, 0.0, self._body.height / 2),
-            friction=1.0,
-            role="object",
-        )
-        made.add_body(
-            "effector",
-            tool.shape,
-            mass=tool.mass + ARM_MASS,
-            inertial=Inertial(inertia=(ARM_INERTIA,) * 3),
-            position=(0.0, -START, self._height),
-            friction=FRICTION,
-            role="effector",
-            linear_factor=(1, 1, 0),
-            angular_factor=(0, 0, 1),
-        )
-        made.disable_collisions("effector", "table")  # the arm carries it
-        return made
+        return scene(self._body, printed("effectors", self._tool))
 
     def _swept(self, at: dict[str, Any] | None) -> regions.Region:
         """What the effector is about to sweep, from a fixed motion or from where it is."""
@@ -218,3 +183,55 @@ class PushRealTask(ScriptedTask):
             disc_radius=CAPTURE_DISC_RADIUS * width,
             at=at,
         )
+
+
+def scene(
+    body: Printed,
+    tool: Printed,
+    scale: float = 1.0,
+    step: float = STEP,
+    tolerance: float = TOLERANCE,
+) -> Scene:
+    """Table, wall, object and the arm's tool.
+
+    Enlarged by `scale`, what happens is alike: densities and accelerations stay, so that times grow
+    by the square root, and so do speeds. `step` [s] and `tolerance` [m^2/s^2] are those at true
+    scale.
+    """
+    body, tool = body.scaled(scale), tool.scaled(scale)
+    made = Scene(
+        gravity=GRAVITY,
+        step=step * math.sqrt(scale),
+        solver_tolerance=tolerance * scale,
+        friction_directions=1,  # all contacts slide here: friction acts against the motion
+    )
+    made.add_plane("table", friction=FRICTION)
+    x, y, z = WALL_SIZE
+    made.add_body(
+        "wall",
+        Box((x * scale, y * scale, z * scale)),
+        mass=0,
+        position=(0.0, (WALL_Y + y / 2) * scale, z * scale / 2),
+        friction=FRICTION,
+    )
+    made.add_body(
+        "object",
+        body.shape,
+        mass=body.mass,
+        position=(0.0, 0.0, body.height / 2),
+        friction=1.0,
+        role="object",
+    )
+    made.add_body(
+        "effector",
+        tool.shape,
+        mass=tool.mass + ARM_MASS * scale**3,
+        inertial=Inertial(inertia=(ARM_INERTIA * scale**5,) * 3),
+        position=(0.0, -START * scale, tool.height / 2 + CLEARANCE * scale),
+        friction=FRICTION,
+        role="effector",
+        linear_factor=(1, 1, 0),
+        angular_factor=(0, 0, 1),
+    )
+    made.disable_collisions("effector", "table")  # the arm carries it
+    return made

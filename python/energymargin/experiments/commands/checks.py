@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.experiments.commands.shared import app, picture
+from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run
 from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
-__all__ = ["audit", "bowl", "closed_forms", "fewer_steps", "uncertainty"]
+__all__ = ["audit", "bowl", "closed_forms", "enlarged", "fewer_steps", "uncertainty"]
 
 
 @app.command()
@@ -277,3 +277,34 @@ def fewer_steps(
 
     drawn = picture(output / "fewer_steps.png", draw)
     say(f"In {escape(str(output))}/: fewer_steps.md, fewer_steps.csv, {drawn}, scores/")
+
+
+@app.command()
+def enlarged(
+    *,
+    recordings: Annotated[
+        int | None, typer.Option(help="Of each combination.", show_default="4")
+    ] = None,
+    frames: Annotated[
+        int | None, typer.Option(help="Of each recording.", show_default="10")
+    ] = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """Whether pushes of centimetres and grams are as exact at true scale as in an enlarged scene.
+
+    Rollouts from recorded states of push-real, at true scale and 10 and 100 times as large, beside
+    what rounding, half the step and the solver's tolerance change.
+
+    The folder gets enlarged.md and enlarged.csv. It takes a quarter of a minute.
+
+    Example: `energymargin reproduce enlarged --frames 20`
+    """
+    from energymargin.experiments import enlarged as experiment
+
+    settings = changed(
+        experiment.QUICK if quick else experiment.Settings(), recordings=recordings, frames=frames
+    )
+    output = output or Path("out/enlarged-quick" if quick else "out/enlarged")
+    run(experiment.reproduce, settings, output, None, title="Simulating", unit="combinations")
+    say(f"In {escape(str(output))}/: enlarged.md, enlarged.csv")
