@@ -90,7 +90,12 @@ def import_recordings(
     if len(success) > len(of_these):
         say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
     dataset = recordings.dataset(
-        made, read, of_these, captured=frame_labels, most_overlap=most_overlap
+        made,
+        read,
+        of_these,
+        captured=frame_labels,
+        most_overlap=most_overlap,
+        notice=lambda text: say(escape(text)),
     )
     dataset.save(output)
     written = escape(str(output))

@@ -234,6 +234,7 @@ def test_the_commands_lead_from_recordings_to_a_table(folder):
     done = energymargin("import", *files, *options, *wide, "-o", "recorded.h5", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "0.csv: 84 frames, 2.5 s; 2 missing frames filled" in done.stderr
+    assert re.search(r"0\.csv: in \d+ of 84 frames bodies overlapped .* at most \d", done.stderr)
     assert "Wrote 4 trajectories" in done.stderr
     assert "Next: energymargin score recorded.h5" in done.stderr
     done = energymargin(
