@@ -86,8 +86,16 @@ def import_recordings(
             )
         )
         say(f"{escape(str(path))}: {_summary(read[-1])}")
+    of_these = {r.name: success[r.name] for r in read if r.name in success}
+    if len(success) > len(of_these):
+        say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
     dataset = recordings.dataset(
-        made, read, success, captured=frame_labels, most_overlap=most_overlap
+        made,
+        read,
+        of_these,
+        captured=frame_labels,
+        most_overlap=most_overlap,
+        notice=lambda text: say(escape(text)),
     )
     dataset.save(output)
     written = escape(str(output))

@@ -234,6 +234,7 @@ def test_the_commands_lead_from_recordings_to_a_table(folder):
     done = energymargin("import", *files, *options, *wide, "-o", "recorded.h5", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "0.csv: 84 frames, 2.5 s; 2 missing frames filled" in done.stderr
+    assert re.search(r"0\.csv: in \d+ of 84 frames bodies overlapped .* at most \d", done.stderr)
     assert "Wrote 4 trajectories" in done.stderr
     assert "Next: energymargin score recorded.h5" in done.stderr
     done = energymargin(
@@ -244,6 +245,8 @@ def test_the_commands_lead_from_recordings_to_a_table(folder):
 
     again = energymargin("import", *files, *options, "-o", "recorded.h5", cwd=folder)
     assert again.returncode == 2 and "recorded.h5 exists" in again.stderr
+    fewer = energymargin("import", "1.csv", *options, *wide, "-o", "one.h5", cwd=folder)
+    assert fewer.returncode == 0 and "labels.csv: 3 labels are of other rec" in fewer.stderr
     strict = energymargin("import", *files, *options, "--no-mend", "-o", "b.h5", cwd=folder)
     assert strict.returncode == 2 and "0.csv, line 22: frame 20 is to be mended" in strict.stderr
     assert not (folder / "b.h5").exists()

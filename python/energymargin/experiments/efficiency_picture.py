@@ -42,7 +42,8 @@ def figure_efficiency(result: Efficiency) -> Figure:
     left.set_ylabel("AUC, AP of the success prediction")
     left.set_ylim(top=1.015)
     right.set_ylabel("time a state [s]")
-    right.set_ylim(bottom=-0.05)
+    slowest = max(right.get_ylim()[1], 1e-3)
+    right.set_ylim(-0.03 * slowest, 1.15 * slowest)  # below the best AUC and AP
     left.grid(alpha=0.25, linewidth=0.5)
     pairs = [ax.get_legend_handles_labels() for ax in (left, right)]
     handles = [handle for own, _ in pairs for handle in own]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, cast
 
 import numpy as np
@@ -41,6 +41,7 @@ def dataset(
     effector: str = "effector",
     part: bool = True,
     most_overlap: float = MOST_OVERLAP,
+    notice: Callable[[str], None] | None = None,
 ) -> Dataset:
     """Recordings as trajectories of a task, in their order; a trajectory's seed is its number.
 
@@ -49,8 +50,8 @@ def dataset(
     frame (`read_frame_labels`); a frame that was missing is as the one before. If not given, a
     state is captured that lies in the task's own capture set. `params`: what the
     task draws for a trajectory, as its friction; by default its parameters that are numbers.
-    `object`, `effector`, `part` and `most_overlap`: as of `placed`. The contacts are those that the
-    scene has at each state.
+    `object`, `effector`, `part` and `most_overlap`: as of `placed`; `notice` is told of each
+    recording in which bodies were moved. The contacts are those that the scene has at each state.
 
     Raises ValueError on labels that lack a recording or name another one, and all that `placed`
     does.
@@ -65,9 +66,13 @@ def dataset(
     world = World(scene)
     trajectories = []
     for number, recording in enumerate(recordings):
-        states = placed(
-            recording, scene, object, effector, part=part, most_overlap=most_overlap
-        ).states
+        found = placed(recording, scene, object, effector, part=part, most_overlap=most_overlap)
+        states, frames = found.states, int(found.moved.any(axis=1).sum())
+        if frames and notice is not None:
+            notice(
+                f"{recording.name}: in {frames} of {len(recording)} frames bodies overlapped and "
+                f"were moved apart, by at most {1e3 * found.moved.max():.2g} mm"
+            )
         trajectories.append(
             Trajectory(
                 times=recording.times,
