@@ -1,11 +1,23 @@
-"""Recordings of a known motion, as CSV files."""
+"""Recordings of a known motion, as CSV files, and cells that may stand in one."""
 
 import numpy as np
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
 
 POSES = [f"{body}_{axis}" for body in ("object", "effector") for axis in ("x", "y", "yaw")]
 RATES = [f"{body}_{axis}" for body in ("object", "effector") for axis in ("vx", "vy", "yaw_rate")]
 HEADER = ["frame", "time", *POSES[:3], *RATES[:3], *POSES[3:], *RATES[3:]]
 NOISE = (5e-4, 5e-4, np.radians(0.5))  # m, m, rad; a camera's
+
+CELLS = st.one_of(
+    st.floats().map(str),
+    st.integers().map(str),
+    st.sampled_from(["", "nan", "1e308", "-1e308", "1e-320", "0", "1_0", "٣", '"', "\n", "x\x00"]),
+    st.text(max_size=4),
+)
+one_folder = settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture]
+)  # each example writes its file anew
 
 
 def push(frames=100, rate=33.0):

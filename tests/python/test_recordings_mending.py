@@ -164,3 +164,16 @@ def test_a_recording_of_which_much_would_be_mended_is_refused(path, columns):
         ValueError, match=r"33 of 100 frames would be mended .* expected at most 25%"
     ):
         read_csv(write(path, columns, rows))
+
+
+def test_two_jumps_of_the_yaw_do_not_turn_what_follows(path, columns):
+    columns["object_yaw"][[50, 51]] += (2.2, 4.4)
+    columns["object_yaw"] = (columns["object_yaw"] + np.pi) % (2 * np.pi) - np.pi
+    recording = read_csv(write(path, columns))
+    assert recording.mended == Mended(outliers={"object": (50, 51)})
+    assert np.abs(recording.object.poses[:, 2] - push()["object_yaw"]).max() < 0.03
+
+
+def test_a_motion_that_starts_with_the_recording_has_no_outliers(path, columns):
+    columns["object_y"] = 0.4 + 0.2 * np.maximum(columns["time"] - 1 / 33, 0)
+    assert str(read_csv(write(path, columns)).mended) == "nothing mended"

@@ -1,5 +1,6 @@
 """A recording is placed into a task's scene and scored as any other trajectory."""
 
+import contextlib
 import re
 import subprocess
 import sys
@@ -7,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recorded import noisy, push, rows_of, write
+from hypothesis import given
+from hypothesis import strategies as st
+from recorded import CELLS, noisy, one_folder, push, rows_of, write
 
 import energymargin as em
 from energymargin.recordings import (
@@ -264,3 +267,17 @@ def test_contacts_that_bullet_judges_far_too_deep_move_nothing_far(tmp_path):
     found = placed(recording, scene)
     assert found.moved.max() < 0.003
     assert world.distance(found.states[75], "object", "effector") > -1e-5
+
+
+@one_folder
+@given(
+    st.sampled_from(["recording,success", "recording,frame,captured"]),
+    st.lists(st.lists(st.one_of(CELLS, st.sampled_from(["a", "b", "1", "no"])), max_size=4)),
+)
+def test_any_text_is_labels_or_refused(tmp_path, header, rows):
+    path = tmp_path / "labels.csv"
+    text = "\n".join([header, *(",".join(row) for row in rows)])
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    for read in (read_labels, read_frame_labels):
+        with contextlib.suppress(ValueError):
+            assert read(path)

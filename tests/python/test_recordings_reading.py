@@ -6,13 +6,11 @@ import re
 import numpy as np
 import pytest
 from anything import damaged, finite
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from recorded import HEADER, POSES, noisy, poses_of, push, rows_of, write
+from recorded import CELLS, HEADER, POSES, noisy, one_folder, poses_of, push, rows_of, write
 
 from energymargin.recordings import Columns, Recording, read_csv
-
-one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture
@@ -308,12 +306,6 @@ def require_recording_or_refusal(path, text, columns=None):
 
 
 TEXT = "".join(",".join(row) + "\n" for row in [HEADER, *rows_of(push(12))])
-CELLS = st.one_of(
-    st.floats().map(str),
-    st.integers().map(str),
-    st.sampled_from(["", "nan", "1e308", "-1e308", "1e-320", "0", "1_0", "٣", '"', "\n", "x\x00"]),
-    st.text(max_size=4),
-)
 
 
 @one_folder

@@ -9,6 +9,7 @@ from energymargin.recordings.table import Source, lines_of
 
 __all__ = ["read_frame_labels", "read_labels"]
 
+MOST_DIGITS = 15  # of a frame's number
 WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
@@ -36,11 +37,11 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
     labels: dict[str, dict[int, bool]] = {}
     for line, (name, number, word) in _rows(path, ("recording", "frame", "captured")):
         of_recording = labels.setdefault(name, {})
-        if not (number.isascii() and number.removeprefix("-").isdecimal()):
+        if not (number.isascii() and number.isdecimal() and len(number) <= MOST_DIGITS):
             raise source.error(f"frame is {number!r}, expected a whole number", line)
-        if int(number[:20]) in of_recording:
+        if int(number) in of_recording:
             raise source.error(f"frame {number} of {name!r} has a label already", line)
-        of_recording[int(number[:20])] = _label(source, line, "captured", word)
+        of_recording[int(number)] = _label(source, line, "captured", word)
     return labels
 
 

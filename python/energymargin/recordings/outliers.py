@@ -4,7 +4,8 @@ Seven frames around each one have a median slope, and about that line a median a
 deviation. A frame is an outlier if it lies farther from the median than three times that deviation
 (scaled to a standard deviation), and farther than a least jump both from the median and from the
 line between its neighbours, which would replace it. Two wrong frames of seven change none of these
-medians by much; where the motion itself starts, stops or bounces there is no outlier.
+medians by much; where the motion itself starts, stops or bounces there is no outlier. Of a yaw,
+sine and cosine are looked at, which do not wrap.
 """
 
 from __future__ import annotations
@@ -27,11 +28,12 @@ def jumps(
 ) -> NDArray[np.bool_]:
     """Which of N >= 7 poses, shape (N, 3), are outliers, shape (N,).
 
-    `least`: of the jump [m] and of the turn [rad].
+    `least`: of the jump [m] and of the turn [rad]. Yaws may jump by 2 pi.
     """
-    limits = (least[0], least[0], least[1])
-    columns = [_jumps(times, poses[:, i], limit) for i, limit in enumerate(limits)]
-    return np.asarray(np.any(columns, axis=0))
+    x, y, yaw = poses.T
+    jump, turn = least
+    columns = ((x, jump), (y, jump), (np.cos(yaw), turn), (np.sin(yaw), turn))
+    return np.asarray(np.any([_jumps(times, *column) for column in columns], axis=0))
 
 
 def _jumps(

@@ -35,7 +35,7 @@ class _Track:
 
     body: str
     poses: NDArray[np.float64]
-    """Shape (R, 3), yaw without jumps; NaN where it was not seen."""
+    """Shape (R, 3), the yaw without jumps of 2 pi in the good rows; NaN where it was not seen."""
     velocities: NDArray[np.float64] | None
     """Those of the file, shape (R, 3)."""
     seen: NDArray[np.bool_]
@@ -125,11 +125,10 @@ def _track(table: Table, body: str, least: tuple[float, float]) -> _Track:
     measured = poses if velocities is None else np.concatenate([poses, velocities], axis=1)
     seen = np.asarray(np.isfinite(measured).all(axis=1))
     _require_enough(table, int(seen.sum()), f"rows in which the {body} was seen")
-    poses[seen, 2] = np.unwrap(poses[seen, 2])
     jumped = np.zeros_like(seen)
     jumped[seen] = jumps(table.values["time"][seen], poses[seen], least)
     _require_enough(table, int((seen & ~jumped).sum()), f"rows without a jump of the {body}")
-    good = seen & ~jumped  # a jump of the yaw may have turned all that follows by 2 pi
+    good = seen & ~jumped
     poses[good, 2] = np.unwrap(poses[good, 2])
     return _Track(body, poses, velocities, seen, jumped)
 
