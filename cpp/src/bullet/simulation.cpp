@@ -18,10 +18,6 @@ namespace {
 // An axis this close to a principal one is that one: 1 - cosine.
 constexpr double principal_slack = 1e-12;
 
-// Points that Bullet looks for at once where a face of a hull may lie on another face. With one a step, a hull that
-// slides stands on no more than that, and tips into what is below.
-constexpr int points_of_a_face = 4;
-
 // Rounds over the joints' rows in each of the solver's. Where a follower is heavier than what it follows, as its
 // multiplier makes it, one row undoes most of what the other did, and they need many.
 constexpr int mimic_rounds = 10;
@@ -40,14 +36,6 @@ std::optional<int> only_axis(const Vector3& angular_factor) {
   int axis = 0;
   if (angular_factor.sum() != 1.0 || angular_factor.maxCoeff(&axis) != 1.0) return std::nullopt;
   return axis;
-}
-
-bool has_hull(const Body& body) {
-  if (const auto* compound = std::get_if<Compound>(&body.shape)) {
-    return std::any_of(compound->parts.begin(), compound->parts.end(),
-                       [](const Part& part) { return std::holds_alternative<ConvexHull>(part.shape); });
-  }
-  return std::holds_alternative<ConvexHull>(body.shape);
 }
 
 std::size_t body_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
@@ -112,13 +100,9 @@ Simulation::~Simulation() {
 void Simulation::configure(Steps steps) {
   use_plane_contacts(dispatcher_);
   use_box_contacts(dispatcher_);
-  if (std::any_of(scene_.bodies().begin(), scene_.bodies().end(), has_hull)) {
-    face_points_ = points_of_a_face;
-  } else if (steps == Steps::own) {
-    use_round_contacts(dispatcher_);
-  }
+  hull_contacts_.use_in(dispatcher_);
+  if (steps == Steps::own) use_round_contacts(dispatcher_);
   solver_.use_own_rounds(steps == Steps::own);
-  configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
   for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
   if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
@@ -434,9 +418,9 @@ std::vector<Contact> Simulation::contacts() const {
 
 PairPoints Simulation::pair(std::size_t a, std::size_t b, double reach) {
   PairPoints points(*colliders_[a], reach);
-  configuration_.setConvexConvexMultipointIterations(0, 0);  // the further points of a face are not exact
+  hull_contacts_.tilted = false;  // points of tilted bodies are not exact
   world_.contactPairTest(colliders_[a], colliders_[b], points);
-  configuration_.setConvexConvexMultipointIterations(face_points_, face_points_);
+  hull_contacts_.tilted = true;
   return points;
 }
 

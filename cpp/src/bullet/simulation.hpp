@@ -13,6 +13,7 @@
 #include "articulation.hpp"
 #include "energymargin/world.hpp"
 #include "free_bodies.hpp"
+#include "hull_contacts.hpp"
 #include "mimic_row.hpp"
 #include "shapes.hpp"
 #include "watched_solver.hpp"
@@ -132,7 +133,7 @@ class Simulation {
   double step_;
   std::vector<Inertial> spreads_;  // of all bodies
   btDefaultCollisionConfiguration configuration_;
-  int face_points_ = 0;  // that Bullet looks for at once; 0: one
+  HullContacts hull_contacts_;
   btCollisionDispatcher dispatcher_;
   SeparatePairs separate_;
   btDbvtBroadphase broadphase_;

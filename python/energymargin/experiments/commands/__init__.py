@@ -7,6 +7,9 @@ from energymargin.experiments.commands import paper  # the order of --help
 
 # isort: split
 from energymargin.experiments.commands import checks
+
+# isort: split
+from energymargin.experiments.commands import everything
 from energymargin.experiments.commands.shared import app
 
-__all__ = ["app", "checks", "paper"]
+__all__ = ["app", "checks", "everything", "paper"]

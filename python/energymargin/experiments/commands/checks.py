@@ -37,7 +37,7 @@ def bowl(
     output.mkdir(parents=True, exist_ok=True)
     with progress_bar(err, "Searching ways out of the bowl", "searches") as progress:
         result = experiment.reproduce(output, samples, seeds, progress=progress)
-    out.print(result.to_markdown(), highlight=False)
+    out.print(result.to_markdown(), markup=False, highlight=False)
 
     def draw() -> Any:
         from energymargin.experiments.bowl_picture import figure_bowl
@@ -92,7 +92,7 @@ def closed_forms(
     except KeyboardInterrupt:
         say(f"What was searched is kept in {escape(str(output))}; the same command goes on.")
         raise
-    out.print(result.to_markdown(), highlight=False)
+    out.print(result.to_markdown(), markup=False, highlight=False)
     (output / "closed_forms.md").write_text(result.to_markdown())
 
     def draw() -> Any:
@@ -146,7 +146,7 @@ def audit(
             (output / "audit.md").write_text(text)
             (output / "audit.csv").write_text(audits.to_csv())
             say(f"In {escape(str(output))}/: audit.md, audit.csv")
-    out.print(text, highlight=False, soft_wrap=True)
+    out.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -195,7 +195,7 @@ def uncertainty(
         kept = f"The states that are done are kept in {escape(str(output))}"
         say(f"{kept}; the same command goes on from there.")
         raise
-    out.print(result.to_markdown(), highlight=False, soft_wrap=True)
+    out.print(result.to_markdown(), markup=False, highlight=False, soft_wrap=True)
     say(f"In {escape(str(output))}/: uncertainty.md, uncertainty.csv, trees/")
 
 
@@ -268,7 +268,7 @@ def fewer_steps(
     except KeyboardInterrupt:
         say(f"The runs that are done are kept in {escape(str(output))}; the same command goes on.")
         raise
-    out.print(result.to_markdown(), highlight=False, soft_wrap=True)
+    out.print(result.to_markdown(), markup=False, highlight=False, soft_wrap=True)
 
     def draw() -> Any:
         from energymargin.experiments.fewer_steps_picture import figure_fewer_steps

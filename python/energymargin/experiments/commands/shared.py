@@ -68,7 +68,7 @@ def run(
     except KeyboardInterrupt:
         say(f"What is done is kept in {escape(str(folder))}; the same command goes on from there.")
         raise
-    out.print(result.to_markdown(), highlight=False, soft_wrap=True)
+    out.print(result.to_markdown(), markup=False, highlight=False, soft_wrap=True)
     return result
 
 

@@ -1,0 +1,119 @@
+#include "hull_contacts.hpp"
+
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+
+#include "pair_contacts.hpp"
+
+namespace energymargin {
+namespace {
+
+using Input = btDiscreteCollisionDetectorInterface::ClosestPointInput;
+
+constexpr double tilt = 0.02;  // rad: a face's corners are then apart by a fiftieth of its size, which GJK can tell
+constexpr int sides = 4;
+constexpr int points_of_a_face = 4;  // with so many, a hull stands: no more are looked for
+
+// The closest points of two solids, and the direction between them.
+btVector3 closest(const Input& input, const btConvexShape& a, const btConvexShape& b,
+                  btDiscreteCollisionDetectorInterface::Result& result) {
+  btVoronoiSimplexSolver simplex;
+  btGjkEpaPenetrationDepthSolver depth;
+  btGjkPairDetector detector(&a, &b, &simplex, &depth);
+  detector.getClosestPoints(input, result, nullptr);
+  return detector.getCachedSeparatingAxis();
+}
+
+// Points of a tilted body, put where they are on the body as it is.
+class Untilted : public btDiscreteCollisionDetectorInterface::Result {
+ public:
+  Untilted(btManifoldResult& result, const btTransform& back, bool of_a) : result_(result), back_(back), of_a_(of_a) {}
+
+  void setShapeIdentifiersA(int, int) override {}
+  void setShapeIdentifiersB(int, int) override {}
+  void addContactPoint(const btVector3& normal, const btVector3& on_b, btScalar depth) override {
+    const btVector3 on_a = on_b + normal * depth;
+    if (of_a_) {
+      const btVector3 end = back_ * on_a;
+      const double true_depth = (end - on_b).dot(normal);
+      result_.addContactPoint(normal, end - normal * true_depth, true_depth);
+    } else {
+      const btVector3 start = back_ * on_b;
+      result_.addContactPoint(normal, start, (on_a - start).dot(normal));
+    }
+  }
+
+ private:
+  btManifoldResult& result_;
+  btTransform back_;
+  bool of_a_;
+};
+
+class Contacts : public PairContacts {
+ public:
+  Contacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& a,
+           const btCollisionObjectWrapper& b, bool tilted)
+      : PairContacts(info, a, b), tilted_(tilted) {}
+
+  void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
+                        btManifoldResult* result) override {
+    result->setPersistentManifold(manifold_);
+    const double reach = shape(*a).getMargin() + shape(*b).getMargin() + manifold_->getContactBreakingThreshold() +
+                         result->m_closestPointDistanceThreshold;
+    Input input;
+    input.m_transformA = a->getWorldTransform();
+    input.m_transformB = b->getWorldTransform();
+    input.m_maximumDistanceSquared = reach * reach;
+    const btVector3 axis = closest(input, shape(*a), shape(*b), *result);
+    if (tilted_ && manifold_->getNumContacts() < points_of_a_face && axis.length2() > SIMD_EPSILON) {
+      add_tilted(input, shape(*a), shape(*b), axis.normalized(), *result);
+    }
+    result->refreshContactPoints();
+  }
+
+ private:
+  static const btConvexShape& shape(const btCollisionObjectWrapper& object) {
+    return static_cast<const btConvexShape&>(*object.getCollisionShape());
+  }
+
+  // The smaller body is tilted about axes in the plane of contact.
+  static void add_tilted(const Input& input, const btConvexShape& a, const btConvexShape& b, const btVector3& normal,
+                         btManifoldResult& result) {
+    btVector3 first, second;
+    btPlaneSpace1(normal, first, second);
+    const bool of_a = a.getAngularMotionDisc() < b.getAngularMotionDisc();
+    const btTransform& body = of_a ? input.m_transformA : input.m_transformB;
+    for (int side = 0; side < sides; ++side) {
+      const btQuaternion turn(normal, side * SIMD_2_PI / sides);
+      const btMatrix3x3 rotation(turn.inverse() * btQuaternion(first, tilt) * turn);
+      Input tilted = input;
+      (of_a ? tilted.m_transformA : tilted.m_transformB).setBasis(rotation * body.getBasis());
+      Untilted untilted(result, body * (of_a ? tilted.m_transformA : tilted.m_transformB).inverse(), of_a);
+      closest(tilted, a, b, untilted);
+    }
+  }
+
+  bool tilted_;
+};
+
+}  // namespace
+
+btCollisionAlgorithm* HullContacts::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                             const btCollisionObjectWrapper* a,
+                                                             const btCollisionObjectWrapper* b) {
+  static_assert(sizeof(Contacts) <= contacts_size);
+  void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(Contacts));
+  return new (memory) Contacts(info, *a, *b, tilted);
+}
+
+void HullContacts::use_in(btCollisionDispatcher& dispatcher) {
+  const int hull = CONVEX_HULL_SHAPE_PROXYTYPE, cylinder = CYLINDER_SHAPE_PROXYTYPE, box = BOX_SHAPE_PROXYTYPE;
+  for (const int other : {hull, cylinder, box, static_cast<int>(CAPSULE_SHAPE_PROXYTYPE),
+                          static_cast<int>(SPHERE_SHAPE_PROXYTYPE)}) {
+    dispatcher.registerCollisionCreateFunc(hull, other, this);
+    dispatcher.registerCollisionCreateFunc(other, hull, this);
+  }
+}
+
+}  // namespace energymargin

@@ -1,0 +1,149 @@
+"""All studies, one after the other, into one folder with an index page."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from energymargin.experiments.commands import checks, paper
+from energymargin.experiments.commands.shared import app
+from energymargin.terminal import Threads, err, say, split
+
+__all__ = ["STUDIES", "everything"]
+
+Run = Callable[[Path, bool, int | None], None]
+NODES = 100  # of the trees of table 1
+
+# By name: what it shows, and how it runs with a folder, `quick` and the number of threads.
+STUDIES: dict[str, tuple[str, Run]] = {
+    "table1": (
+        "Prediction of robustness and success, on every task (Table I)",
+        lambda folder, quick, threads: paper.table1(
+            nodes=None if quick else NODES, quick=quick, threads=threads, output=folder
+        ),
+    ),
+    "figure-quality": (
+        "Trees in six frames of two pushes (the qualitative figure)",
+        lambda folder, quick, threads: paper.figure_quality(
+            quick=quick, threads=threads, output=folder
+        ),
+    ),
+    "efficiency": (
+        "Success prediction and time a state, by nodes (the figure of time efficiency)",
+        lambda folder, quick, threads: paper.efficiency(
+            quick=quick, threads=threads, output=folder
+        ),
+    ),
+    "perturbation": (
+        "Prediction with errors of the model (the figure of robustness)",
+        lambda folder, quick, threads: paper.perturbation(
+            quick=quick, threads=threads, output=folder
+        ),
+    ),
+    "table2": (
+        "Prediction on recorded pushes, a simulated stand-in (Table II)",
+        lambda folder, quick, threads: paper.table2(quick=quick, threads=threads, output=folder),
+    ),
+    "enlarged": (
+        "Centimetres and grams at true scale, beside enlarged scenes",
+        lambda folder, quick, _threads: checks.enlarged(quick=quick, output=folder),
+    ),
+    "bowl": (
+        "The escape energy of a ball in a bowl (Definition 2)",
+        lambda folder, quick, _threads: checks.bowl(
+            samples=500 if quick else 2000, seeds=2 if quick else 10, output=folder
+        ),
+    ),
+    "audit": (
+        "Where the energy of rollouts goes",
+        lambda folder, quick, _threads: checks.audit(quick=quick, output=folder),
+    ),
+    "closed-forms": (
+        "The effort of escape against answers known on paper",
+        lambda folder, quick, threads: checks.closed_forms(
+            nodes=200 if quick else 5000,
+            seeds=2 if quick else 20,
+            gain_seeds=1 if quick else 8,
+            threads=threads,
+            output=folder,
+        ),
+    ),
+    "uncertainty": (
+        "How often the intervals of the scores hold the truth",
+        lambda folder, quick, threads: checks.uncertainty(
+            nodes="20" if quick else "100,300",
+            states=1 if quick else 5,
+            trees=40 if quick else 200,
+            threads=threads,
+            output=folder,
+        ),
+    ),
+    "fewer-steps": (
+        "What it gains to use more of each rollout",
+        lambda folder, quick, threads: checks.fewer_steps(
+            quick=quick, threads=threads, output=folder
+        ),
+    ),
+}
+
+
+@app.command("all")
+def everything(
+    *,
+    only: Annotated[
+        str | None,
+        typer.Option(help="Which studies, with commas between.", show_default="all of them"),
+    ] = None,
+    threads: Threads = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", help="Folder for all folders.", show_default="out/all, or out/all-quick"
+        ),
+    ] = None,
+    readme: Annotated[
+        Path | None,
+        typer.Option(help="A README, whose results section is made anew from the folder."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A first picture of everything, in some minutes.")
+    ] = False,
+) -> None:
+    """Every study of this list, into one folder with an index page (index.html, index.md).
+
+    Each goes into a folder of its own, with its numbers and pictures; the page is written again
+    after each. The five of the paper take about an hour on two cores, all of them two and a half;
+    stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce all --only table2,enlarged`
+    """
+    from energymargin.executors.threads import thread_count
+    from energymargin.experiments.index_page import Times, write_index
+    from energymargin.experiments.results_section import put_into
+
+    chosen = list(STUDIES) if only is None else split(only)
+    wrong = [name for name in chosen if name not in STUDIES]
+    if wrong or not chosen:
+        what = repr(wrong[0]) if wrong else "nothing"
+        raise ValueError(f"only has {what}, expected some of {', '.join(STUDIES)}")
+    output = output or Path("out/all-quick" if quick else "out/all")
+    output.mkdir(parents=True, exist_ok=True)
+    times = Times(output / "times.json")
+    shows = {name: study[0] for name, study in STUDIES.items()}
+    for number, name in enumerate(chosen, 1):
+        err.print(f"[bold]{name}[/] ({number} of {len(chosen)}): {shows[name]}")
+        begun = time.monotonic()
+        try:
+            STUDIES[name][1](output / name, quick, threads)
+        finally:
+            times.add(name, time.monotonic() - begun)
+        write_index(output, shows, times, thread_count(threads))
+    if readme is not None:
+        put_into(readme, output)
+        say(f"The results of {escape(str(readme))} are made anew.")
+    say(f"In {escape(str(output))}/: index.html, index.md, and a folder for each study")
