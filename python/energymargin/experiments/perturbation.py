@@ -95,8 +95,9 @@ class Point:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Student's 95 % interval of the mean, within 0..1; of one draw, the mean itself."""
-        if len(self.ap) < 2:
+        """Student's 95 % interval of the mean, within 0..1; of draws that do not differ, the mean
+        itself."""
+        if np.ptp(self.ap) == 0:
             return self.mean, self.mean
         from scipy.stats import t
 
