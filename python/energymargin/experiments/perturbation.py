@@ -95,8 +95,9 @@ class Point:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Student's 95 % interval of the mean, within 0..1; of one draw, the mean itself."""
-        if len(self.ap) < 2:
+        """Student's 95 % interval of the mean, within 0..1; of draws that do not differ, the mean
+        itself."""
+        if np.ptp(self.ap) == 0:
             return self.mean, self.mean
         from scipy.stats import t
 
@@ -144,8 +145,9 @@ class Perturbation:
                 f"{TASK}: {s.trajectories} trajectories of {FRAMES} states, seed 0, {s.nodes} "
                 f"nodes a tree. AP of the capture score, and with force errors of the force score, "
                 f"against being captured over the next {HORIZON} frames; the labels are those of "
-                f"the true states. Mean of {s.draws} draws of the errors, and Student's 95 % "
-                "interval of that mean; it does not hold what other trajectories would change.",
+                f"the true states. Mean over the draws of the errors, {s.draws} at each level, and "
+                "Student's 95 % interval of that mean, where they differ; it does not hold what "
+                "other trajectories would change.",
                 "",
                 *self._aps(),
                 "",
@@ -159,7 +161,7 @@ class Perturbation:
         lines = [f"| scaled error | {' | '.join(KINDS)} |", "| ---: " * (1 + len(KINDS)) + "|"]
         for points in zip(*map(self.curve, KINDS), strict=True):
             level = points[0].level
-            cells = [f"{p.mean:.3f} ({p.interval[0]:.3f} to {p.interval[1]:.3f})" for p in points]
+            cells = [_cell(point) for point in points]
             papers = [PAPER[p.kind].get(level) for p in points]
             shown = [
                 cell + (f", paper {paper:.2f}" if paper is not None else "")
@@ -252,3 +254,8 @@ def reproduce(
     (folder / "perturbation.md").write_text(result.to_markdown())
     (folder / "perturbation.csv").write_text(result.to_csv())
     return result
+
+
+def _cell(point: Point) -> str:
+    low, high = point.interval
+    return f"{point.mean:.3f}" + (f" ({low:.3f} to {high:.3f})" if high > low else "")
