@@ -12,7 +12,7 @@ from energymargin.tasks.base import whole_number, yes_or_no
 
 __all__ = ["ALGORITHM", "ANY", "METRICS", "SearchSettings", "algorithm", "check_metrics"]
 
-ALGORITHM = "0.5.0"
+ALGORITHM = "0.7.0"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 

@@ -22,9 +22,11 @@ MOMENTS = {
     "grasp": (8, 5),
     "push": (9, 2),
     "push-multi": (7, 0),
+    "push-real": (3, 3),
     "scoop": (8, 5),
     "topple": (9, 3),
 }
+PARAMETERS = {"push-real": {"object": "irregular"}}  # others than the task's own
 NODES, SAMPLES, SEED = 60, 300, 7
 OF_SPEED = ("problem-topple",)  # their capture set is left by speed, so there is no escape energy
 
@@ -63,7 +65,7 @@ def main() -> None:
     """Problems if asked for, and values."""
     if "--problems" in sys.argv[1:]:
         for name, (seed, frame) in MOMENTS.items():
-            task = em.tasks.make(name)
+            task = em.tasks.make(name, **PARAMETERS.get(name, {}))
             ran = task.rollout(seed=seed)
             problem = task.problem(ran.states[frame], ran.params, ran.contacts[frame])
             problem.save(FOLDER / f"problem-{name}.json")

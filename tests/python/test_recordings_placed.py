@@ -255,29 +255,18 @@ def test_the_commands_lead_from_recordings_to_a_table(folder):
     assert not (folder / "b.h5").exists()
 
 
-def test_contacts_that_bullet_judges_far_too_deep_move_nothing_far(tmp_path):
-    """In frame 75 of this recording a contact is said to be 11 mm deep, the overlap is 0.5 mm."""
+def test_small_hulls_in_one_another_have_no_contact_deeper_than_they_overlap():
+    """Where a jaw grips a corner: Bullet tilts small hulls so far that it finds contacts of 11 mm."""
     task = PushRealTask("triangle", "jaw")
     recording = read_csv(em.scenes.data_file("push_real/triangle-jaw-10.csv"))
     scene = task.scene({})
     world = em.World(scene)
-    measured = placed(recording, scene, part=False).states[75]
-    assert -1e-3 < world.distance(measured, "object", "effector") < -4e-4
-    assert max(-c.distance for c in world.contacts(measured)) > 0.01
-    found = placed(recording, scene)
-    assert found.moved.max() < 0.003
-    assert world.distance(found.states[75], "object", "effector") > -1e-5
-
-
-@one_folder
-@given(
-    st.sampled_from(["recording,success", "recording,frame,captured"]),
-    st.lists(st.lists(st.one_of(CELLS, st.sampled_from(["a", "b", "1", "no"])), max_size=4)),
-)
-def test_any_text_is_labels_or_refused(tmp_path, header, rows):
-    path = tmp_path / "labels.csv"
-    text = "\n".join([header, *(",".join(row) for row in rows)])
-    path.write_bytes(text.encode("utf-8", "surrogatepass"))
-    for read in (read_labels, read_frame_labels):
-        with contextlib.suppress(ValueError):
-            assert read(path)
+    for measured in placed(recording, scene, part=False).states[73:76]:
+        overlap = -world.distance(measured, "object", "effector")
+        depths = [
+            -contact.distance
+            for contact in world.contacts(measured)
+            if {contact.body_a, contact.body_b} == {"object", "effector"}
+        ]
+        assert overlap > 1e-4 and overlap == pytest.approx(max(depths), rel=0.1)
+    assert placed(recording, scene).moved.max() < 0.003

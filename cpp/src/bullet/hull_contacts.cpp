@@ -109,8 +109,8 @@ btCollisionAlgorithm* HullContacts::CreateCollisionAlgorithm(btCollisionAlgorith
 
 void HullContacts::use_in(btCollisionDispatcher& dispatcher) {
   const int hull = CONVEX_HULL_SHAPE_PROXYTYPE, cylinder = CYLINDER_SHAPE_PROXYTYPE, box = BOX_SHAPE_PROXYTYPE;
-  for (const int other : {hull, cylinder, box, static_cast<int>(CAPSULE_SHAPE_PROXYTYPE),
-                          static_cast<int>(SPHERE_SHAPE_PROXYTYPE)}) {
+  for (const int other :
+       {hull, cylinder, box, static_cast<int>(CAPSULE_SHAPE_PROXYTYPE), static_cast<int>(SPHERE_SHAPE_PROXYTYPE)}) {
     dispatcher.registerCollisionCreateFunc(hull, other, this);
     dispatcher.registerCollisionCreateFunc(other, hull, this);
   }

@@ -1,6 +1,8 @@
 #include "plane_contacts.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "pair_contacts.hpp"
 
@@ -50,6 +52,50 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
+// Of a hull's points that are in reach of the ground, those on which it stands: the outermost ones to four sides, which
+// are the hull's own, and the lowest one. Bullet keeps four, and of points at one height the last digit would say
+// which.
+class Stand {
+ public:
+  Stand(const btVector3& down, double reach) : down_(down), slack_(level * reach) {
+    const btVector3 axis = std::abs(down.x()) < 0.7 ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
+    const btVector3 first = (axis - down * down.dot(axis)).normalized();
+    const btVector3 second = down.cross(first);
+    // Not along the axes, where many hulls have edges, and both ends of an edge were outermost.
+    const btVector3 side = first * std::cos(between_axes) + second * std::sin(between_axes);
+    sides_ = {side, -side, down.cross(side), -down.cross(side)};
+  }
+
+  void add(const btVector3& point) {
+    for (std::size_t i = 0; i < sides_.size(); ++i) {
+      if (count_ == 0 || sides_[i].dot(point) > sides_[i].dot(outermost_[i]) + slack_) outermost_[i] = point;
+    }
+    if (count_ == 0 || down_.dot(point) > down_.dot(lowest_) + slack_) lowest_ = point;
+    ++count_;
+  }
+
+  template <typename Visit>
+  void for_each(const Visit& visit) const {
+    if (count_ == 0) return;
+    bool has_lowest = false;
+    for (const btVector3& point : outermost_) {
+      visit(point);
+      has_lowest = has_lowest || down_.dot(point) >= down_.dot(lowest_) - slack_;
+    }
+    if (!has_lowest) visit(lowest_);
+  }
+
+ private:
+  static constexpr double level = 1e-3;         // of the reach: points so near to one height are at one
+  static constexpr double between_axes = 0.46;  // rad
+
+  btVector3 down_;
+  double slack_;
+  std::array<btVector3, 4> sides_, outermost_;
+  btVector3 lowest_;
+  int count_ = 0;
+};
+
 // Half way from a solid's top to its lowest point, along `down`. A hull may have its frame anywhere.
 double half_way(const btCollisionShape& shape, const btVector3& down) {
   if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE) return 0.0;
@@ -87,12 +133,19 @@ class PlaneContacts : public PairContacts {
     const btTransform& pose = solid.getWorldTransform();
     const btVector3 down = -normal * pose.getBasis();
     const double middle = half_way(*solid.getCollisionShape(), down);
-    for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
-      if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
+    const auto add = [&](const btVector3& point) {
       const btVector3 on_solid = pose * point;
       const double distance = normal.dot(on_solid) - offset;
-      if (distance < reach) result->addContactPoint(normal, on_solid - normal * distance, distance);
+      result->addContactPoint(normal, on_solid - normal * distance, distance);
+    };
+    const bool is_hull = solid.getCollisionShape()->getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE;
+    Stand stand(down, reach);
+    for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
+      if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
+      if (normal.dot(pose * point) - offset >= reach) return;
+      is_hull ? stand.add(point) : add(point);
     });
+    stand.for_each(add);
     result->refreshContactPoints();
     if (fresh) share_load(*solid.getCollisionObject(), normal);
   }

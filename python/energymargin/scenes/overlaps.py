@@ -13,7 +13,6 @@ __all__ = ["moved_apart"]
 
 TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
 ROUNDS = 100
-MISJUDGED = 5.0  # times the overlap; seen: 15 to 80 times, while others of a pair have 2 times
 
 
 def moved_apart(
@@ -56,25 +55,8 @@ def _deepest(
     world: World, state: NDArray[np.float64], bodies: Sequence[str], free: NDArray[np.float64]
 ) -> tuple[str, NDArray[np.float64]] | None:
     """The body that has to move farthest, and its way out (3,) [m]; None if nothing overlaps."""
-    ways = []
-    for contact in world.contacts(state):
-        if (way := _way_out(contact, bodies, free)) is not None:
-            ways.append((_trusted(world, state, contact), *way))
-    if not ways:
-        return None
-    trusted = max(share for share, _, _ in ways)
-    shifts = [(body, share * way) for share, body, way in ways if share == trusted]
-    return max(shifts, key=lambda shift: float(np.linalg.norm(shift[1])))
-
-
-def _trusted(world: World, state: NDArray[np.float64], contact: Contact) -> float:
-    """The share of a contact's depth that is believed.
-
-    At the edges of compounds, Bullet's clipping of faces has contacts that are far deeper than the
-    bodies overlap: of these, the overlap.
-    """
-    overlap = max(-world.distance(state, contact.body_a, contact.body_b), 0.0)
-    return 1.0 if -contact.distance <= MISJUDGED * overlap else overlap / -contact.distance
+    ways = [way for contact in world.contacts(state) if (way := _way_out(contact, bodies, free))]
+    return max(ways, key=lambda way: float(np.linalg.norm(way[1])), default=None)
 
 
 def _way_out(
