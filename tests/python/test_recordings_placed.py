@@ -1,6 +1,5 @@
 """A recording is placed into a task's scene and scored as any other trajectory."""
 
-import contextlib
 import re
 import subprocess
 import sys
@@ -8,9 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from recorded import CELLS, noisy, one_folder, push, rows_of, write
+from recorded import noisy, push, rows_of, write
 
 import energymargin as em
 from energymargin.recordings import (
@@ -256,7 +253,7 @@ def test_the_commands_lead_from_recordings_to_a_table(folder):
 
 
 def test_small_hulls_in_one_another_have_no_contact_deeper_than_they_overlap():
-    """Where a jaw grips a corner: Bullet tilts small hulls so far that it finds contacts of 11 mm."""
+    """Where a jaw grips a corner: Bullet tilts small hulls so far that it finds 11 mm there."""
     task = PushRealTask("triangle", "jaw")
     recording = read_csv(em.scenes.data_file("push_real/triangle-jaw-10.csv"))
     scene = task.scene({})

@@ -6,9 +6,8 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
-
-from energymargin import __version__
 
 __all__ = ["Times", "write_index"]
 
@@ -49,7 +48,8 @@ def write_index(folder: Path, studies: Mapping[str, str], times: Times, threads:
     lines = [
         "# The studies of Energy Margin",
         "",
-        f"Made by `energymargin reproduce all` with version {__version__}, on {threads} threads.",
+        f"Made by `energymargin reproduce all` with version {version('energymargin')}, "
+        f"on {threads} threads.",
         "",
         "| | | time |",
         "| --- | --- | --- |",

@@ -95,10 +95,9 @@ def _efficiency(rows: Rows, picture: str) -> str:
         there = row["paper_seconds"] != ""
         paper = _pair(row["paper_success_auc"], row["paper_success_ap"]) if there else ""
         time = f"{float(row['paper_seconds']):.3g} s" if there else ""
-        ours = _pair(row["success_auc"], row["success_ap"])
-        lines.append(
-            f"| {row['nodes']} | **{ours}** | {paper} | **{float(row['seconds']):.3g} s** | {time} |"
-        )
+        ours = f"**{_pair(row['success_auc'], row['success_ap'])}**"
+        own_time = f"**{float(row['seconds']):.3g} s**"
+        lines.append(f"| {row['nodes']} | {ours} | {paper} | {own_time} | {time} |")
     return "\n".join([*lines, "", f"![Time efficiency]({picture})", ""])
 
 
@@ -107,9 +106,9 @@ def _perturbation(rows: Rows, picture: str) -> str:
     levels = list(dict.fromkeys(row["scaled"] for row in rows if row["source"] == "ours"))
     found = {(row["source"], row["error"], float(row["scaled"])): row["ap"] for row in rows}
     lines = [
-        "**Errors of the model.** AP of the capture score on `push` with errors in friction, velocity "
-        "and position, and of the force score with errors in the contact forces, by the scaled "
-        "largest error: 1 is about the whole of what the quantity is. In bold ours, beside it the "
+        "**Errors of the model.** AP of the capture score on `push` with errors in friction, "
+        "velocity and position, and of the force score with errors in the contact forces, by the "
+        "scaled largest error: 1 is about the whole of what the quantity is. In bold ours, beside it the "
         "paper's where it has that point.",
         "",
         f"| scaled error | {' | '.join(kinds)} |",
@@ -144,7 +143,7 @@ def _table2(rows: Rows, picture: str) -> str:
         "the paper's on its own recordings; it does not say over how many frames. "
         "[What the trees show](docs/push_real.md).",
         "",
-        f"| | capture, {HORIZON} frames (0.06 s) | capture, {LONG_HORIZON} frames (0.6 s) | success |",
+        f"| | capture, {HORIZON} frames (0.06 s) | {LONG_HORIZON} frames (0.6 s) | success |",
         "| --- " * 4 + "|",
     ]
     names = dict.fromkeys(r["combination"] for r in rows)
