@@ -108,8 +108,8 @@ def _perturbation(rows: Rows, picture: str) -> str:
     lines = [
         "**Errors of the model.** AP of the capture score on `push` with errors in friction, "
         "velocity and position, and of the force score with errors in the contact forces, by the "
-        "scaled largest error: 1 is about the whole of what the quantity is. In bold ours, beside it the "
-        "paper's where it has that point.",
+        "scaled largest error: 1 is about the whole of what the quantity is. In bold ours, beside "
+        "it the paper's where it has that point.",
         "",
         f"| scaled error | {' | '.join(kinds)} |",
         "| --- " * (1 + len(kinds)) + "|",
