@@ -13,7 +13,7 @@ from energymargin import tasks
 from energymargin.evaluation import HORIZON
 from energymargin.experiments.table2 import LONG_HORIZON, STAND_IN
 
-__all__ = ["BEGIN", "END", "put_into", "results_section"]
+__all__ = ["BEGIN", "END", "check_readme", "put_into", "results_section"]
 
 BEGIN, END = "<!-- results: energymargin reproduce all -->", "<!-- end of the results -->"
 SCORES = {
@@ -25,23 +25,33 @@ SCORES = {
 }
 
 
+def check_readme(readme: Path) -> None:
+    """Raises ValueError on a README without the two lines, OSError if there is none."""
+    _halves(readme)
+
+
 def put_into(readme: Path, folder: Path) -> None:
     """Replaces what stands between BEGIN and END, and copies the pictures into `docs` beside it.
 
     Raises ValueError on a README without the two lines, or a folder without any of the studies.
     """
-    text = readme.read_text()
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ValueError(f"{readme} has no lines {BEGIN!r} and {END!r}, between which results go")
+    before, after = _halves(readme)
     section = results_section(folder)
     docs = readme.parent / "docs"
     docs.mkdir(exist_ok=True)
     for name in STUDIES:
         for picture in (folder / name).glob(f"{name.replace('-', '_')}.png"):
             shutil.copyfile(picture, docs / picture.name)
-    readme.write_text(f"{before}{begin}\n\n{section}\n{end}{after}")
+    readme.write_text(f"{before}{BEGIN}\n\n{section}\n{END}{after}")
+
+
+def _halves(readme: Path) -> tuple[str, str]:
+    """What stands before and after the section."""
+    before, begin, rest = readme.read_text().partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError(f"{readme} has no lines {BEGIN!r} and {END!r}, between which results go")
+    return before, after
 
 
 def results_section(folder: Path) -> str:

@@ -124,13 +124,15 @@ def everything(
     """
     from energymargin.executors.threads import thread_count
     from energymargin.experiments.index_page import Times, write_index
-    from energymargin.experiments.results_section import put_into
+    from energymargin.experiments.results_section import check_readme, put_into
 
     chosen = list(STUDIES) if only is None else split(only)
     wrong = [name for name in chosen if name not in STUDIES]
     if wrong or not chosen:
         what = repr(wrong[0]) if wrong else "nothing"
         raise ValueError(f"only has {what}, expected some of {', '.join(STUDIES)}")
+    if readme is not None:
+        check_readme(readme)
     output = output or Path("out/all-quick" if quick else "out/all")
     output.mkdir(parents=True, exist_ok=True)
     times = Times(output / "times.json")
