@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run
+from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run, show
 from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
 __all__ = ["audit", "bowl", "closed_forms", "enlarged", "fewer_steps", "uncertainty"]
@@ -275,8 +275,7 @@ def fewer_steps(
 
         return figure_fewer_steps(result)
 
-    drawn = picture(output / "fewer_steps.png", draw)
-    say(f"In {escape(str(output))}/: fewer_steps.md, fewer_steps.csv, {drawn}, scores/")
+    show(output, "fewer_steps", draw, "scores/")
 
 
 @app.command()
@@ -293,7 +292,7 @@ def enlarged(
 ) -> None:
     """Whether pushes of centimetres and grams are as exact at true scale as in an enlarged scene.
 
-    Rollouts from recorded states of push-real, at true scale and 10 and 100 times as large, beside
+    Rollouts from recorded states of push-real, at true scale and 10 and 16 times as large, beside
     what rounding, half the step and the solver's tolerance change.
 
     The folder gets enlarged.md and enlarged.csv. It takes a quarter of a minute.
@@ -307,4 +306,4 @@ def enlarged(
     )
     output = output or Path("out/enlarged-quick" if quick else "out/enlarged")
     run(experiment.reproduce, settings, output, None, title="Simulating", unit="combinations")
-    say(f"In {escape(str(output))}/: enlarged.md, enlarged.csv")
+    show(output, "enlarged", None)

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run
+from energymargin.experiments.commands.shared import Folder, Quick, app, changed, run, show
 from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, real, say, split, whole
 
 __all__ = ["efficiency", "figure_quality", "perturbation", "table1", "table2"]
@@ -143,9 +143,7 @@ def efficiency(
 
         return figure_efficiency(result)
 
-    drawn = picture(output / "efficiency.png", draw)
-    files = f"efficiency.md, efficiency.csv, {drawn}, push.h5, scores.db"
-    say(f"In {escape(str(output))}/: {files}")
+    show(output, "efficiency", draw, "push.h5", "scores.db")
 
 
 @app.command()
@@ -202,9 +200,7 @@ def perturbation(
 
         return figure_perturbation(result)
 
-    drawn = picture(output / "perturbation.png", draw)
-    files = f"perturbation.md, perturbation.csv, {drawn}, push.h5, scores.db"
-    say(f"In {escape(str(output))}/: {files}")
+    show(output, "perturbation", draw, "push.h5", "scores.db")
 
 
 @app.command()
@@ -251,8 +247,7 @@ def figure_quality(
 
         return figure_quality(result)
 
-    drawn = picture(output / "figure_quality.png", draw)
-    say(f"In {escape(str(output))}/: figure_quality.md, figure_quality.csv, {drawn}, push.h5")
+    show(output, "figure_quality", draw, "push.h5")
 
 
 @app.command()
@@ -299,8 +294,7 @@ def table2(
 
         return figure_table2(result)
 
-    drawn = picture(output / "table2.png", draw)
-    say(f"In {escape(str(output))}/: table2.md, table2.csv, {drawn}, scores.db")
+    show(output, "table2", draw, "scores.db")
 
 
 def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:

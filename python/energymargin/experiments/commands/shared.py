@@ -17,7 +17,7 @@ from energymargin.terminal import err, out, say
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["Folder", "Quick", "app", "changed", "picture", "run"]
+__all__ = ["Folder", "Quick", "app", "changed", "picture", "run", "show"]
 
 Folder = Annotated[
     Path | None,
@@ -70,6 +70,14 @@ def run(
         raise
     out.print(result.to_markdown(), markup=False, highlight=False, soft_wrap=True)
     return result
+
+
+def show(output: Path, name: str, draw: Callable[[], Any] | None, *more: str) -> None:
+    """Saves the figure that `draw` makes, if there is one to make, and says what the folder has:
+    the study's own files, which have its name, and `more`."""
+    drawn = [] if draw is None else [picture(output / f"{name}.png", draw)]
+    files = ", ".join([f"{name}.md", f"{name}.csv", *drawn, *more])
+    say(f"In {escape(str(output))}/: {files}")
 
 
 def picture(path: Path, draw: Callable[[], Any]) -> str:

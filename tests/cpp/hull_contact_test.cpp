@@ -1,0 +1,121 @@
+// Contacts of hulls: as deep as they overlap at any size, and on the same corners however they are turned.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "energymargin/world.hpp"
+#include "expect.hpp"
+#include "scenes.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+// An upright prism over a regular polygon, its frame in the middle.
+ConvexHull prism(int corners, double radius, double height) {
+  ConvexHull hull;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2.0 * pi * i / corners;
+    for (const double z : {-0.5, 0.5}) {
+      hull.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z * height);
+    }
+  }
+  return hull;
+}
+
+BodyState at(const Vector3& position, double yaw) {
+  BodyState state;
+  state.position = position;
+  state.orientation = turn(yaw, Vector3::UnitZ());
+  return state;
+}
+
+class HullOfSize : public ::testing::TestWithParam<double> {};
+
+TEST_P(HullOfSize, NoContactIsMuchDeeperThanTwoHullsOverlap) {
+  const double size = GetParam();
+  Scene scene(Vector3::Zero());
+  const ConvexHull wedge = prism(3, size, 0.5 * size);
+  scene.add_body(body("object", wedge, 1.0, Vector3::Zero(), Role::object));
+  scene.add_body(body("other", wedge, 1.0, Vector3(3.0 * size, 0.0, 0.0)));
+  World world(scene);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> angle(-pi, pi);
+  for (int i = 0; i < 200; ++i) {
+    const double direction = angle(random), yaw = angle(random), other_yaw = angle(random);
+    const Vector3 way(std::cos(direction), std::sin(direction), 0.0);
+    const auto apart = [&](double distance) {
+      return pack(scene, {{"object", at(Vector3::Zero(), yaw)}, {"other", at(distance * way, other_yaw)}});
+    };
+    double near = 0.5 * size, far = 3.0 * size;  // between them the overlap is a hundredth of the size
+    while (far - near > 1e-9 * size) {
+      const double middle = 0.5 * (near + far);
+      (world.distance(apart(middle), "object", "other") < -0.01 * size ? near : far) = middle;
+    }
+    const State state = apart(far);
+    const double overlap = -world.distance(state, "object", "other");
+    for (const Contact& contact : world.contacts(state)) {
+      EXPECT_LT(-contact.distance, 2.0 * overlap) << "directions " << direction << ", " << yaw << ", " << other_yaw;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Hull, HullOfSize, ::testing::Values(0.01, 0.06, 1.0),
+                         [](const auto& info) { return std::to_string(std::lround(1000.0 * info.param)) + "mm"; });
+
+// The corners on which a prism stands, in its own frame.
+std::vector<Vector3> stand(const Scene& scene, World& world, double yaw) {
+  const BodyState state = at(Vector3(0.3, -0.2, 0.015), yaw);
+  std::vector<Vector3> corners;
+  for (const Contact& contact : world.contacts(pack(scene, {{"object", state}}))) {
+    corners.push_back(state.orientation.conjugate() * (contact.position - state.position));
+  }
+  std::sort(corners.begin(), corners.end(), [](const Vector3& a, const Vector3& b) {
+    return std::make_pair(std::lround(1e6 * a.x()), a.y()) < std::make_pair(std::lround(1e6 * b.x()), b.y());
+  });
+  return corners;
+}
+
+TEST(Hull, StandsOnTheSameFourCornersHoweverItIsTurned) {
+  for (const int corners : {5, 6, 7, 12}) {
+    Scene scene(Vector3(0.0, 0.0, -g));
+    scene.add_body(fixed("table", Plane{}));
+    scene.add_body(body("object", prism(corners, 0.05, 0.03), 0.05, Vector3(0.0, 0.0, 0.015), Role::object));
+    World world(scene);
+    const std::vector<Vector3> first = stand(scene, world, 0.0);
+    ASSERT_EQ(first.size(), 4u);
+    for (double yaw = -3.0; yaw < 3.0; yaw += 0.37) {
+      const std::vector<Vector3> again = stand(scene, world, yaw);
+      ASSERT_EQ(again.size(), 4u) << corners << " corners, yaw " << yaw;
+      for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((again[i] - first[i]).norm(), 1e-5) << corners << ", yaw " << yaw;
+    }
+  }
+}
+
+TEST(Hull, StandsAlsoOnTheCornerThatIsLowest) {
+  Scene scene(Vector3(0.0, 0.0, -g));
+  scene.add_body(fixed("table", Plane{}));
+  scene.add_body(body("object", prism(12, 0.05, 0.03), 0.05, Vector3(0.0, 0.0, 0.015), Role::object));
+  World world(scene);
+  for (double direction = 0.0; direction < 6.2; direction += 0.2) {
+    const Vector3 axis(std::cos(direction), std::sin(direction), 0.0);
+    BodyState tilted;
+    tilted.orientation = turn(0.005, axis);
+    double lowest = 0.0;
+    for (const Vector3& point : prism(12, 0.05, 0.03).points)
+      lowest = std::min(lowest, (tilted.orientation * point).z());
+    tilted.position.z() = -lowest - 1e-5;
+    double deepest = 0.0;
+    for (const Contact& contact : world.contacts(pack(scene, {{"object", tilted}}))) {
+      deepest = std::min(deepest, contact.distance);
+    }
+    EXPECT_NEAR(deepest, -1e-5, 2e-6) << direction;
+  }
+}
+
+}  // namespace
+}  // namespace energymargin
