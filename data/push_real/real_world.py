@@ -53,10 +53,15 @@ class RealWorld:
         self._data.ctrl[:] = tool_pose
         mujoco.mj_forward(self._model, self._data)
 
-    def run(self, duration: float, command: NDArray[np.float64]) -> None:
-        """The tool is sent to x, y, yaw, for a time [s]."""
+    @property
+    def time(self) -> float:
+        """Since the start [s]."""
+        return float(self._data.time)
+
+    def run(self, until: float, command: NDArray[np.float64]) -> None:
+        """The tool is sent to x, y, yaw, to the step that is nearest to a time [s]."""
         self._data.ctrl[:] = command
-        for _ in range(round(duration / STEP)):
+        while self.time < until - STEP / 2:
             mujoco.mj_step(self._model, self._data)
 
     @property

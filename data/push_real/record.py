@@ -1,8 +1,8 @@
 """Records the pushes of `push-real`: a simulated stand-in for a camera over a real table.
 
 The recordings of the paper (Section VI-E) are not public. So another physics engine, MuJoCo, takes
-the place of the world, an arm misses its commands by 5 to 8 mm, somebody steers it by joystick with
-a delay, and a camera sees both bodies with noise, 33 times a second. Friction and mass are not
+the place of the world, an arm is sent 5 to 8 mm beside its commands, somebody steers it by joystick
+with a delay, and a camera sees both bodies with noise, 33 times a second. Friction and mass are not
 those that are told. 12 trajectories of each of ten combinations, 100 frames each, with the verdict
 of an observer who sees where the object really is.
 
@@ -135,13 +135,14 @@ def push(
     times = np.arange(FRAMES) / RATE
     times[1:] += random.uniform(-TIME_JITTER, TIME_JITTER, FRAMES - 1)
     rows = []
-    for time, wait in zip(times, np.diff(times, append=times[-1] + 1 / RATE), strict=True):
-        rows.append([time, *world.object_pose, *world.tool_pose])
+    for time in times:
+        if rows:
+            world.run(time, arm.reached(command))
+        rows.append([world.time, *world.object_pose, *world.tool_pose])
         command += operator.velocity(world.object_pose, world.tool_pose) / RATE
         arrived = world.object_pose[1] > WALL - body.ahead - ARRIVED
         farthest = world.tool_pose[1] if arrived else WALL - _front(tool) - CLEAR
         command[1] = min(command[1], farthest)
-        world.run(wait, arm.reached(command))
     return np.array(rows)
 
 

@@ -277,6 +277,7 @@ def score(
 @app.command()
 def evaluate(
     scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    *,
     markdown: Annotated[
         Path | None, typer.Option(help="Write the table to this file as well.")
     ] = None,
@@ -284,6 +285,9 @@ def evaluate(
         Path | None, typer.Option(help="Write every number to this file as well.")
     ] = None,
     run: RunNumber = None,
+    last: Annotated[
+        int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
+    ] = 5,
     seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
@@ -291,9 +295,11 @@ def evaluate(
     Example: `energymargin evaluate push-scores.db --markdown table.md`
     """
     from energymargin.store import ScoreStore
+    from energymargin.tasks.base import whole_number
 
+    whole_number("last", last, 1)
     with ScoreStore(scores) as store:
-        _evaluate(store.run(run).labelled_scores(), markdown, csv, seed)
+        _evaluate(store.run(run).labelled_scores(), markdown, csv, seed, last)
 
 
 @app.command()
@@ -437,10 +443,12 @@ def _kept(run: Run) -> str:
     return f"{kept}; the same command goes on from there."
 
 
-def _evaluate(labelled: LabelledScores, markdown: Path | None, csv: Path | None, seed: int) -> None:
+def _evaluate(
+    labelled: LabelledScores, markdown: Path | None, csv: Path | None, seed: int, last: int = 5
+) -> None:
     from energymargin import evaluation
 
-    result = evaluation.evaluate(labelled, seed=seed)
+    result = evaluation.evaluate(labelled, seed=seed, last=last)
     out.print(result.render())
     if markdown is not None:
         markdown.write_text(result.to_markdown())

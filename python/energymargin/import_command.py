@@ -86,6 +86,9 @@ def import_recordings(
             )
         )
         say(f"{escape(str(path))}: {_summary(read[-1])}")
+    names = {recording.name for recording in read}
+    if frame_labels is not None:
+        frame_labels = {name: own for name, own in frame_labels.items() if name in names}
     of_these = {r.name: success[r.name] for r in read if r.name in success}
     if len(success) > len(of_these):
         say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")

@@ -5,6 +5,7 @@ import pytest
 from recorded import noisy, poses_of, push, rows_of, write
 
 from energymargin.recordings import Mended, read_csv
+from energymargin.recordings.smoothing import smoothed
 
 
 @pytest.fixture
@@ -177,3 +178,15 @@ def test_two_jumps_of_the_yaw_do_not_turn_what_follows(path, columns):
 def test_a_motion_that_starts_with_the_recording_has_no_outliers(path, columns):
     columns["object_y"] = 0.4 + 0.2 * np.maximum(columns["time"] - 1 / 33, 0)
     assert str(read_csv(write(path, columns)).mended) == "nothing mended"
+
+
+def test_a_tracker_that_holds_still_or_rounds_is_smoothed_as_any():
+    """Half of the third differences are then 0, which is not its noise."""
+    random = np.random.default_rng(0)
+    times = np.arange(100) / 33
+    moving = np.maximum(0, times - times[60]) * 0.05
+    held = moving + np.where(np.arange(100) < 60, 0, random.normal(0, 5e-4, 100))
+    rounded = np.round((moving + random.normal(0, 2e-4, 100)) / 1e-3) * 1e-3
+    for measured, most in ((held, 0.006), (rounded, 0.006)):
+        found = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06).velocities[65:95, 0]
+        assert np.sqrt(np.mean((found - 0.05) ** 2)) < most

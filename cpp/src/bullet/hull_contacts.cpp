@@ -12,7 +12,7 @@ namespace {
 using Input = btDiscreteCollisionDetectorInterface::ClosestPointInput;
 
 constexpr double tilt = 0.02;  // rad: a face's corners are then apart by a fiftieth of its size, which GJK can tell
-constexpr int sides = 4;
+constexpr double lying = 0.7;  // sine of the angle between a round solid's axis and the normal
 constexpr int points_of_a_face = 4;  // with so many, a hull stands: no more are looked for
 
 // The closest points of two solids, and the direction between them.
@@ -66,7 +66,8 @@ class Contacts : public PairContacts {
     input.m_transformB = b->getWorldTransform();
     input.m_maximumDistanceSquared = reach * reach;
     const btVector3 axis = closest(input, shape(*a), shape(*b), *result);
-    if (tilted_ && manifold_->getNumContacts() < points_of_a_face && axis.length2() > SIMD_EPSILON) {
+    const bool flat = !is_ball(shape(*a)) && !is_ball(shape(*b));
+    if (tilted_ && flat && manifold_->getNumContacts() < points_of_a_face && axis.length2() > SIMD_EPSILON) {
       add_tilted(input, shape(*a), shape(*b), axis.normalized(), *result);
     }
     result->refreshContactPoints();
@@ -80,18 +81,34 @@ class Contacts : public PairContacts {
   // The smaller body is tilted about axes in the plane of contact.
   static void add_tilted(const Input& input, const btConvexShape& a, const btConvexShape& b, const btVector3& normal,
                          btManifoldResult& result) {
-    btVector3 first, second;
-    btPlaneSpace1(normal, first, second);
     const bool of_a = a.getAngularMotionDisc() < b.getAngularMotionDisc();
     const btTransform& body = of_a ? input.m_transformA : input.m_transformB;
-    for (int side = 0; side < sides; ++side) {
-      const btQuaternion turn(normal, side * SIMD_2_PI / sides);
-      const btMatrix3x3 rotation(turn.inverse() * btQuaternion(first, tilt) * turn);
+    const auto add = [&](const btVector3& axis, double angle) {
       Input tilted = input;
-      (of_a ? tilted.m_transformA : tilted.m_transformB).setBasis(rotation * body.getBasis());
-      Untilted untilted(result, body * (of_a ? tilted.m_transformA : tilted.m_transformB).inverse(), of_a);
+      btTransform& turned = of_a ? tilted.m_transformA : tilted.m_transformB;
+      turned.setBasis(btMatrix3x3(btQuaternion(axis, angle)) * body.getBasis());
+      Untilted untilted(result, body * turned.inverse(), of_a);
       closest(tilted, a, b, untilted);
+    };
+    if (is_round(a) || is_round(b)) {
+      const btTransform& round = is_round(a) ? input.m_transformA : input.m_transformB;
+      const btVector3 across = normal.cross(round.getBasis().getColumn(2));
+      // On its side it touches with a line: where else it is tilted it rolls, and the point is off that line.
+      if (across.length() > lying) {
+        for (const double angle : {tilt, -tilt}) add(across.normalized(), angle);
+        return;
+      }
+      if (is_capsule(a) || is_capsule(b)) return;
     }
+    btVector3 first, second;
+    btPlaneSpace1(normal, first, second);
+    for (const btVector3& axis : {first, second, -first, -second}) add(axis, tilt);
+  }
+
+  static bool is_capsule(const btConvexShape& shape) { return shape.getShapeType() == CAPSULE_SHAPE_PROXYTYPE; }
+  static bool is_ball(const btConvexShape& shape) { return shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE; }
+  static bool is_round(const btConvexShape& shape) {
+    return shape.getShapeType() == CYLINDER_SHAPE_PROXYTYPE || is_capsule(shape);
   }
 
   bool tilted_;

@@ -1,7 +1,6 @@
 #include "plane_contacts.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "pair_contacts.hpp"
@@ -52,48 +51,58 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
-// Of a hull's points that are in reach of the ground, those on which it stands: the outermost ones to four sides, which
-// are the hull's own, and the lowest one. Bullet keeps four, and of points at one height the last digit would say
-// which.
+// Of a hull's low points those on which it stands, at most four, which Bullet keeps: the ends of its longest way along
+// a direction of its own and the outermost points to both sides of that; and the lowest one, in place of the nearest of
+// these. Of more points that lie at one height, the last digit would say which are kept.
 class Stand {
  public:
-  Stand(const btVector3& down, double reach) : down_(down), slack_(level * reach) {
+  // `reach`: of a contact [m].
+  Stand(const btVector3& down, double reach) : down_(down), slack_(level * reach), deeper_(sunk * reach) {
     const btVector3 axis = std::abs(down.x()) < 0.7 ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
     const btVector3 first = (axis - down * down.dot(axis)).normalized();
-    const btVector3 second = down.cross(first);
-    // Not along the axes, where many hulls have edges, and both ends of an edge were outermost.
-    const btVector3 side = first * std::cos(between_axes) + second * std::sin(between_axes);
-    sides_ = {side, -side, down.cross(side), -down.cross(side)};
+    // Not along the axis, to which many hulls have an edge at right angles, and both its ends were outermost.
+    along_ = first * std::cos(off_axis) + down.cross(first) * std::sin(off_axis);
   }
 
-  void add(const btVector3& point) {
-    for (std::size_t i = 0; i < sides_.size(); ++i) {
-      if (count_ == 0 || sides_[i].dot(point) > sides_[i].dot(outermost_[i]) + slack_) outermost_[i] = point;
-    }
-    if (count_ == 0 || down_.dot(point) > down_.dot(lowest_) + slack_) lowest_ = point;
-    ++count_;
-  }
+  void add(const btVector3& point) { points_.push_back(point); }
 
   template <typename Visit>
   void for_each(const Visit& visit) const {
-    if (count_ == 0) return;
-    bool has_lowest = false;
-    for (const btVector3& point : outermost_) {
-      visit(point);
-      has_lowest = has_lowest || down_.dot(point) >= down_.dot(lowest_) - slack_;
+    if (points_.size() == 0) return;
+    const btVector3& front = farthest(along_);
+    const btVector3& back = farthest(-along_);
+    const btVector3 across = down_.cross(front - back).normalized();
+    btVector3 stand[] = {front, back, farthest(across), farthest(-across)};
+    const btVector3& lowest = farthest(down_);
+    const auto lower = [&](const btVector3& a, const btVector3& b) { return down_.dot(a) < down_.dot(b); };
+    if (down_.dot(lowest) > down_.dot(*std::max_element(stand, stand + 4, lower)) + deeper_) {
+      const auto nearer = [&](const btVector3& a, const btVector3& b) {
+        return a.distance2(lowest) < b.distance2(lowest);
+      };
+      *std::min_element(stand, stand + 4, nearer) = lowest;
     }
-    if (!has_lowest) visit(lowest_);
+    for (int i = 0; i < 4; ++i) {
+      if (std::find(stand, stand + i, stand[i]) == stand + i) visit(stand[i]);
+    }
   }
 
  private:
-  static constexpr double level = 1e-3;         // of the reach: points so near to one height are at one
-  static constexpr double between_axes = 0.46;  // rad
+  static constexpr double level = 1e-3;     // of the reach: what is as far as that is equally far
+  static constexpr double sunk = 0.01;      // of the reach: a corner that carries nothing may lie so much lower
+  static constexpr double off_axis = 0.46;  // rad
 
-  btVector3 down_;
-  double slack_;
-  std::array<btVector3, 4> sides_, outermost_;
-  btVector3 lowest_;
-  int count_ = 0;
+  // The first of those that are farthest along a direction.
+  const btVector3& farthest(const btVector3& direction) const {
+    int best = 0;
+    for (int i = 1; i < points_.size(); ++i) {
+      if (direction.dot(points_[i]) > direction.dot(points_[best]) + slack_) best = i;
+    }
+    return points_[best];
+  }
+
+  btVector3 down_, along_;
+  double slack_, deeper_;
+  btAlignedObjectArray<btVector3> points_;
 };
 
 // Half way from a solid's top to its lowest point, along `down`. A hull may have its frame anywhere.
@@ -138,12 +147,14 @@ class PlaneContacts : public PairContacts {
       const double distance = normal.dot(on_solid) - offset;
       result->addContactPoint(normal, on_solid - normal * distance, distance);
     };
-    const bool is_hull = solid.getCollisionShape()->getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE;
+    // Who asks how far it is to the ground asks for the lowest point of all.
+    const bool stands = solid.getCollisionShape()->getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE &&
+                        result->m_closestPointDistanceThreshold == 0.0;
     Stand stand(down, reach);
     for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
       if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
       if (normal.dot(pose * point) - offset >= reach) return;
-      is_hull ? stand.add(point) : add(point);
+      stands ? stand.add(point) : add(point);
     });
     stand.for_each(add);
     result->refreshContactPoints();

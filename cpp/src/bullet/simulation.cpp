@@ -418,7 +418,7 @@ std::vector<Contact> Simulation::contacts() const {
 
 PairPoints Simulation::pair(std::size_t a, std::size_t b, double reach) {
   PairPoints points(*colliders_[a], reach);
-  hull_contacts_.tilted = false;  // points of tilted bodies are not exact
+  hull_contacts_.tilted = false;  // points of tilted bodies are not exact; Bullet has others for two single solids
   world_.contactPairTest(colliders_[a], colliders_[b], points);
   hull_contacts_.tilted = true;
   return points;

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-__all__ = ["Times", "write_index"]
+from energymargin.experiments.times import Times
+
+__all__ = ["write_index"]
 
 STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; }
@@ -17,27 +17,6 @@ table { border-collapse: collapse; font-size: 14px; margin: 1em 0; }
 td, th { border: 1px solid #ccc; padding: .2em .6em; vertical-align: top; }
 img { max-width: 100%; }
 """
-
-
-@dataclass(frozen=True)
-class Times:
-    """How long each study of a folder took, over all the times that it was started [s]."""
-
-    path: Path
-
-    def of(self, study: str) -> float:
-        """0 if it was never run."""
-        return self._all().get(study, 0.0)
-
-    def add(self, study: str, seconds: float) -> None:
-        """One more time."""
-        self.path.write_text(json.dumps({**self._all(), study: self.of(study) + seconds}, indent=1))
-
-    def _all(self) -> dict[str, float]:
-        if not self.path.exists():
-            return {}
-        times: dict[str, float] = json.loads(self.path.read_text())
-        return times
 
 
 def write_index(folder: Path, studies: Mapping[str, str], times: Times, threads: int) -> None:
@@ -54,13 +33,13 @@ def write_index(folder: Path, studies: Mapping[str, str], times: Times, threads:
         "| | | time |",
         "| --- | --- | --- |",
     ]
+    done = [name for name in studies if any((folder / name).glob("*.md"))]
     for name, shows in studies.items():
-        done = (folder / name).is_dir() and times.of(name) > 0
-        link, time = (f"[{name}](#{name})", _minutes(times.of(name))) if done else (name, "not yet")
+        time = _minutes(times.of(name)) if name in done else "not yet"
+        link = f"[{name}](#{name})" if name in done else name
         lines.append(f"| {link} | {shows} | {time} |")
-    for name in studies:
-        if times.of(name) > 0:
-            lines += ["", f'<a id="{name}"></a>', "", *_section(folder, name)]
+    for name in done:
+        lines += ["", f'<a id="{name}"></a>', "", *_section(folder, name)]
     text = "\n".join(lines) + "\n"
     (folder / "index.md").write_text(text)
     (folder / "index.html").write_text(_page(text))

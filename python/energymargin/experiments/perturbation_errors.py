@@ -104,7 +104,7 @@ def perturbed(dataset: Dataset, kind: str, scaled: float, seed: int) -> Perturbe
 
     Friction: uniform from 0 up, one draw a trajectory, as in the paper. All others: uniform to both
     sides, anew in each state. Bodies that come to overlap are moved apart, the box out of the
-    pusher and both out of the wall; a state where that cannot be is drawn again.
+    wall and the pusher out of both; a state where that cannot be is drawn again.
     """
     if scaled == 0:
         return Perturbed(dataset, 0)

@@ -167,10 +167,10 @@ def _table2(rows: Rows, picture: str) -> str:
 
 
 def _mean(rows: Rows) -> str:
-    """Of the rows that have a value, as a row's."""
-    there = [row for row in rows if row["auc"]]
+    """Of the values that there are, as a row's."""
     names = ("auc", "ap", "paper_auc", "paper_ap")
-    return _beside({n: str(np.mean([float(row[n]) for row in there])) for n in names}, 3)
+    values = {n: [float(row[n]) for row in rows if row[n]] for n in names}
+    return _beside({n: str(np.mean(of)) if of else "" for n, of in values.items()}, 3)
 
 
 def _rows(path: Path) -> Rows:

@@ -21,6 +21,7 @@ from energymargin import recordings, tasks
 from energymargin.datasets import Dataset
 from energymargin.evaluation import (
     CSV_COLUMNS,
+    HORIZON,
     Cell,
     Evaluation,
     LabelledScores,
@@ -48,11 +49,10 @@ __all__ = [
 TASK = "push-real"
 METRICS = ("capture", "success")  # which share a tree
 COMBINATIONS = tuple(f"{name}-{tool}" for name, tool in product(OBJECTS, EFFECTORS))
-LAST_FRAMES = 60  # k-bar
+K_BAR = 60  # frames
 RECORDINGS = 12  # of a combination
 FRAME_RATE = 33.0  # Hz
 HORIZONS = (0, 2, 5, 10, 20)  # frames
-HORIZON = 2  # frames, as in Table I
 LONG_HORIZON = 20  # frames: the share of a trajectory that two frames are in Table I
 STAND_IN = (
     "The recordings are a simulated stand-in: pushes in another physics engine (MuJoCo) with an "
@@ -139,7 +139,7 @@ class Table2:
                 "",
                 f"{RECORDINGS} recordings of each combination, {states} states; AUC/AP with their "
                 f"95 % intervals below. Capture: captured over the next {HORIZON} frames, and over "
-                f"the next {LONG_HORIZON} (0.6 s). Success: the score of the last {LAST_FRAMES} "
+                f"the next {LONG_HORIZON} (0.6 s). Success: the score of the last {K_BAR} "
                 f"frames of a recording, against the observer's verdict. Trees of {s.nodes} nodes, "
                 f"seed {s.seed}. The paper's values are of its own recordings; it does not say its "
                 "horizon.",
@@ -203,7 +203,7 @@ class Table2:
         return [*lines, f"| **mean** | {' | '.join(f'**{value}**' for value in means)} |"]
 
     def _paper_mean(self, score: str) -> str:
-        """Of the same combinations."""
+        """Of the combinations of this table."""
         return _pair(np.mean([PAPER[row.combination][score] for row in self.rows], axis=0))
 
 
@@ -255,7 +255,7 @@ def recorded(combination: str, count: int = RECORDINGS) -> Dataset:
 
 def _row(combination: str, dataset: Dataset, run: Run) -> Row:
     labelled = run.labelled_scores()
-    evaluation = evaluate(labelled, HORIZONS, last=LAST_FRAMES)
+    evaluation = evaluate(labelled, HORIZONS, last=K_BAR)
     return Row(combination, dataset, labelled, evaluation, run.seconds())
 
 

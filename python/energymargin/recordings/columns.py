@@ -82,6 +82,8 @@ class Columns:
             return given or cls()
         if isinstance(given, Mapping):
             return cls._made(dict(given))
+        if not (isinstance(given, (str, os.PathLike)) and os.fspath(given)):
+            raise ValueError(f"columns is {given!r}, expected a mapping or a JSON file of one")
         path = Path(given)
         try:
             content = json.loads(path.read_text(encoding="utf-8"))

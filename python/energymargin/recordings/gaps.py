@@ -11,6 +11,7 @@ from energymargin.recordings.table import Table
 
 __all__ = ["Clock", "filled_clock", "require_short_gaps"]
 
+USUAL = 1.5  # usual steps of time: with less, no frame is missing
 LEAST_STEP = 0.5  # of the usual step of time, between frames that are filled in
 
 
@@ -28,15 +29,17 @@ def require_short_gaps(
     table: Table, body: str, good: NDArray[np.bool_], longest_gap: float
 ) -> None:
     """Raises ValueError with the line after a longer time without a good pose of this body."""
+    times = table.values["time"]
     rows = np.flatnonzero(good)
-    gaps = np.diff(table.values["time"][rows])
-    if (gaps > longest_gap).any():
-        k = int(np.argmax(gaps > longest_gap))
+    gaps = np.diff(times[rows])
+    longest = max(longest_gap, USUAL * float(np.median(np.diff(times))))  # of a slow camera
+    if (gaps > longest).any():
+        k = int(np.argmax(gaps > longest))
         before, after = rows[k], rows[k + 1]
         numbers = table.values["frame"]
         raise table.source.error(
             f"the {body} was not seen for {gaps[k]:.3g} s, from frame {numbers[before]:.0f} to "
-            f"{numbers[after]:.0f}, expected at most {longest_gap:g} s: cut the recording there, "
+            f"{numbers[after]:.0f}, expected at most {longest:g} s: cut the recording there, "
             "or allow a larger longest_gap",
             int(table.lines[after]),
         )

@@ -86,6 +86,11 @@ def read_csv(
     table = _with_frames(read_table(path, layout))
     _require_enough(table, len(table.lines), "rows")
     require_clock(table)
+    length = float(np.ptp(table.values["time"]))
+    if smoothing > length:
+        raise ValueError(
+            f"smoothing is {smoothing:g}, expected at most the recording's {length:g} s"
+        )
     tracks = [_track(table, body, (least_jump, least_turn)) for body in BODIES]
     whole, (table, tracks, left_out) = table, _between_ends(table, tracks)
     for track in tracks:

@@ -47,10 +47,18 @@ def smoothed(
     )
 
 
+def _noise(values: NDArray[np.float64]) -> float:
+    """Its standard deviation, from where the values change: a tracker may hold still or round."""
+    third = np.abs(np.diff(values, 3))
+    if not third.any():
+        return 0.0
+    return SIGMA_OF_MAD * float(np.median(third[third > 0])) / NOISE_OF_THIRD
+
+
 def _spline(moments: NDArray[np.float64], values: NDArray[np.float64], scale: float) -> Any:
     from scipy.interpolate import make_smoothing_spline
 
-    noise = SIGMA_OF_MAD * np.median(np.abs(np.diff(values, 3))) / NOISE_OF_THIRD
+    noise = _noise(values)
     while True:
         spline = make_smoothing_spline(moments, values, lam=scale**4)
         away = np.abs(spline(moments) - values).max()

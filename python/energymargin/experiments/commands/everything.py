@@ -123,8 +123,9 @@ def everything(
     Example: `energymargin reproduce all --only table2,enlarged`
     """
     from energymargin.executors.threads import thread_count
-    from energymargin.experiments.index_page import Times, write_index
+    from energymargin.experiments.index_page import write_index
     from energymargin.experiments.results_section import check_readme, put_into
+    from energymargin.experiments.times import Times
 
     chosen = list(STUDIES) if only is None else split(only)
     wrong = [name for name in chosen if name not in STUDIES]
@@ -132,10 +133,13 @@ def everything(
         what = repr(wrong[0]) if wrong else "nothing"
         raise ValueError(f"only has {what}, expected some of {', '.join(STUDIES)}")
     if readme is not None:
+        if quick:
+            raise ValueError("readme is made from the full studies, expected no --quick with it")
         check_readme(readme)
     output = output or Path("out/all-quick" if quick else "out/all")
     output.mkdir(parents=True, exist_ok=True)
     times = Times(output / "times.json")
+    times.of(chosen[0])  # a file that holds something else is said now, not after hours
     shows = {name: study[0] for name, study in STUDIES.items()}
     for number, name in enumerate(chosen, 1):
         err.print(f"[bold]{name}[/] ({number} of {len(chosen)}): {shows[name]}")
