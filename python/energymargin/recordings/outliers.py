@@ -14,13 +14,14 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from energymargin.recordings.smoothing import SIGMA_OF_MAD
+
 __all__ = ["LEAST_JUMP", "LEAST_TURN", "jumps"]
 
 LEAST_JUMP = 5e-3  # m; ten times a good camera's noise
 LEAST_TURN = np.radians(5.0)  # rad
 WINDOW = 7  # frames
 DEVIATIONS = 3.0  # Hampel's
-SIGMA_OF_MAD = 1.4826  # of a normal distribution
 
 
 def jumps(

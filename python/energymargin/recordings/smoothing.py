@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from energymargin.recordings.recording import Motion
 
-__all__ = ["LEAST_FRAMES", "SMOOTHING", "smoothed"]
+__all__ = ["LEAST_FRAMES", "SIGMA_OF_MAD", "SMOOTHING", "smoothed"]
 
 SMOOTHING = 0.06  # s; the least error of velocity at 33 Hz with 0.5 mm and 1 deg of noise
 LEAST_SCALE = 0.1  # of a frame's step: smooth no more

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Region, Scene, World
 from energymargin.datasets import Dataset
-from energymargin.recordings.placement import MOST_OVERLAP, placed
+from energymargin.recordings.placement import MOST_OVERLAP, Placed, placed
 from energymargin.recordings.recording import Recording
 from energymargin.tasks.base import Params, Regions, Task, Trajectory, parameters_of
 
@@ -67,12 +67,9 @@ def dataset(
     trajectories = []
     for number, recording in enumerate(recordings):
         found = placed(recording, scene, object, effector, part=part, most_overlap=most_overlap)
-        states, frames = found.states, int(found.moved.any(axis=1).sum())
-        if frames and notice is not None:
-            notice(
-                f"{recording.name}: in {frames} of {len(recording)} frames bodies overlapped and "
-                f"were moved apart, by at most {1e3 * found.moved.max():.2g} mm"
-            )
+        if found.moved.any() and notice is not None:
+            notice(f"{recording.name}: {_moved(found)}")
+        states = found.states
         trajectories.append(
             Trajectory(
                 times=recording.times,
@@ -87,6 +84,14 @@ def dataset(
             )
         )
     return Dataset(made.name, parameters_of(made), 0, trajectories)
+
+
+def _moved(found: Placed) -> str:
+    frames = int(found.moved.any(axis=1).sum())
+    return (
+        f"in {frames} of {len(found.states)} frames bodies overlapped and were moved apart, by at "
+        f"most {1e3 * found.moved.max():.2g} mm"
+    )
 
 
 def _made(task: str | Task) -> RecordedTask:
