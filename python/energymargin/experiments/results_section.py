@@ -96,7 +96,8 @@ def _table1(rows: Rows, _picture: str) -> str:
 def _efficiency(rows: Rows, picture: str) -> str:
     lines = [
         "**Time efficiency.** Success prediction (AUC/AP) and computing time of a state on one "
-        "thread, by the nodes of the tree, on `push`; mean of several seeds of the search.",
+        "thread, by the nodes of the tree, on `push`; mean of several seeds of the search "
+        "([more](docs/studies.md)).",
         "",
         "| nodes | success | paper's | time a state | paper's |",
         "| --- " * 5 + "|",
@@ -119,7 +120,7 @@ def _perturbation(rows: Rows, picture: str) -> str:
         "**Errors of the model.** AP of the capture score on `push` with errors in friction, "
         "velocity and position, and of the force score with errors in the contact forces, by the "
         "scaled largest error: 1 is about the whole of what the quantity is. In bold ours, beside "
-        "it the paper's where it has that point.",
+        "it the paper's where it has that point ([what they are](docs/studies.md)).",
         "",
         f"| scaled error | {' | '.join(kinds)} |",
         "| --- " * (1 + len(kinds)) + "|",
