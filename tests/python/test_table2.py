@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.experiments import table2
-from energymargin.experiments.results_section import BEGIN, END
+from energymargin.experiments.results_section import BEGIN, END, put_into
 from energymargin.settings import SearchSettings
 
 
@@ -62,16 +62,13 @@ def test_the_page_has_the_studies_that_were_made_with_their_times_and_pictures(f
     assert "<td>not yet</td>" in html and '<img src="table2/table2.png"' in html
 
 
-def test_what_is_done_is_not_done_again_and_the_readme_gets_its_section(folder, tmp_path):
+def test_the_readme_gets_its_section_and_the_pictures(folder, tmp_path):
     readme = tmp_path / "README.md"
-    readme.write_text(f"# before\n{BEGIN}\nold\n{END}\nafter\n")
-    stored = (folder / "table2" / "scores.db").stat().st_mtime_ns
-    words = ("--quick", "--only", "table2", "--out", folder, "--readme", readme)
-    assert run("all", *words, "--threads", 1).exit_code == 0
-    assert (folder / "table2" / "scores.db").stat().st_mtime_ns == stored
+    readme.write_text(f"# before\n{BEGIN}\nto be replaced\n{END}\nafter\n")
+    put_into(readme, folder)
     text = readme.read_text()
     assert text.startswith(f"# before\n{BEGIN}") and text.endswith(f"{END}\nafter\n")
-    assert "old" not in text and "| rectangle-jaw | **" in text
+    assert "to be replaced" not in text and "| rectangle-jaw | **" in text
     assert (tmp_path / "docs" / "table2.png").stat().st_size > 10_000
 
 
@@ -81,19 +78,21 @@ def test_what_is_done_is_not_done_again_and_the_readme_gets_its_section(folder, 
         (("table2", "--combinations", "cube-jaw"), "combinations has 'cube-jaw', expected some of"),
         (("table2", "--nodes", 0), "nodes is 0"),
         (("all", "--only", "table3"), "only has 'table3', expected some of table1"),
+        (("all", "--quick", "--readme", "README.md"), "expected no --quick with it"),
         (("enlarged", "--frames", 101), "frames is 101, expected a whole number from 1 to 100"),
     ],
 )
 def test_wrong_options_are_named_before_anything_is_written(words, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = run(*words)
-    assert isinstance(done.exception, ValueError) and message in str(done.exception)
+    assert done.exit_code == 2 and message in " ".join(done.output.split())
     assert not list(tmp_path.iterdir())
 
 
 def test_a_readme_without_the_lines_is_refused_before_anything_is_made(tmp_path):
     readme = tmp_path / "README.md"
     readme.write_text("nothing")
-    done = run("all", "--quick", "--out", tmp_path / "all", "--readme", readme)
-    assert "has no lines" in str(done.exception) and readme.read_text() == "nothing"
+    done = run("all", "--out", tmp_path / "all", "--readme", readme)
+    assert done.exit_code == 2 and "has no lines" in done.output
+    assert readme.read_text() == "nothing"
     assert not (tmp_path / "all").exists()
