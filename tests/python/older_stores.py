@@ -3,6 +3,8 @@
 import json
 import sqlite3
 
+from energymargin.settings import ALGORITHM
+
 TABLES = """
 CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE states (
@@ -19,7 +21,7 @@ CREATE TABLE scores (
 """
 
 
-def write(path, dataset, scores, settings, *, states=None, version=2):
+def write(path, dataset, scores, settings, *, states=None, version=2, made_by=ALGORITHM):
     """The first `states` states have scores, by metric; the others have none yet."""
     states = dataset.size if states is None else states
     with sqlite3.connect(path) as file:
@@ -31,7 +33,7 @@ def write(path, dataset, scores, settings, *, states=None, version=2):
             "dataset": dataset.digest_of_version_2(),
             **settings,
             "metrics": sorted(scores),
-            "energymargin": "0.5.0",
+            "energymargin": made_by,
         }
         file.executemany(
             "INSERT INTO settings VALUES (?, ?)",

@@ -13,7 +13,7 @@ import pytest
 import energymargin as em
 from energymargin import datasets, scoring
 from energymargin.interrupts import held_interrupts
-from energymargin.settings import METRICS, SearchSettings
+from energymargin.settings import ALGORITHM, METRICS, SearchSettings
 from energymargin.store import ScoreStore, begin_run, score_dataset, score_run
 from energymargin.store.claims import Scorer
 
@@ -183,7 +183,7 @@ def test_an_older_file_is_migrated_and_goes_on(dataset, table, tmp_path, version
     with ScoreStore(path) as store:
         run = store.run()
         assert run.counts() == (4, 6) and run.seconds() == pytest.approx(0.25)
-        assert run.settings == SETTINGS.all() and run.algorithm == "0.5.0"
+        assert run.settings == SETTINGS.all() and run.algorithm == ALGORITHM
         kept = run.labelled_scores().scores
         assert np.array_equal(kept["effort/est"][:4], table["effort/est"][:4])
         assert np.isnan(kept["capture"][4:]).all()
@@ -195,6 +195,20 @@ def test_an_older_file_is_migrated_and_goes_on(dataset, table, tmp_path, version
     with pytest.raises(Stop):  # the migrated scores are known by what was scored
         score_dataset(longer, path, settings=SETTINGS, progress=stop_after(6))
     assert rows(path, "scores") == 6 * 5
+
+
+def test_scores_of_another_algorithm_are_kept_and_not_taken_for_those_of_this_one(
+    dataset, table, tmp_path
+):
+    path = tmp_path / "s.db"
+    settings = {"nodes": NODES, "seed": SEED}
+    older_stores.write(path, dataset, table.scores, settings, made_by="0.5.0")
+    counts = []
+    score_dataset(dataset, path, settings=SETTINGS, progress=lambda *count: counts.append(count))
+    assert counts[0] == (0, 6)
+    with ScoreStore(path) as store:
+        assert [store.run(run.number).algorithm for run in store.runs()] == ["0.5.0", ALGORITHM]
+        assert [store.run(run.number).counts() for run in store.runs()] == [(6, 6), (6, 6)]
 
 
 def test_an_infinite_effort_survives_the_file(dataset, tmp_path):
