@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from real_world import WALL, RealWorld, Truth
 
-from energymargin.tasks.printed import EFFECTORS, OBJECTS, Printed, printed
+from energymargin.tasks.printed import OBJECTS, TOOLS, Printed, printed
 
 TRAJECTORIES = 12
 FRAMES = 100
@@ -190,7 +190,7 @@ def write(path: Path, rows: NDArray[np.float64]) -> None:
 def record(folder: Path, seed: int) -> list[tuple[str, bool]]:
     """Writes all recordings, and gives the verdict on each."""
     verdicts = []
-    for number, (name, effector) in enumerate(itertools.product(OBJECTS, EFFECTORS)):
+    for number, (name, effector) in enumerate(itertools.product(OBJECTS, TOOLS)):
         body, tool = printed("objects", name), printed("effectors", effector)
         for trajectory in range(TRAJECTORIES):
             random = np.random.default_rng([seed, number, trajectory])

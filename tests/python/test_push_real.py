@@ -10,7 +10,7 @@ import energymargin as em
 from energymargin.experiments import enlarged
 from energymargin.experiments.table2 import COMBINATIONS
 from energymargin.scenes import data_file
-from energymargin.tasks.printed import EFFECTORS, OBJECTS, printed
+from energymargin.tasks.printed import OBJECTS, TOOLS, printed
 from energymargin.tasks.push_real import WALL_Y, PushRealTask
 
 MASSES = {"rectangle": 0.048, "triangle": 0.028, "convex": 0.042, "concave": 0.043}  # kg
@@ -110,7 +110,7 @@ def test_the_stand_in_records_pushes_by_an_arm_that_misses_its_commands_by_5_to_
     arm = made.Arm(np.random.default_rng(1))
     missed = [np.linalg.norm(arm.reached(np.array([0.1, 0.2]))[:2] - [0.1, 0.2]) for _ in range(50)]
     assert min(missed) >= 0.005 and max(missed) <= 0.008
-    body, tool = printed("objects", "convex"), printed("effectors", EFFECTORS[1])
+    body, tool = printed("objects", "convex"), printed("effectors", TOOLS[1])
     rows = made.push(body, tool, 0.01, np.random.default_rng([0, 1]))
     again = made.push(body, tool, 0.01, np.random.default_rng([0, 1]))
     assert np.array_equal(rows, again)

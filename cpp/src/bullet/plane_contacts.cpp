@@ -105,9 +105,11 @@ class Stand {
   btAlignedObjectArray<btVector3> points_;
 };
 
+bool is_hull(const btCollisionShape& shape) { return shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE; }
+
 // Half way from a solid's top to its lowest point, along `down`. A hull may have its frame anywhere.
 double half_way(const btCollisionShape& shape, const btVector3& down) {
-  if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE) return 0.0;
+  if (!is_hull(shape)) return 0.0;
   double top = BT_LARGE_FLOAT;
   double low = -BT_LARGE_FLOAT;
   for_each_low_point(shape, down, [&](const btVector3& point) {
@@ -147,16 +149,20 @@ class PlaneContacts : public PairContacts {
       const double distance = normal.dot(on_solid) - offset;
       result->addContactPoint(normal, on_solid - normal * distance, distance);
     };
+    const auto for_each_in_reach = [&](const auto& visit) {
+      for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
+        if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
+        if (normal.dot(pose * point) - offset < reach) visit(point);
+      });
+    };
     // Who asks how far it is to the ground asks for the lowest point of all.
-    const bool stands = solid.getCollisionShape()->getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE &&
-                        result->m_closestPointDistanceThreshold == 0.0;
-    Stand stand(down, reach);
-    for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
-      if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
-      if (normal.dot(pose * point) - offset >= reach) return;
-      stands ? stand.add(point) : add(point);
-    });
-    stand.for_each(add);
+    if (is_hull(*solid.getCollisionShape()) && result->m_closestPointDistanceThreshold == 0.0) {
+      Stand stand(down, reach);
+      for_each_in_reach([&](const btVector3& point) { stand.add(point); });
+      stand.for_each(add);
+    } else {
+      for_each_in_reach(add);
+    }
     result->refreshContactPoints();
     if (fresh) share_load(*solid.getCollisionObject(), normal);
   }

@@ -32,7 +32,7 @@ from energymargin.executors.threads import Threads, thread_count
 from energymargin.scenes.files import data_file
 from energymargin.settings import SearchSettings
 from energymargin.store import Run, ScoreStore, begin_run, score_run
-from energymargin.tasks.printed import EFFECTORS, OBJECTS
+from energymargin.tasks.printed import OBJECTS, TOOLS
 
 __all__ = [
     "COMBINATIONS",
@@ -48,7 +48,7 @@ __all__ = [
 
 TASK = "push-real"
 METRICS = ("capture", "success")  # which share a tree
-COMBINATIONS = tuple(f"{name}-{tool}" for name, tool in product(OBJECTS, EFFECTORS))
+COMBINATIONS = tuple(f"{name}-{tool}" for name, tool in product(OBJECTS, TOOLS))
 K_BAR = 60  # frames
 RECORDINGS = 12  # of a combination
 FRAME_RATE = 33.0  # Hz
@@ -122,11 +122,6 @@ class Table2:
     settings: Settings
     rows: list[Row]
 
-    def mean(self, cells: Sequence[Cell | None]) -> str:
-        """AUC/AP, in the mean of the cells that are there."""
-        values = [(cell.auc, cell.ap) for cell in cells if cell is not None]
-        return _pair(np.mean(values, axis=0)) if values else ""
-
     def to_markdown(self) -> str:
         """The paper's table, and every horizon."""
         s = self.settings
@@ -182,10 +177,10 @@ class Table2:
                 f"| {_share(success)} | {1e3 * row.seconds:.0f} |"
             )
         means = [
-            self.mean([row.capture(HORIZON) for row in self.rows]),
-            self.mean([row.capture(LONG_HORIZON) for row in self.rows]),
+            _mean([row.capture(HORIZON) for row in self.rows]),
+            _mean([row.capture(LONG_HORIZON) for row in self.rows]),
             self._paper_mean("capture"),
-            self.mean([row.evaluation.success for row in self.rows]),
+            _mean([row.evaluation.success for row in self.rows]),
             self._paper_mean("success"),
         ]
         bold = " | ".join(f"**{value}**" for value in means)
@@ -199,7 +194,7 @@ class Table2:
         for row in self.rows:
             cells = [cell.value() if (cell := row.capture(h)) else "" for h in HORIZONS]
             lines.append(f"| {row.combination} | {' | '.join(cells)} |")
-        means = [self.mean([row.capture(h) for row in self.rows]) for h in HORIZONS]
+        means = [_mean([row.capture(h) for row in self.rows]) for h in HORIZONS]
         return [*lines, f"| **mean** | {' | '.join(f'**{value}**' for value in means)} |"]
 
     def _paper_mean(self, score: str) -> str:
@@ -222,6 +217,7 @@ def reproduce(
     advance = progress or (lambda _done, _total: None)
     folder.mkdir(parents=True, exist_ok=True)
     sets = {name: recorded(name) for name in settings.combinations}
+    search = SearchSettings(settings.nodes, settings.seed)
     before, total = 0, sum(dataset.size for dataset in sets.values())
     rows = []
     with ScoreStore(folder / "scores.db", create=True) as store:
@@ -230,7 +226,6 @@ def reproduce(
             def count(done: int, _of: int, before: int = before) -> None:
                 advance(before + done, total)
 
-            search = SearchSettings(settings.nodes, settings.seed)
             run = begin_run(store, dataset, METRICS, search)
             score_run(dataset, run, executor=executor, progress=count)
             before += dataset.size
@@ -263,6 +258,12 @@ def _cell(cell: Cell | None) -> str:
     if cell is None:
         return ""
     return "<br>".join((cell.value(), *cell.intervals()))
+
+
+def _mean(cells: Sequence[Cell | None]) -> str:
+    """AUC/AP, in the mean of the cells that are there."""
+    values = [(cell.auc, cell.ap) for cell in cells if cell is not None]
+    return _pair(np.mean(values, axis=0)) if values else ""
 
 
 def _pair(values: Sequence[float] | NDArray[np.float64]) -> str:

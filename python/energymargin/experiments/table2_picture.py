@@ -12,7 +12,7 @@ from energymargin._core import capture_score, stream
 from energymargin.evaluation import captured_labels
 from energymargin.experiments.table2 import FRAME_RATE, LONG_HORIZON, Row, Settings, Table2
 from energymargin.plots.states import state_legend
-from energymargin.tasks.printed import EFFECTORS
+from energymargin.tasks.printed import TOOLS
 
 try:
     from matplotlib.artist import Artist
@@ -31,7 +31,7 @@ def figure_table2(result: Table2) -> Figure:
     """A column an object and a row an end-effector, as far as they were asked for."""
     rows = {row.combination: row for row in result.rows}
     objects = list(dict.fromkeys(name.split("-")[0] for name in rows))
-    tools = [tool for tool in EFFECTORS if any(name.endswith(tool) for name in rows)]
+    tools = [tool for tool in TOOLS if any(name.endswith(tool) for name in rows)]
     size = (2.4 * len(objects) + 0.6, 2.9 * len(tools) + LEGEND)
     figure = Figure(figsize=size, dpi=200, layout="constrained")
     axes = figure.subplots(len(tools), len(objects), squeeze=False, sharex=True, sharey=True)

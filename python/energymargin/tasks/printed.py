@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from energymargin._core import Box, Compound, ConvexHull, Cylinder, Part
 from energymargin.scenes.files import data_file
 
-__all__ = ["EFFECTORS", "OBJECTS", "Printed", "printed"]
+__all__ = ["OBJECTS", "TOOLS", "Printed", "printed"]
 
 OBJECTS = ("rectangle", "triangle", "convex", "concave", "irregular")
-EFFECTORS = ("jaw", "round")
+TOOLS = ("jaw", "round")
 FILE = "push_real/shapes.json"
 
 

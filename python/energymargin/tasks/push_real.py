@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Contact, Inertial, Problem, Scene, World
 from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask, one_of
-from energymargin.tasks.printed import EFFECTORS, OBJECTS, Printed, printed
+from energymargin.tasks.printed import OBJECTS, TOOLS, Printed, printed
 
 __all__ = ["PushRealTask"]
 
@@ -81,7 +81,7 @@ class PushRealTask(ScriptedTask):
         """
         super().__init__(effector)
         self._object = one_of("object", object, OBJECTS)
-        self._tool = one_of("tool", tool, EFFECTORS)
+        self._tool = one_of("tool", tool, TOOLS)
 
     @property
     def parameters(self) -> dict[str, Any]:

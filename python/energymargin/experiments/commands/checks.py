@@ -8,7 +8,16 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.experiments.commands.shared import Folder, Quick, app, changed, picture, run, show
+from energymargin.experiments.commands.shared import (
+    Folder,
+    Quick,
+    app,
+    changed,
+    folder_of,
+    picture,
+    run,
+    show,
+)
 from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
 __all__ = ["audit", "bowl", "closed_forms", "enlarged", "fewer_steps", "uncertainty"]
@@ -260,7 +269,7 @@ def fewer_steps(
         **{name: value for name, value in chosen.items() if value is not None},
     )
     settings.check()
-    output = output or Path("out/fewer-steps-quick" if quick else "out/fewer-steps")
+    output = folder_of(output, "fewer-steps", quick)
     output.mkdir(parents=True, exist_ok=True)
     try:
         with progress_bar(err, "Scoring", "runs") as progress:
@@ -304,6 +313,6 @@ def enlarged(
     settings = changed(
         experiment.QUICK if quick else experiment.Settings(), recordings=recordings, frames=frames
     )
-    output = output or Path("out/enlarged-quick" if quick else "out/enlarged")
+    output = folder_of(output, "enlarged", quick)
     run(experiment.reproduce, settings, output, None, title="Simulating", unit="combinations")
     show(output, "enlarged", None)

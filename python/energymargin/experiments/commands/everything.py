@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 
 from energymargin.experiments.commands import checks, paper
-from energymargin.experiments.commands.shared import app
+from energymargin.experiments.commands.shared import app, folder_of
 from energymargin.terminal import Threads, err, say, split
 
 __all__ = ["STUDIES", "everything"]
@@ -136,7 +136,7 @@ def everything(
         if quick:
             raise ValueError("readme is made from the full studies, expected no --quick with it")
         check_readme(readme)
-    output = output or Path("out/all-quick" if quick else "out/all")
+    output = folder_of(output, "all", quick)
     output.mkdir(parents=True, exist_ok=True)
     times = Times(output / "times.json")
     times.of(chosen[0])  # a file that holds something else is said now, not after hours

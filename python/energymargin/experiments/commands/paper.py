@@ -10,7 +10,15 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.experiments.commands.shared import Folder, Quick, app, changed, run, show
+from energymargin.experiments.commands.shared import (
+    Folder,
+    Quick,
+    app,
+    changed,
+    folder_of,
+    run,
+    show,
+)
 from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, real, say, split, whole
 
 __all__ = ["efficiency", "figure_quality", "perturbation", "table1", "table2"]
@@ -77,7 +85,7 @@ def table1(
         **{name: value for name, value in chosen.items() if value is not None},
     )
     experiment.check_tasks(settings.tasks)
-    output = output or Path("out/table1-quick" if quick else "out/table1")
+    output = folder_of(output, "table1", quick)
     output.mkdir(parents=True, exist_ok=True)
     command = settings.command(output)
     try:
@@ -133,7 +141,7 @@ def efficiency(
         nodes=nodes and tuple(whole("nodes", word) for word in split(nodes)),
         seeds=seeds,
     )
-    output = output or Path("out/efficiency-quick" if quick else "out/efficiency")
+    output = folder_of(output, "efficiency", quick)
     result = run(
         experiment.reproduce, settings, output, threads, title="Growing trees", unit="nodes"
     )
@@ -190,7 +198,7 @@ def perturbation(
         levels=levels and tuple(real("levels", word) for word in split(levels)),
         draws=draws,
     )
-    output = output or Path("out/perturbation-quick" if quick else "out/perturbation")
+    output = folder_of(output, "perturbation", quick)
     result = run(
         experiment.reproduce, settings, output, threads, title="Scoring with errors", unit="states"
     )
@@ -237,7 +245,7 @@ def figure_quality(
         nodes=nodes,
         seed=seed,
     )
-    output = output or Path("out/figure-quality-quick" if quick else "out/figure-quality")
+    output = folder_of(output, "figure-quality", quick)
     result = run(
         experiment.reproduce, settings, output, threads, title="Growing trees", unit="frames"
     )
@@ -286,7 +294,7 @@ def table2(
         nodes=nodes,
         seed=seed,
     )
-    output = output or Path("out/table2-quick" if quick else "out/table2")
+    output = folder_of(output, "table2", quick)
     result = run(experiment.reproduce, settings, output, threads, title="Scoring", unit="states")
 
     def draw() -> Any:

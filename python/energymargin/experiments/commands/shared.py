@@ -17,7 +17,7 @@ from energymargin.terminal import err, out, say
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["Folder", "Quick", "app", "changed", "picture", "run", "show"]
+__all__ = ["Folder", "Quick", "app", "changed", "folder_of", "picture", "run", "show"]
 
 Folder = Annotated[
     Path | None,
@@ -43,6 +43,11 @@ class _Result(Protocol):
 
 Result = TypeVar("Result", bound=_Result)
 Settings = TypeVar("Settings", bound="DataclassInstance")
+
+
+def folder_of(output: Path | None, study: str, quick: bool) -> Path:
+    """Where a study's files go, if --out does not say it."""
+    return output or Path("out", f"{study}-quick" if quick else study)
 
 
 def changed(settings: Settings, **given: object) -> Settings:
