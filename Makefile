@@ -2,7 +2,9 @@
 # make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
 # make check  formats and types        make format  put them right
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
-# make clean  forget everything built                       BENCH='--parts throughput,cost' or --quick
+#                                                           BENCH='--parts throughput,cost' or --quick
+# make bench-view   how smoothly the viewer's page turns, into out/frames.md
+# make clean  forget everything built
 #
 # make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/safety.md
 # make fuzz SECONDS=600   new inputs for every door, each for so long
@@ -13,6 +15,8 @@
 PYTHON ?= python3
 PACKAGES := cmake g++ ninja-build libbullet-dev libompl-dev libeigen3-dev nlohmann-json3-dev libvalijson-dev libgtest-dev \
             libbenchmark-dev python3-venv python3-dev
+# Its recommendations are fonts and a desktop's services.
+BROWSER := chromium
 SANITIZERS := clang libclang-rt-14-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
@@ -27,13 +31,13 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 # searches and forests that go on and on, and every key of a problem file in every wrong type.
 SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused|BatchHoldsWhat|FirstOneIsOutForTheWeight
 
-.PHONY: demo test sanitize fuzz bench bench-scale check format stubs clean
+.PHONY: demo test sanitize fuzz bench bench-scale bench-view check format stubs clean
 .DELETE_ON_ERROR:
 
 demo: .venv/built
 	$(BIN)/energymargin demo
 
-test: .venv/built build/asan/built
+test: .venv/built .venv/browser build/asan/built
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2 --exclude-regex '$(SLOW)'
@@ -53,6 +57,9 @@ bench: .venv/built
 
 bench-scale: .venv/built
 	$(BIN)/python python/bench/scale.py $(BENCH)
+
+bench-view: .venv/built .venv/browser
+	$(BIN)/python python/bench/frames.py --out out/frames.md $(BENCH)
 
 check: .venv/built
 	$(BIN)/ruff check
@@ -101,6 +108,10 @@ debian = @missing=$$(for package in $(1); do \
 # What clang recommends is three times its size, and not needed.
 .venv/clang: .venv/packages
 	$(call debian,$(SANITIZERS),--no-install-recommends)
+	@touch $@
+
+.venv/browser: .venv/packages
+	$(call debian,$(BROWSER),--no-install-recommends)
 	@touch $@
 
 .venv/environment: .venv/packages pyproject.toml

@@ -25,10 +25,33 @@ inline Limit limit_of(const TimeoutArgument& timeout, const CancelArgument& canc
   return Limit(cancel ? &(*cancel)->is_set : nullptr, real("timeout", timeout));
 }
 
-//! Runs `search(limit)` on a thread of its own while this one looks for Ctrl-C. Without the GIL: `search` may not touch
-//! Python objects.
+using ProgressArgument = std::optional<py::typing::Callable<void(int)>>;
+
+//! Tells Python how many nodes a search has made.
+class Progress {
+ public:
+  explicit Progress(const ProgressArgument& call) : call_(call) {}
+
+  //! For the search to count in; null if nobody wants to know.
+  std::atomic<int>* made() { return call_ ? &made_ : nullptr; }
+
+  void tell() {
+    const int made = made_;
+    if (!call_ || made == told_) return;
+    told_ = made;
+    (*call_)(made);
+  }
+
+ private:
+  ProgressArgument call_;
+  std::atomic<int> made_{0};
+  int told_ = 0;
+};
+
+//! Runs `search(limit)` on a thread of its own while this one looks for Ctrl-C and tells of the progress. Without the
+//! GIL: `search` may not touch Python objects. What `progress` raises ends the search.
 template <typename Search>
-auto interruptible(const Limit& limit, const Search& search) {
+auto interruptible(const Limit& limit, const Search& search, Progress* progress = nullptr) {
   constexpr auto signal_interval = std::chrono::milliseconds(20);
   std::atomic<bool> stop{false};
   const Limit either = limit.or_when(stop);
@@ -37,14 +60,17 @@ auto interruptible(const Limit& limit, const Search& search) {
     const py::gil_scoped_release release;
     return result.wait_for(signal_interval) == std::future_status::ready;
   };
-  while (!ready()) {
-    if (PyErr_CheckSignals() == 0) continue;
-    stop = true;
-    {
-      const py::gil_scoped_release release;
-      result.wait();
+  try {
+    while (!ready()) {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (progress) progress->tell();
     }
-    throw py::error_already_set();
+    if (progress) progress->tell();
+  } catch (...) {
+    stop = true;
+    const py::gil_scoped_release release;
+    result.wait();
+    throw;
   }
   return result.get();
 }

@@ -17,9 +17,11 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
                      const std::optional<Number>& rate, const std::optional<WholeNumber>& trees,
                      const WholeNumber& threads, const WholeNumber& nodes_per_edge, const Number& least_likelihood,
                      const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
-                     const CancelArgument& cancel) {
+                     const CancelArgument& cancel, const ProgressArgument& progress_call) {
   const Limit given = limit_of(timeout, cancel);
+  Progress progress(progress_call);
   CaptureOptions options;
+  options.made = progress.made();
   options.nodes = count("nodes", nodes);
   options.seed = seed("seed", seed_given);
   options.rate = real("rate", rate);
@@ -28,10 +30,13 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
   options.nodes_per_edge = count("nodes_per_edge", nodes_per_edge);
   options.least_likelihood = real("least_likelihood", least_likelihood);
   options.tolerance = real("tolerance", tolerance);
-  return interruptible(given, [&](const Limit& limit) {
-    options.limit = limit;
-    return capture_score(problem, options);
-  });
+  return interruptible(
+      given,
+      [&](const Limit& limit) {
+        options.limit = limit;
+        return capture_score(problem, options);
+      },
+      &progress);
 }
 
 Captured captured_objects(const std::string& name) {
@@ -48,9 +53,12 @@ Sampling sampling_of(const std::string& name) {
 
 Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
               const WholeNumber& seed_given, const std::string& captured, const std::string& sampling, bool shorten,
-              bool stop_at_escape, const TimeoutArgument& timeout, const CancelArgument& cancel) {
+              bool stop_at_escape, const TimeoutArgument& timeout, const CancelArgument& cancel,
+              const ProgressArgument& progress_call) {
   const Limit given = limit_of(timeout, cancel);
+  Progress progress(progress_call);
   EffortOptions options;
+  options.made = progress.made();
   options.sampling = sampling_of(sampling);
   options.shorten = shorten;
   options.stop_at_escape = stop_at_escape;
@@ -58,10 +66,13 @@ Escape effort(const Problem& problem, const std::string& planner, const WholeNum
   options.captured = captured_objects(captured);
   options.nodes = count("nodes", nodes);
   options.seed = seed("seed", seed_given);
-  return interruptible(given, [&](const Limit& limit) {
-    options.limit = limit;
-    return escape_effort(problem, options);
-  });
+  return interruptible(
+      given,
+      [&](const Limit& limit) {
+        options.limit = limit;
+        return escape_effort(problem, options);
+      },
+      &progress);
 }
 
 EscapeEnergy energy(const Problem& problem, const std::string& planner, const WholeNumber& samples,
@@ -267,7 +278,7 @@ void bind_scores(py::module_& module) {
       "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
       py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
       py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("tolerance") = py::none(),
-      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), py::arg("progress") = py::none(),
       R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
 
 nodes_per_edge: up to so many states of a rollout are nodes, its end and evenly spaced ones on its way: so many fewer
@@ -277,11 +288,12 @@ trees are added until each standard error is at most that, from 8 trees on and u
 does not depend on the threads.
 
 Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
-there is none, the first tree as far as it is. `complete` says so.)");
+there is none, the first tree as far as it is. `complete` says so. progress(nodes) is called now and then with the nodes
+made so far, of all trees, for a bar; what it raises ends the search.)");
   module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
              py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("sampling") = "mixed",
              py::arg("shorten") = true, py::arg("stop_at_escape") = false, py::arg("timeout") = py::none(),
-             py::arg("cancel") = py::none(),
+             py::arg("cancel") = py::none(), py::arg("progress") = py::none(),
              R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
 
 With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
@@ -293,7 +305,8 @@ a rollout ends where it is seen outside of the capture set, every 4 steps, and n
 metrics of em.score search as published: sampling='uniform', shorten=False.
 
 Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
-nodes. `complete` says so.)");
+nodes. `complete` says so. progress(nodes) is called now and then with the nodes made so far; what it raises ends the
+search.)");
   module.def("escape_energy", &energy, py::arg("problem"), py::arg("planner") = "bit*", py::arg("samples") = 2000,
              py::arg("seed") = 0, py::arg("reach") = py::none(), py::arg("object") = py::none(), py::kw_only(),
              py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),

@@ -7,6 +7,7 @@ from energymargin import (
     datasets,
     evaluation,
     executors,
+    notebook,
     recordings,
     regions,
     scenes,
@@ -105,9 +106,12 @@ __all__ = [
     "tasks",
 ]
 
+notebook.attach()
+
 
 def __getattr__(name: str) -> ModuleType:
-    """`plots` needs the extra [plots], and is imported when it is first asked for."""
-    if name == "plots":
-        return import_module("energymargin.plots")
+    """`plots`, `report` and `viewer` need the extras of these names, and are imported when they are
+    first asked for."""
+    if name in ("plots", "report", "viewer"):
+        return import_module(f"energymargin.{name}")
     raise AttributeError(f"module 'energymargin' has no attribute {name!r}")

@@ -1,5 +1,5 @@
-"""The commands: energymargin tasks | generate | import | score | evaluate | export | demo |
-reproduce.
+"""The commands: energymargin tasks | generate | import | score | evaluate | export | report |
+view | demo | reproduce.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -20,6 +20,7 @@ from typer.core import TyperGroup
 
 from energymargin.experiments.commands import app as reproduce
 from energymargin.import_command import import_recordings
+from energymargin.report_command import report
 from energymargin.terminal import (
     PICTURE_NODES,
     Nodes,
@@ -32,6 +33,7 @@ from energymargin.terminal import (
     say,
     split,
 )
+from energymargin.view_command import view_command
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -100,12 +102,16 @@ app = typer.Typer(
     1. `energymargin generate push -o push.h5`
     2. `energymargin score push.h5 -o push-scores.db`
     3. `energymargin evaluate push-scores.db`
+    4. `energymargin report push-scores.db -o report.html`
+    5. `energymargin view push.h5 --scores push-scores.db`
 
     The paper's tables again: `energymargin reproduce --help`.
     """,
 )
 app.add_typer(reproduce, name="reproduce")
 app.command("import")(import_recordings)
+app.command()(report)
+app.command("view")(view_command)
 
 
 @app.command()

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,19 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Cell",
+    "Compared",
     "Evaluation",
     "LabelledScores",
+    "auc_ap",
     "captured_labels",
+    "compared_states",
+    "compared_trajectories",
     "csv_fields",
     "evaluate",
     "paper_value",
+    "ranked",
+    "short",
+    "state_metrics",
     "trajectory_score",
 ]
 
@@ -46,6 +53,7 @@ DRAWS = 1000  # bootstrap draws
 MOST_WEIGHTS = 2**22  # in memory at once
 CONFIDENCE = 0.95
 SUCCESS, FORCE = "success", "force"
+SUCCESSES = (SUCCESS, SUCCESS + ANY)  # the metrics of trajectories
 ALL_TITLE = "All objects: captured together, and successful together"
 ANY_TITLE = "At least one object: captured, and successful"
 DASH = "—"
@@ -111,6 +119,24 @@ class LabelledScores:
         return np.split(np.arange(len(self.trajectory)), starts)
 
 
+class Compared(NamedTuple):
+    """Scores that are there, and what they are held against: N states, or trajectories."""
+
+    scores: NDArray[np.float64]
+    """Shape (N,); inf ranks above all else."""
+    labels: NDArray[np.bool_]
+    """Shape (N,)."""
+    trajectory: NDArray[np.int64]
+    """Which one it is of, counted from 0, shape (N,)."""
+    number: NDArray[np.int64]
+    """Which of all states, or trajectories, it is, shape (N,), rising."""
+
+    @property
+    def of_both_kinds(self) -> bool:
+        """Whether there are two labels to tell apart."""
+        return bool(self.labels.any() and not self.labels.all())
+
+
 @dataclass(frozen=True)
 class Cell:
     """One comparison of a score with a label."""
@@ -127,7 +153,7 @@ class Cell:
 
     def value(self) -> str:
         """AUC/AP, such as ".981/.992"."""
-        return f"{_short(self.auc)}/{_short(self.ap)}"
+        return f"{short(self.auc)}/{short(self.ap)}"
 
     def intervals(self) -> tuple[str, str]:
         """Of AUC and of AP, such as ".96-.99"; a dash if there is none."""
@@ -264,29 +290,38 @@ def evaluate(
     seed: int = 0,
     *,
     last: int = LAST_FRAMES,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Evaluation:
     """Compares every score with its label. States without a score are left out, and counted.
 
-    `last`: k-bar, the frames of a trajectory whose success scores count.
+    `last`: k-bar, the frames of a trajectory whose success scores count. `progress(done, total)`
+    counts the cells of the states: with 20,000 of these, each takes seconds.
     """
-    members = labelled.by_trajectory()
-    weights = _bootstrap_weights(len(members), draws, seed)
-    rows = [score for score in labelled.scores if score not in (SUCCESS, SUCCESS + ANY)]
-    if labelled.captured_any is not None and FORCE in rows:
-        rows.append(FORCE + ANY)
-    states = {
-        row: {h: _state_cell(labelled, members, row, h, weights) for h in horizons} for row in rows
-    }
+    weights = _bootstrap_weights(len(labelled.by_trajectory()), draws, seed)
+    states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
+    cells = [(metric, horizon) for metric in states for horizon in horizons]
+    for done, (metric, horizon) in enumerate(cells):
+        if progress is not None:
+            progress(done, len(cells))
+        states[metric][horizon] = _cell(compared_states(labelled, metric, horizon), weights)
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
     return Evaluation(
         task=labelled.task,
         horizons=tuple(horizons),
         states=states,
-        success=_success_cell(labelled, members, SUCCESS, weights, last),
+        success=_success_cell(labelled, SUCCESS, weights, last),
         missing=int(missing.sum()),
-        success_any=_success_cell(labelled, members, SUCCESS + ANY, weights, last),
+        success_any=_success_cell(labelled, SUCCESS + ANY, weights, last),
         last=last,
     )
+
+
+def state_metrics(labelled: LabelledScores) -> list[str]:
+    """The metrics that `evaluate` holds against the label "captured"."""
+    metrics = [metric for metric in labelled.scores if metric not in SUCCESSES]
+    if labelled.captured_any is not None and FORCE in metrics:
+        metrics.append(FORCE + ANY)
+    return metrics
 
 
 def paper_value(task: str, score: str) -> str:
@@ -306,78 +341,106 @@ def csv_fields(cell: Cell | None) -> list[float | str]:
     ]
 
 
-def _state_cell(
-    labelled: LabelledScores,
-    members: list[NDArray[np.int64]],
-    row: str,
-    horizon: int,
-    weights: NDArray[np.int64],
-) -> Cell | None:
-    """A score, held against the label that the name of its row asks for."""
-    score = FORCE if row == FORCE + ANY else row
-    captured = _label(row, labelled.captured, labelled.captured_any)
+def compared_states(labelled: LabelledScores, metric: str, horizon: int) -> Compared:
+    """The states that have a score, against "captured over a horizon of `horizon` frames".
+
+    A metric that ends in "/any" is held against the label of at least one object, and "force/any"
+    is the force score against it. Raises ValueError if there is no such metric, or no such label.
+    """
+    captured = _label(metric, labelled.captured, labelled.captured_any)
+    scores = _scores(labelled, metric)
+    members = labelled.by_trajectory()
     labels = [captured_labels(captured[states], horizon) for states in members]
-    scores = [labelled.scores[score][states] for states in members]
-    cluster = np.repeat(np.arange(len(members)), [len(own) for own in labels])
-    return _cell(np.concatenate(scores), np.concatenate(labels), cluster, weights)
-
-
-def _success_cell(
-    labelled: LabelledScores,
-    members: list[NDArray[np.int64]],
-    score: str,
-    weights: NDArray[np.int64],
-    last: int,
-) -> Cell | None:
-    if score not in labelled.scores:
-        return None
-    success = _label(score, labelled.success, labelled.success_any)
-    scores = np.array(
-        [trajectory_score(labelled.scores[score][states], last) for states in members]
+    return _there(
+        np.concatenate([scores[states] for states in members]),
+        np.concatenate(labels),
+        np.repeat(np.arange(len(members)), [len(own) for own in labels]),
     )
-    labels = np.array([success[states[-1]] for states in members])
-    return _cell(scores, labels, np.arange(len(members)), weights)
+
+
+def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> Compared:
+    """The trajectories whose last frames have scores, by `trajectory_score`, against success.
+
+    Metrics and errors as of `compared_states`.
+    """
+    success = _label(metric, labelled.success, labelled.success_any)
+    scores = _scores(labelled, metric)
+    members = labelled.by_trajectory()
+    return _there(
+        np.array([trajectory_score(scores[states], last) for states in members]),
+        np.array([success[states[-1]] for states in members]),
+        np.arange(len(members)),
+    )
+
+
+def auc_ap(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> tuple[float, float]:
+    """AUC and AP of scores, shape (N,), that may be infinite; there are labels of both kinds."""
+    from sklearn.metrics import average_precision_score, roc_auc_score
+
+    ranks = ranked(scores)
+    return float(roc_auc_score(labels, ranks)), float(average_precision_score(labels, ranks))
+
+
+def ranked(scores: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The same order in whole numbers from 0, shape (N,): scikit-learn refuses inf."""
+    return np.asarray(np.unique(scores, return_inverse=True)[1])
+
+
+def _scores(labelled: LabelledScores, metric: str) -> NDArray[np.float64]:
+    """What has the name of a metric; the force score is one for all objects and for any."""
+    name = FORCE if metric == FORCE + ANY else metric
+    if name not in labelled.scores:
+        there = ", ".join(labelled.scores) or "none"
+        raise ValueError(f"metric is {metric!r}, expected one that has scores: {there}")
+    return labelled.scores[name]
 
 
 def _label(
-    row: str, of_all: NDArray[np.bool_], of_any: NDArray[np.bool_] | None
+    metric: str, of_all: NDArray[np.bool_], of_any: NDArray[np.bool_] | None
 ) -> NDArray[np.bool_]:
-    """The label of all objects, or that of at least one for a row that ends so."""
-    if not row.endswith(ANY):
+    """The label of all objects, or that of at least one for a metric that ends so."""
+    if not metric.endswith(ANY):
         return of_all
     if of_any is None:
-        raise ValueError(f"there are scores of {row!r}, but no labels of at least one object")
+        raise ValueError(f"there are scores of {metric!r}, but no labels of at least one object")
     return of_any
 
 
-def _cell(
-    scores: NDArray[np.float64],
-    labels: NDArray[np.bool_],
-    cluster: NDArray[np.int64],
-    weights: NDArray[np.int64],
-) -> Cell | None:
-    """AUC and AP of (N,) scores; each takes column `cluster` of the (draws, T) weights."""
-    from sklearn.metrics import average_precision_score, roc_auc_score
-
+def _there(
+    scores: NDArray[np.float64], labels: NDArray[np.bool_], trajectory: NDArray[np.int64]
+) -> Compared:
+    """Those that have a score."""
     there = ~np.isnan(scores)
-    scores, labels, cluster = scores[there], labels[there], cluster[there]
-    if labels.all() or not labels.any():
+    return Compared(scores[there], labels[there], trajectory[there], np.flatnonzero(there))
+
+
+def _success_cell(
+    labelled: LabelledScores, metric: str, weights: NDArray[np.int64], last: int
+) -> Cell | None:
+    if metric not in labelled.scores:
         return None
-    ranks = np.unique(scores, return_inverse=True)[
-        1
-    ]  # the same order in whole numbers: scikit-learn refuses inf
-    block = max(1, MOST_WEIGHTS // len(cluster))
+    return _cell(compared_trajectories(labelled, metric, last), weights)
+
+
+def _cell(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
+    """AUC and AP; each of the N takes the column of its trajectory of the (draws, T) weights."""
+    scores, labels, trajectory, _ = compared
+    if not compared.of_both_kinds:
+        return None
+    ranks = ranked(scores)
+    block = max(1, MOST_WEIGHTS // len(trajectory))
     drawn = [
-        weighted_auc_ap(ranks, labels, weights[first : first + block, cluster])
+        weighted_auc_ap(ranks, labels, weights[first : first + block, trajectory])
         for first in range(0, len(weights), block)
     ]
-    auc, ap = (np.concatenate(values) for values in zip(*drawn, strict=True))
-    clusters = len(np.unique(cluster))
+    aucs, aps = (np.concatenate(values) for values in zip(*drawn, strict=True))
+    several = len(np.unique(trajectory)) > 1
+    auc, ap = auc_ap(scores, labels)
     return Cell(
-        auc=float(roc_auc_score(labels, ranks)),
-        ap=float(average_precision_score(labels, ranks)),
-        auc_interval=_interval(auc) if clusters > 1 else None,
-        ap_interval=_interval(ap) if clusters > 1 else None,
+        auc=auc,
+        ap=ap,
+        auc_interval=_interval(aucs) if several else None,
+        ap_interval=_interval(aps) if several else None,
         count=len(labels),
         positives=int(labels.sum()),
     )
@@ -435,9 +498,9 @@ def _stacked(cell: Cell | None) -> str:
 
 
 def _span(interval: tuple[float, float] | None) -> str:
-    return DASH if interval is None else f"{_short(interval[0])}-{_short(interval[1])}"
+    return DASH if interval is None else f"{short(interval[0])}-{short(interval[1])}"
 
 
-def _short(value: float) -> str:
+def short(value: float) -> str:
     """Three decimals without the leading zero: .981, 1.00."""
     return "1.00" if value >= 0.9995 else f"{value:.3f}"[1:]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["held_interrupts", "since_interrupt"]
+__all__ = ["held_interrupts", "remembered_interrupts", "since_interrupt"]
 
 _came: list[float] = []  # when, of one that is held; of the main thread, as signals are
 
@@ -28,8 +28,7 @@ def held_interrupts() -> Iterator[threading.Event]:
         _came.append(time.monotonic())
         interrupted.set()
 
-    python_handles = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not python_handles or threading.current_thread() is not threading.main_thread():
+    if not _python_handles():
         yield interrupted
         return
     signal.signal(signal.SIGINT, hold)
@@ -40,6 +39,39 @@ def held_interrupts() -> Iterator[threading.Event]:
         _came.clear()
 
 
+@contextmanager
+def remembered_interrupts() -> Iterator[Callable[[], None]]:
+    """Ctrl-C raises KeyboardInterrupt as ever; where that was swallowed, as in a finalizer, the
+    function that the `with` block gets raises it again.
+
+    Only where Python's own handler is in place.
+    """
+    interrupted = threading.Event()
+
+    def remember(_signal: int, _frame: FrameType | None) -> None:
+        interrupted.set()
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+
+    if not _python_handles():
+        yield check
+        return
+    signal.signal(signal.SIGINT, remember)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def since_interrupt() -> float:
     """How long a Ctrl-C has been held [s]; 0 if none is."""
     return time.monotonic() - _came[0] if _came else 0.0
+
+
+def _python_handles() -> bool:
+    """Whether Ctrl-C is Python's, and this thread is the one that gets it."""
+    own = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return own and threading.current_thread() is threading.main_thread()

@@ -5,13 +5,16 @@ A plane is named by its two axes, such as ("x", "z"); it is looked at along the 
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull as Hull
+from scipy.spatial import QhullError
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Scene, Sphere
+from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Plane, Scene, Sphere
 
 __all__ = [
     "Limits",
@@ -19,12 +22,17 @@ __all__ = [
     "Pose",
     "axis_numbers",
     "body_poses",
+    "object_centers",
+    "outlines_of",
     "placed",
+    "plane_for",
     "shape_corners",
     "shape_parts",
     "view_of",
 ]
 
+STILL = 1e-6  # m; objects that spread less do not move
+PREFERENCE = (1.5, 1.0, 1.2)  # of x, y and z, where it is a close call
 AROUND = 0.1  # of the view's longer side, around what moves
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
 
@@ -33,11 +41,19 @@ Plan = tuple[str, str]  # the axes of a picture's plane, such as ("x", "z")
 Pose = tuple[NDArray[np.float64], NDArray[np.float64]]  # position, quaternion
 
 
-def placed(points: NDArray[np.float64], pose: Pose, plane: Plan) -> NDArray[np.float64]:
-    """Points (N, 3) of a body as they are seen in the plane, shape (N, 2)."""
+def placed(points: NDArray[np.float64], pose: Pose, plane: Sequence[str]) -> NDArray[np.float64]:
+    """Points (N, 3) of a body as they are seen in the plane of two axes, shape (N, 2)."""
     position, orientation = pose
     turned = Rotation.from_quat(orientation).apply(points)
     return np.asarray((turned + np.asarray(position))[:, axis_numbers(plane)])
+
+
+def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[NDArray[np.float64]]:
+    """The outline of each convex part of a shape as it is seen in the plane; arrays (N, 2).
+
+    A part that is seen edge-on is a line.
+    """
+    return [_outline(placed(part, pose, plane)) for part in shape_parts(shape)]
 
 
 def shape_parts(shape: Any) -> list[NDArray[np.float64]]:
@@ -82,23 +98,73 @@ def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
     }
 
 
-def axis_numbers(plane: Plan) -> list[int]:
+def axis_numbers(plane: Sequence[str]) -> list[int]:
     """Which of x, y and z the plane's axes are, as numbers from 0."""
     return ["xyz".index(axis) for axis in plane]
 
 
-def view_of(scene: Scene, states: NDArray[np.float64], plane: Plan) -> Limits:
-    """A view of all that moves in these states, shape (N, n), and a little around it."""
-    shown = [body for body in scene.bodies if body.role != "none"]
-    points = np.concatenate(
+def object_centers(scene: Scene, plane: Plan) -> list[list[int]]:
+    """Which numbers of a state are the places of the objects' centres in the plane."""
+    starts = [scene.slice(body.name).start for body in scene.bodies if body.role == "object"]
+    return [[start + number for number in axis_numbers(plane)] for start in starts]
+
+
+def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
+    """The plane that shows most of these states, shape (N, n).
+
+    If no body can move along one of the axes, the plane across it. Otherwise the two axes along
+    which the objects get about most or, where they stay, along which the moving bodies are longest.
+    """
+    moving = [body for body in scene.bodies if not (body.fixed or isinstance(body.shape, Plane))]
+    locked = np.array([np.asarray(body.linear_factor) == 0.0 for body in moving]).all(axis=0)
+    if locked.sum() == 1:
+        return _without(int(locked.argmax()))
+    starts = [scene.slice(body.name).start for body in moving if body.role == "object"]
+    spread = np.max([states[:, start : start + 3].std(axis=0) for start in starts], axis=0)
+    if spread.max() < STILL:
+        names = {body.name for body in moving if body.role != "none"}
+        spread = np.ptp(_corners(scene, states[0], ("x", "y", "z"), names), axis=0)
+    return _without(int((spread * PREFERENCE).argmin()))
+
+
+def view_of(
+    scene: Scene, states: NDArray[np.float64], plane: Plan, around: float = AROUND
+) -> Limits:
+    """A view of all that moves in these states, shape (N, n), and `around` it, in its lengths."""
+    shown = {body.name for body in scene.bodies if body.role != "none"}
+    points = np.concatenate([_corners(scene, state, plane, shown) for state in states])
+    low, high = points.min(axis=0), points.max(axis=0)
+    more = around * float((high - low).max())
+    (x0, y0), (x1, y1) = low - more, high + more
+    return (float(x0), float(x1)), (float(y0), float(y1))
+
+
+def _corners(
+    scene: Scene, state: NDArray[np.float64], axes: Sequence[str], names: Collection[str]
+) -> NDArray[np.float64]:
+    """Those of some bodies in a state, and their centres, along k axes; shape (N, k)."""
+    poses = body_poses(scene, state)
+    return np.concatenate(
         [
-            placed(part, poses[body.name], plane)
-            for poses in (body_poses(scene, state) for state in states)
-            for body in shown
-            for part in shape_parts(body.shape)
+            placed(points, poses[body.name], axes)
+            for body in scene.bodies
+            if body.name in names and not isinstance(body.shape, Plane)
+            for points in (np.zeros((1, 3)), *shape_parts(body.shape))
         ]
     )
-    low, high = points.min(axis=0), points.max(axis=0)
-    around = AROUND * float((high - low).max())
-    (x0, y0), (x1, y1) = low - around, high + around
-    return (float(x0), float(x1)), (float(y0), float(y1))
+
+
+def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The hull of points (N, 2), or the line that they are on."""
+    try:
+        return np.asarray(points[Hull(points).vertices])
+    except QhullError:
+        along = points - points.mean(axis=0)
+        far = along @ along[np.linalg.norm(along, axis=1).argmax()]
+        return points[[far.argmin(), far.argmax()]]
+
+
+def _without(axis: int) -> Plan:
+    """The plane of the two other axes."""
+    first, second = (name for number, name in enumerate("xyz") if number != axis)
+    return first, second

@@ -12,7 +12,7 @@ namespace energymargin {
 namespace {
 
 using namespace scenes;
-using problem_io::Json;
+using Json = problem_io::Json;
 using Pointer = Json::json_pointer;
 
 bool fits_schema(const Json& json) {

@@ -58,7 +58,7 @@ def test_the_trees_that_are_drawn_are_those_of_the_scores(result, panels):
         seed = em.stream(SMALL.seed, frame.state)
         score = em.capture_score(problems[frame.state], SMALL.nodes, seed)
         assert (score.capture, score.success) == (frame.capture, frame.success)
-        (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
+        (dots,) = (dots for dots in ax.collections if dots.get_gid() == "nodes")
         assert np.array_equal(dots.get_array(), score.tree.costs)
 
 

@@ -3,8 +3,20 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from energymargin import Box, Compound, Part, capture_score, plots, tasks
+from energymargin import (
+    Box,
+    Compound,
+    Part,
+    Problem,
+    Scene,
+    Sphere,
+    capture_score,
+    plots,
+    regions,
+    tasks,
+)
 from energymargin.outlines import shape_parts
+from energymargin.plots.sets import lost_objects
 from energymargin.tasks.scoop import CAPTURE_AHEAD, CAPTURE_HEIGHT, LENGTH, RAMP
 
 
@@ -23,8 +35,14 @@ def drawn(task, trajectory):
     problem = task.problem(trajectory.states[0])
     score = capture_score(problem, nodes=40, seed=0)
     ax = Figure().subplots()
-    plots.plot_state(problem, score, ax, limits=((-1, 3), (-1, 2)))
+    plots.plot_state(problem, score, ax, path=False, limits=((-1, 3), (-1, 2)))
     return problem, score, ax
+
+
+def drawn_as(artists, name):
+    """The one artist of that name."""
+    (found,) = (artist for artist in artists if artist.get_gid() == name)
+    return found
 
 
 def filled_area(ax, color):
@@ -39,7 +57,7 @@ def filled_area(ax, color):
 
 def test_every_node_is_a_dot_where_the_box_got_coloured_by_its_cost(drawn):
     problem, score, ax = drawn
-    (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
+    dots = drawn_as(ax.collections, "nodes")
     start = problem.scene.slice("object").start
     assert np.allclose(dots.get_offsets(), score.tree.states[:, start : start + 2])
     assert np.array_equal(dots.get_array(), score.tree.costs)
@@ -47,7 +65,7 @@ def test_every_node_is_a_dot_where_the_box_got_coloured_by_its_cost(drawn):
 
 def test_a_cross_marks_each_node_outside_of_the_capture_set(drawn):
     problem, score, ax = drawn
-    crosses = ax.collections[-1].get_offsets()
+    crosses = drawn_as(ax.collections, "outside").get_offsets()
     outside = ~problem.captured.contains(problem.scene, score.tree.states)
     start = problem.scene.slice("object").start
     assert outside.any()
@@ -59,11 +77,11 @@ def test_a_spatial_task_is_drawn_from_the_side_with_all_its_links():
     problem = task.problem(task.scene({"friction": 0.5, "clench": 1.0}).pack())
     score = capture_score(problem, nodes=5, seed=0)
     ax = Figure().subplots()
-    plots.plot_state(problem, score, ax, plane=task.plane, ghosts=0)
-    outlines = [patch for patch in ax.patches if not patch.get_fill()]
+    plots.plot_state(problem, score, ax, plane=task.plane)
+    outlines = [patch for patch in ax.patches if not (patch.get_fill() or patch.get_gid())]
     assert len(outlines) == len(problem.scene.bodies)
     assert ax.get_ylabel() == "z [m]"
-    (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
+    dots = drawn_as(ax.collections, "nodes")
     start = problem.scene.slice("object").start
     assert np.allclose(dots.get_offsets(), score.tree.states[:, [start, start + 2]])
 
@@ -98,28 +116,6 @@ def test_the_qualitative_figure_has_a_row_a_trajectory_and_three_frames_in_each(
     ]
 
 
-def test_an_infinite_effort_is_drawn_at_the_top_of_its_axis():
-    ax = Figure().subplots()
-    times = np.array([0.0, 1.0, 2.0])
-    plots.plot_trajectory_scores(
-        times, {"effort/est": np.array([1.0, np.inf, 3.0])}, np.ones(3, bool), [ax]
-    )
-    marks = [line for line in ax.lines if line.get_marker() == "^"]
-    assert marks[0].get_xdata().tolist() == [1.0]
-    assert marks[0].get_transform().transform((0, marks[0].get_ydata()[0]))[1] == pytest.approx(
-        ax.transAxes.transform((0, 0.95))[1]
-    )
-
-
-def test_frames_that_are_not_captured_are_shaded():
-    ax = Figure().subplots()
-    plots.plot_trajectory_scores(
-        np.arange(4.0), {"force": np.ones(4)}, np.array([True, True, False, False]), [ax]
-    )
-    spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in ax.patches]
-    assert spans == [(1.5, 2.5), (2.5, 3.0)]
-
-
 @pytest.fixture(scope="module")
 def several():
     """A state of four boxes and a scoop of several parts, with the tree from there, and a view."""
@@ -128,7 +124,7 @@ def several():
     problem = task.problem(trajectory.states[3], trajectory.params)
     score = capture_score(problem, nodes=20, seed=0)
     ax = Figure().subplots()
-    plots.plot_state(problem, score, ax, plane=("x", "z"), ghosts=0, limits=((0, 1), (0, 0.3)))
+    plots.plot_state(problem, score, ax, plane=("x", "z"), path=False, limits=((0, 1), (0, 0.3)))
     own = task.captured(problem.state, trajectory.params)
     return problem, score, ax, own
 
@@ -141,7 +137,7 @@ def places(problem, states, name):
 
 def test_every_object_has_a_dot_for_each_node_in_the_colour_of_the_nodes_cost(several):
     problem, score, ax, own = several
-    (dots,) = (dots for dots in ax.collections if dots.get_array() is not None)
+    dots = drawn_as(ax.collections, "nodes")
     by_object = np.asarray(dots.get_offsets()).reshape(len(score.tree.costs), len(own), 2)
     for number, name in enumerate(own):
         assert np.allclose(by_object[:, number], places(problem, score.tree.states, name))
@@ -155,7 +151,7 @@ def test_a_cross_marks_each_object_that_is_outside_of_its_own_capture_set(severa
         places(problem, states, name)[~region.contains(problem.scene, states)]
         for name, region in own.items()
     ]
-    crosses = np.asarray(ax.collections[-1].get_offsets())
+    crosses = np.asarray(drawn_as(ax.collections, "outside").get_offsets())
     assert 0 < len(crosses) < len(own) * len(states)
     assert sorted(map(tuple, crosses)) == sorted(map(tuple, np.concatenate(lost)))
 
@@ -163,7 +159,7 @@ def test_a_cross_marks_each_object_that_is_outside_of_its_own_capture_set(severa
 def test_a_compound_is_drawn_with_the_outline_of_each_part(several):
     problem, _, ax, own = several
     (scoop,) = (body for body in problem.scene.bodies if body.role == "effector")
-    outlines = [patch for patch in ax.patches if not patch.get_fill()]
+    outlines = [patch for patch in ax.patches if not (patch.get_fill() or patch.get_gid())]
     assert len(outlines) == len(own) + len(scoop.shape.parts)
 
 
@@ -191,9 +187,57 @@ def test_the_filled_capture_set_of_several_objects_is_where_each_may_be(several)
     assert filled_area(ax, plots.CAPTURED_COLOR) == pytest.approx(reach * CAPTURE_HEIGHT, rel=0.05)
 
 
-def test_scores_of_at_least_one_object_are_dashed_lines_beside_those_of_all():
-    ax = Figure().subplots()
-    scores = {"capture": np.array([0.2, 0.1]), "capture/any": np.array([0.9, 0.8])}
-    plots.plot_trajectory_scores(np.array([0.0, 1.0]), scores, np.ones(2, bool), [ax])
-    styles = {line.get_label(): line.get_linestyle() for line in ax.lines}
-    assert styles == {"capture": "-", "capture/any": "--"}
+SWAPPED = {"a": (0.3, 0.0, 0.0), "b": (-0.3, 0.0, 0.0)}
+
+
+def spheres(**captured):
+    """Two balls, each where the other's capture set is."""
+    scene = Scene()
+    for name, place in SWAPPED.items():
+        scene.add_body(name, Sphere(0.05), mass=1.0, position=place, role="object")
+    return Problem(
+        scene, scene.pack(), force=(1, 0, 0), torque=(0, 0, 0), duration=0.5, captured=captured
+    )
+
+
+def test_each_object_is_lost_by_its_own_set_alone():
+    left, right = (regions.Ball(name, (x, 0, 0), 0.2) for name, x in (("a", -0.3), ("b", 0.3)))
+    problem = spheres(a=left, b=right)
+    scene, states = problem.scene, np.tile(problem.state, (4, 1))
+    for row, x in ((1, -0.3), (3, -0.3)):
+        states[row, scene.slice("a").start] = x
+    for row, x in ((2, 0.3), (3, 0.3)):
+        states[row, scene.slice("b").start] = x
+    expected = [[True, True], [False, True], [True, False], [False, False]]
+    assert lost_objects(problem, states).tolist() == expected
+
+
+def test_where_no_object_is_in_its_set_all_are_lost_even_if_the_sets_are_predicates():
+    sets = {
+        name: regions.Predicate(lambda states, n=number: states[:, 13 * n] * (2 * n - 1) > 0.1)
+        for number, name in enumerate(SWAPPED)
+    }
+    problem = spheres(**sets)
+    assert lost_objects(problem, problem.state[np.newaxis]).tolist() == [[True, True]]
+
+
+def test_a_long_thin_view_is_drawn(task, trajectory):
+    problem = task.problem(trajectory.states[0])
+    for limits in (((-5, 5), (0.45, 0.452)), ((0.45, 0.452), (-5, 5))):
+        ax = plots.plot_state(problem, ax=Figure().subplots(), limits=limits)
+        assert (ax.get_xlim(), ax.get_ylim()) == limits
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"most": 0.0}, "most is 0.0"),
+        ({"most": np.nan}, "most is nan"),
+        ({"most": np.inf}, "most is inf"),
+        ({"seed": -1}, "seed is -1"),
+    ],
+)
+def test_a_scale_or_a_seed_that_cannot_be_is_named(drawn, options, words):
+    problem, score, _ = drawn
+    with pytest.raises(ValueError, match=words):
+        plots.plot_state(problem, score, Figure().subplots(), ghosts=1, **options)

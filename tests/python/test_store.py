@@ -463,3 +463,12 @@ def test_a_score_that_is_no_number_is_an_error_of_its_state(dataset, tmp_path):
     with pytest.raises(em.ScoreError, match=r"1 of 3 .*problem 0: no score of force"):
         score_dataset(replace(dataset, trajectories=[broken]), tmp_path / "s.db", ["force"])
     assert np.isnan(scores(tmp_path / "s.db")["force"]).tolist() == [True, False, False]
+
+
+def test_a_file_whose_tables_are_others_is_refused(dataset, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(dataset, path, metrics=["force"])
+    with sqlite3.connect(path) as file:
+        file.execute("ALTER TABLE datasets RENAME COLUMN states TO stages")
+    with pytest.raises(ValueError, match=r"scores\.db is damaged: its tables are not those"):
+        ScoreStore(path)

@@ -29,6 +29,7 @@ Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, d
                         const Limit& limit) {
   search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit);
   bounded.set_nodes_per_edge(options.nodes_per_edge);
+  bounded.count_in(options.made);
   if (options.least_likelihood > 0.0) bounded.lower_bound(-std::log(options.least_likelihood) / rate);
   search::Est est(bounded, stream(seed, 0));
   est.solve(bounded.termination());

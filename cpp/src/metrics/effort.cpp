@@ -32,6 +32,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   validate(problem);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
                                  options.limit, options.sampling);
+  bounded.count_in(options.made);
   if (options.stop_at_escape) bounded.stop_at_escape();
   search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
   search::Shortening* const polish = options.shorten ? &shortening : nullptr;

@@ -78,6 +78,7 @@ int Propagator::extend(int from, const Edge& edge) const {
 
 int Propagator::add(int from, const Edge& edge, int steps, double effort, const State& state) const {
   const int node = ++nodes_;
+  if (made_) made_->fetch_add(1, std::memory_order_relaxed);
   if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
   tree_.states.row(node) = state.transpose();
   tree_.costs[node] = tree_.costs[from] + effort;

@@ -406,6 +406,8 @@ class Scene:
         where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
         extent.
         """
+    def _repr_html_(self) -> str:
+        ...
     def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
         Add a body.
@@ -764,6 +766,8 @@ class Problem:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
+    def _repr_html_(self) -> str:
+        ...
     def edge_start(self, node: numpy.typing.ArrayLike) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
@@ -850,6 +854,8 @@ class Tree:
     """
     def __len__(self) -> int:
         ...
+    def _repr_html_(self) -> str:
+        ...
     def path_to(self, node: typing.SupportsInt | typing.SupportsIndex) -> list[int]:
         """
         Rows from the root to a node, both included.
@@ -884,6 +890,8 @@ class CaptureScore:
     Capture and success score, Section IV-B and Algorithm 2.
     """
     def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
         ...
     def interval(self, which: str = 'capture', confidence: float = 0.95) -> tuple[float, float]:
         """
@@ -988,6 +996,8 @@ class EscapeEffort:
     """
     def __repr__(self) -> str:
         ...
+    def _repr_html_(self) -> str:
+        ...
     @property
     def complete(self) -> bool:
         """
@@ -1021,6 +1031,8 @@ class EscapeEnergy:
     Escape energy, Definitions 1 and 2.
     """
     def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
         ...
     @property
     def barrier(self) -> int | None:
@@ -1071,6 +1083,8 @@ class ForceScore:
     The wrench-based baseline, Section V-B.
     """
     def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
         ...
     @property
     def distance(self) -> float:
@@ -1153,7 +1167,7 @@ class ScoreRun:
         """
         Problems that were added and whose rows are not taken yet.
         """
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
     
@@ -1164,9 +1178,10 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
     does not depend on the threads.
     
     Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
-    there is none, the first tree as far as it is. `complete` says so.
+    there is none, the first tree as far as it is. `complete` says so. progress(nodes) is called now and then with the nodes
+    made so far, of all trees, for a bar; what it raises ends the search.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     
@@ -1179,7 +1194,8 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     metrics of em.score search as published: sampling='uniform', shorten=False.
     
     Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
-    nodes. `complete` says so.
+    nodes. `complete` says so. progress(nodes) is called now and then with the nodes made so far; what it raises ends the
+    search.
     """
 def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
     """

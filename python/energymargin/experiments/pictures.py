@@ -48,8 +48,6 @@ def figure_along(dataset: Dataset, labelled: LabelledScores) -> Figure:
     """The scores along a failed and a successful trajectory."""
     columns = {}
     for name, t in one_of_each(dataset).items():
-        states = labelled.by_trajectory()[t]
-        scores = {metric: values[states] for metric, values in labelled.scores.items()}
         times = dataset.trajectories[t].times
-        columns[f"{name} trajectory"] = (times, scores, labelled.captured[states])
+        columns[f"{name} trajectory"] = plots.along(labelled, t, times)
     return plots.figure_scores(columns)

@@ -109,7 +109,7 @@ def _efficiency(rows: Rows, picture: str) -> str:
         ours = f"**{_pair(row['success_auc'], row['success_ap'])}**"
         own_time = f"**{float(row['seconds']):.3g} s**"
         lines.append(f"| {row['nodes']} | {ours} | {paper} | {own_time} | {time} |")
-    return "\n".join([*lines, "", f"![Time efficiency]({picture})", ""])
+    return "\n".join([*lines, "", f"![Time efficiency]({picture})", "", _drawn("efficiency"), ""])
 
 
 def _perturbation(rows: Rows, picture: str) -> str:
@@ -132,7 +132,8 @@ def _perturbation(rows: Rows, picture: str) -> str:
             ours = _short(float(found["ours", kind, level]), 3)
             cells.append(f"**{ours}** {_short(float(paper), 2) if paper else ''}".strip())
         lines.append(f"| {level:g} | {' | '.join(cells)} |")
-    return "\n".join([*lines, "", f"![AP with errors of the model]({picture})", ""])
+    drawn = _drawn("perturbation")
+    return "\n".join([*lines, "", f"![AP with errors of the model]({picture})", "", drawn, ""])
 
 
 def _figure_quality(_rows: Rows, picture: str) -> str:
@@ -140,7 +141,9 @@ def _figure_quality(_rows: Rows, picture: str) -> str:
         [
             f"![A failed and a successful push, three frames each]({picture})",
             "",
-            "*(success, capture) under each frame, from trees of 100 nodes.*",
+            _drawn(
+                "figure-quality", "(success, capture) under each frame, from trees of 100 nodes."
+            ),
             "",
         ]
     )
@@ -163,8 +166,13 @@ def _table2(rows: Rows, picture: str) -> str:
         lines.append(f"| {name} | {' | '.join(cells)} |")
     means = [_mean([found[n, score, str(horizon)] for n in names]) for score, horizon in columns]
     lines.append(f"| mean | {' | '.join(means)} |")
-    caption = "*Of each combination the state that the capture score gets most wrong.*"
+    caption = _drawn("table2", "Of each combination the state that its score gets most wrong.")
     return "\n".join([*lines, "", f"![Trees of ten states]({picture})", "", caption, ""])
+
+
+def _drawn(study: str, caption: str = "") -> str:
+    """What stands below a study's picture: a caption, and the command that draws it."""
+    return f"*{caption} (`energymargin reproduce {study}` draws this.)*".replace("* (", "*(")
 
 
 def _mean(rows: Rows) -> str:

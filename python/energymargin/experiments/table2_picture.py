@@ -11,7 +11,6 @@ from energymargin import plots
 from energymargin._core import capture_score, stream
 from energymargin.evaluation import captured_labels
 from energymargin.experiments.table2 import FRAME_RATE, LONG_HORIZON, Row, Settings, Table2
-from energymargin.plots.states import state_legend
 from energymargin.tasks.printed import TOOLS
 
 try:
@@ -57,14 +56,14 @@ def _draw(ax: Axes, row: Row, settings: Settings) -> list[Artist]:
     number = most_wrong(row)
     (problem,) = row.dataset.problems([number])
     score = capture_score(problem, nodes=settings.nodes, seed=stream(settings.seed, number))
-    plots.plot_state(problem, score, ax, limits=VIEW, color_bar=False, ghosts=2)
+    plots.plot_state(problem, score, ax, limits=VIEW, path=False, color_bar=False, ghosts=2)
     truth = "stays" if _labels(row)[number] else "lost"
     ax.set_title(
         f"{row.combination}\n{truth} within {LONG_HORIZON / FRAME_RATE:.1f} s, "
         f"score {row.labelled.scores['capture'][number]:.2f}",
         fontsize=8,
     )
-    return list(state_legend(problem))
+    return list(plots.state_legend(problem))
 
 
 def most_wrong(row: Row) -> int:

@@ -1,20 +1,35 @@
-"""Pictures of scores: the search tree over the workspace, and scores along a trajectory
-(matplotlib)."""
+"""Pictures of scores (matplotlib): a state with its search tree, scores along a trajectory, how
+well they tell labels apart, and how an effort falls with the nodes.
+
+Each `plot_...` takes and returns an Axes; without one it makes a figure of pyplot. Each
+`figure_...` makes a whole Figure.
+"""
 
 try:
     import matplotlib  # noqa: F401
 except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
 
+from energymargin.plots.curves import plot_precision_recall, plot_roc
+from energymargin.plots.efforts import plot_effort
+from energymargin.plots.legends import state_legend
 from energymargin.plots.qualitative import figure_qualitative
-from energymargin.plots.states import CAPTURED_COLOR, SUCCEEDED_COLOR, plot_state
-from energymargin.plots.trajectories import figure_scores, plot_trajectory_scores
+from energymargin.plots.states import plot_state
+from energymargin.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
+from energymargin.plots.trajectories import Along, along, figure_scores, plot_scores
 
 __all__ = [
     "CAPTURED_COLOR",
+    "LOST_COLOR",
     "SUCCEEDED_COLOR",
+    "Along",
+    "along",
     "figure_qualitative",
     "figure_scores",
+    "plot_effort",
+    "plot_precision_recall",
+    "plot_roc",
+    "plot_scores",
     "plot_state",
-    "plot_trajectory_scores",
+    "state_legend",
 ]

@@ -13,7 +13,9 @@ from matplotlib.figure import Figure
 
 from energymargin._core import CaptureScore, Problem, capture_score, stream
 from energymargin.outlines import Limits, view_of
-from energymargin.plots.states import COSTS, plot_state, score_title, state_legend
+from energymargin.plots.legends import score_title, state_legend
+from energymargin.plots.states import LEAST, plot_state
+from energymargin.plots.styles import COSTS
 from energymargin.tasks.base import Task, Trajectory, plane_of
 
 __all__ = ["figure_qualitative"]
@@ -51,7 +53,7 @@ def figure_qualitative(
     scene = panels[0].problem.scene
     plane = plane_of(task)
     limits = view_of(scene, np.concatenate([t.states for t in trajectories.values()]), plane)
-    most = max(float(panel.score.tree.costs.max()) for panel in panels)
+    most = max(LEAST, *(float(panel.score.tree.costs.max()) for panel in panels))
 
     lines = max(score_title(panel.score).count("\n") + 2 for panel in panels)
     columns = max(len(row) for row in rows.values())
@@ -65,7 +67,9 @@ def figure_qualitative(
                 plane=plane,
                 limits=limits,
                 most=most,
+                path=False,
                 color_bar=False,
+                ghosts=3,
             )
             _write_scores(ax, panel, pairs=pairs)
         row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")

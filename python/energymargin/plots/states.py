@@ -1,272 +1,209 @@
-"""A state and its search tree over the workspace.
-
-The colours tell the same without colour vision: cividis for costs, Okabe and Ito's palette for the
-rest.
-"""
+"""A state, and the search tree that breaks out of its capture set."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, Normalize
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
+from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull as Hull
 
-from energymargin._core import Body, CaptureScore, Plane, Problem, Scene
-from energymargin.outlines import (
-    Limits,
-    Plan,
-    Pose,
-    axis_numbers,
-    body_poses,
-    placed,
-    shape_parts,
-    view_of,
-)
-from energymargin.regions import Region
+from energymargin._core import EscapeEffort, Problem, Tree
+from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
+from energymargin.plots.bodies import draw_bodies, draw_ghost
+from energymargin.plots.legends import draw_legend, state_legend, state_title
+from energymargin.plots.paths import Escape, Result, draw_escape, escape_of
+from energymargin.plots.sets import draw_set, sets_of
+from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR, axes_or_new
+from energymargin.plots.trees import draw_color_bar, draw_tree, out_of_view
+from energymargin.tasks.base import positive_number, whole_number
 
-__all__ = [
-    "CAPTURED_COLOR",
-    "COSTS",
-    "LOST_COLOR",
-    "SUCCEEDED_COLOR",
-    "plot_state",
-    "score_title",
-    "state_legend",
-]
+__all__ = ["plot_state"]
 
-COSTS = "cividis"
-CAPTURED_COLOR = "#56B4E9"
-SUCCEEDED_COLOR = "#8C8C8C"
-BODY_COLORS = {"object": "#E69F00", "effector": "#009E73", "none": "#3A3A3A"}
-LOST_COLOR = "#D55E00"
-GRID = 400  # cells along the longer side of the view, for regions
+AROUND = 0.25  # of the view's longer side, around what moves
+WIDTH = 6.0  # inch, of a figure made here
+LEAST = 1e-9  # J, at the end of a colour bar
+DETAIL = 400  # cells of the sets
+SAME = 1e-9  # of the numbers of two states that are the same
+PLANES = [(a, b) for a in "xyz" for b in "xyz" if a != b]
 
 
 def plot_state(
     problem: Problem,
-    score: CaptureScore,
-    ax: Axes,
+    result: Result | None = None,
+    ax: Axes | None = None,
     *,
-    plane: Plan = ("x", "y"),
+    escape: EscapeEffort | None = None,
+    plane: Plan | None = None,
     limits: Limits | None = None,
     most: float | None = None,
+    path: bool = True,
     color_bar: bool = True,
-    ghosts: int = 3,
+    legend: bool | None = None,
+    ghosts: int = 0,
     seed: int = 0,
-) -> None:
-    """A state and its search tree, as in the paper's qualitative figure, seen along the third axis.
+    detail: int = DETAIL,
+) -> Axes:
+    """A state, the search tree of a result from there, and the cheapest escape on top.
 
-    The nodes are where the object's centre got, coloured by cost [J] from 0 to `most`, with a cross
-    where the node left the capture set. Capture set light blue, success set grey: where the object
-    may be while all else stays. What does not depend on the place, such as a bound on a speed, is
-    not filled; the crosses show it. The bodies of `ghosts` random nodes are drawn half transparent.
-    `limits` are the ranges of the plane's axes [m]. Of several objects each has its dots and
-    crosses, and what is filled are the sets of all.
+    The nodes are where the objects' centres got, coloured by cost [J] from 0 to `most`, with a
+    cross where a node left the capture set. Capture set light blue with a solid edge, success set
+    grey with a dashed one: where the objects may be while all else stays as in the state. What does
+    not depend on the place, such as a bound on a speed, is not filled; the crosses show it. Of
+    several objects each has its dots and crosses, and what is filled are the sets of all.
+
+    The escape is that of an `EscapeEffort`, given as result or, beside a `CaptureScore`, as
+    `escape`; else it is the cheapest node of the capture score's first tree outside of the capture
+    set. Its end is drawn as the dashed outlines of the objects that have left. `path=False` leaves
+    it away. With neither, the state alone is drawn.
+
+    `plane` is looked at along the third axis. None takes the one across the axis along which
+    nothing can move, else the two axes along which the objects of the tree get about most, or along
+    which the moving bodies are longest; a task's own is `tasks.base.plane_of(task)`. `limits` are
+    the ranges of the plane's axes [m]. `legend`: None draws one below if there is no `ax`. The
+    bodies of `ghosts` random nodes are drawn half transparent, chosen by `seed`. `detail` is how
+    many cells the sets have along the view's longer side.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError on a result of another problem.
     """
-    scene, tree = problem.scene, score.tree
-    limits = limits or view_of(scene, tree.states, plane)
-    captured, succeeded = _sets(problem)
-    _draw_region(ax, problem, succeeded, limits, plane, color=SUCCEEDED_COLOR, order=0)
-    _draw_region(ax, problem, captured, limits, plane, color=CAPTURED_COLOR, order=1)
-    _draw_bodies(ax, scene, problem.state, plane, limits)
-    chosen = np.random.default_rng(seed).permutation(np.arange(1, len(tree.costs)))[:ghosts]
-    for node in chosen:
-        _draw_ghost(ax, scene, tree.states[node], plane)
+    result, escaping = _checked(problem, result, escape)
+    scene = problem.scene
+    states = problem.state[np.newaxis] if result is None else result.tree.states
+    plane = plane_for(scene, states) if plane is None else _known(plane)
+    way = escape_of(problem, escaping) if escaping is not None and path else None
+    if limits is None:
+        limits = view_of(scene, _telling(problem, states, way), plane, AROUND)
+    _check_view(limits, ghosts, detail)
+    whole_number("seed", seed, 0)
+    if most is not None:
+        positive_number("most", most)
+    title = state_title(result, escaping, way)
+    new = ax is None
+    ax = axes_or_new(ax, WIDTH, _height(limits, title))
 
-    norm = Normalize(0.0, most if most is not None else max(float(tree.costs.max()), 1e-9))
-    points = tree.states[:, _centers(scene, plane)]  # (M + 1, k, 2)
-    edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
-    ax.add_collection(
-        LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
-    )
-    ax.scatter(
-        points[..., 0].ravel(),
-        points[..., 1].ravel(),
-        c=np.repeat(tree.costs, points.shape[1]),
-        cmap=COSTS,
-        norm=norm,
-        s=9,
-        linewidths=0.2,
-        edgecolors="white",
-        zorder=6,
-    )
-    outside = points[_lost(problem, tree.states)]
-    ax.scatter(
-        outside[:, 0], outside[:, 1], marker="x", s=9, linewidths=0.5, color=LOST_COLOR, zorder=7
-    )
-    ax.plot(*points[0].T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
+    captured, succeeded = _draw_sets(ax, problem, limits, plane, detail)
+    draw_bodies(ax, scene, problem.state, plane, limits)
+    unseen = ""
+    if result is not None:
+        costs = Normalize(0.0, most if most is not None else max(result.tree.costs.max(), LEAST))
+        for node in _some(len(states), ghosts, seed):
+            draw_ghost(ax, scene, states[node], plane)
+        draw_tree(ax, problem, result.tree, plane, costs)
+        unseen = out_of_view(states[:, object_centers(scene, plane)], limits)
+        if color_bar:
+            draw_color_bar(ax, costs)
+    if way is not None:
+        draw_escape(ax, problem, way, plane)
+    _draw_centers(ax, problem, plane)
+    _name_axes(ax, plane, limits)
+    ax.set_title(title, fontsize=10)
+    if new if legend is None else legend:
+        handles = state_legend(
+            problem, (captured, succeeded, unseen), tree=result is not None, escape=way
+        )
+        draw_legend(ax, handles, own_figure=new)
+    return ax
 
+
+def _checked(
+    problem: Problem, result: Result | None, escape: EscapeEffort | None
+) -> tuple[Result | None, Result | None]:
+    """Whose tree is drawn, and whose escape; ValueError on what is not of this problem."""
+    if not isinstance(problem, Problem):
+        raise ValueError(f"problem is {problem!r}, expected a Problem")
+    if not (result is None or isinstance(result, Result)):
+        raise ValueError(f"result is {result!r}, expected a CaptureScore or an EscapeEffort")
+    if not (escape is None or isinstance(escape, EscapeEffort)):
+        raise ValueError(f"escape is {escape!r}, expected an EscapeEffort")
+    for name, one in (("result", result), ("escape", escape)):
+        if one is not None:
+            _check_start(name, one.tree, problem)
+    return result if result is not None else escape, escape if escape is not None else result
+
+
+def _check_start(name: str, tree: Tree, problem: Problem) -> None:
+    width, expected = tree.states.shape[1], problem.scene.dimension
+    if width != expected:
+        raise ValueError(
+            f"{name} is of another problem: its states have {width} numbers, "
+            f"expected {expected} as in the problem's scene"
+        )
+    if not np.allclose(tree.states[0], problem.state, rtol=0.0, atol=SAME):
+        raise ValueError(
+            f"{name} is of another problem: its tree does not start at the problem's state"
+        )
+
+
+def _known(plane: Plan) -> Plan:
+    if tuple(plane) in PLANES:
+        return plane
+    raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
+
+
+def _check_view(limits: Limits, ghosts: int, detail: int) -> None:
+    whole_number("ghosts", ghosts, 0)
+    whole_number("detail", detail, 2)
+    view = np.asarray(limits, dtype=float)
+    if view.shape != (2, 2) or not np.isfinite(view).all() or not (np.diff(view) > 0).all():
+        raise ValueError(f"limits is {limits!r}, expected (low, high) of two axes [m]")
+
+
+def _telling(
+    problem: Problem, states: NDArray[np.float64], escape: Escape | None
+) -> NDArray[np.float64]:
+    """Those that a view has to show: the start, where a body gets farthest, and the escape.
+
+    What is lost may fall far away: if the start is not, what counts are nodes that are not either.
+    """
+    scene = problem.scene
+    captured = np.asarray(problem.captured.contains(scene, states))
+    near = states[captured] if captured[0] else states
+    links = {joint.child for joint in scene.joints}
+    rows = {0}
+    for body in scene.bodies:
+        if body.role != "none" and not body.fixed and body.name not in links:
+            place = near[:, scene.slice(body.name)][:, :3]
+            rows |= {*place.argmin(axis=0).tolist(), *place.argmax(axis=0).tolist()}
+    telling = near[sorted(rows)]
+    return telling if escape is None else np.concatenate([telling, escape.states])
+
+
+def _draw_sets(
+    ax: Axes, problem: Problem, limits: Limits, plane: Plan, detail: int
+) -> tuple[str, str]:
+    """Capture and success set; returns what is to be said of where they are."""
+    look = [(SUCCEEDED_COLOR, "dashed"), (CAPTURED_COLOR, "solid")]
+    where = []
+    for order, (region, (color, line)) in enumerate(
+        zip(reversed(sets_of(problem)), look, strict=True)
+    ):
+        options: dict[str, Any] = {"color": color, "line": line, "order": order, "detail": detail}
+        where.append(draw_set(ax, problem, region, limits, plane, **options) if region else "")
+    return where[1], where[0]
+
+
+def _some(nodes: int, number: int, seed: int) -> list[int]:
+    """Rows of random nodes, without the root."""
+    return [int(row) for row in np.random.default_rng(seed).permutation(nodes - 1)[:number] + 1]
+
+
+def _draw_centers(ax: Axes, problem: Problem, plane: Plan) -> None:
+    """Where the objects are."""
+    starts = problem.state[object_centers(problem.scene, plane)]
+    ax.plot(*starts.T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
+
+
+def _name_axes(ax: Axes, plane: Plan, limits: Limits) -> None:
     ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
-    ax.set_title(score_title(score))
-    if color_bar:
-        figure = ax.get_figure()
-        assert figure is not None
-        figure.colorbar(
-            ScalarMappable(norm, COSTS), ax=ax, label="cost of reaching a node [J]", shrink=0.85
-        )
 
 
-def score_title(score: CaptureScore) -> str:
-    """The scores; with several objects those of all and of at least one, a line each."""
-    lines = {"all": (score.capture, score.success), "any": (score.capture_any, score.success_any)}
-    several = score.capture_any is not None or score.success_any is not None
-    return "\n".join(
-        (f"{which}:   " if several else "")
-        + "   ".join(
-            f"{name} {value:.2f}"
-            for name, value in zip(("capture", "success"), values, strict=True)
-            if value is not None
-        )
-        for which, values in lines.items()
-        if values != (None, None)
-    )
-
-
-def state_legend(problem: Problem) -> list[Patch | Line2D]:
-    """What a legend of pictures of states holds."""
-    names: dict[str, list[str]] = {}
-    for body in problem.scene.bodies:
-        if not isinstance(body.shape, Plane):
-            names.setdefault(body.role, []).append(body.name)
-    handles: list[Patch | Line2D] = [
-        Patch(
-            color=BODY_COLORS[role],
-            alpha=0.7,
-            label=role if role != "none" else ", ".join(bodies),
-        )
-        for role, bodies in names.items()
-    ]
-    handles.append(Patch(color=CAPTURED_COLOR, alpha=0.4, label="capture set"))
-    if problem.succeeded is not None:
-        handles.append(Patch(color=SUCCEEDED_COLOR, alpha=0.4, label="success set"))
-    left = "outside of the capture set"
-    cross = Line2D([], [], color=LOST_COLOR, marker="x", linestyle="", markersize=4, label=left)
-    return [*handles, cross]
-
-
-def _draw_region(
-    ax: Axes,
-    problem: Problem,
-    region: Region | None,
-    limits: Limits,
-    plane: Plan,
-    *,
-    color: str,
-    order: int,
-) -> None:
-    """Fills the places of the objects' centres for which the state, else unchanged, is in it."""
-    if region is None:
-        return
+def _height(limits: Limits, title: str) -> float:
+    """Of a figure [inch], with what is around the axes."""
     (x0, x1), (y0, y1) = limits
-    cell = max(x1 - x0, y1 - y0) / GRID
-    x = np.arange(x0 + cell / 2, x1, cell)
-    y = np.arange(y0 + cell / 2, y1, cell)
-    states = np.tile(problem.state, (len(x) * len(y), 1))
-    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    for center in _centers(problem.scene, plane):
-        states[:, center] = places
-    inside = np.asarray(region.contains(problem.scene, states)).reshape(len(y), len(x))
-    if inside.all():
-        return
-    ax.imshow(
-        np.ma.masked_where(~inside, inside),
-        cmap=ListedColormap([color]),
-        extent=(x0, x0 + cell * len(x), y0, y0 + cell * len(y)),
-        origin="lower",
-        alpha=0.35,
-        zorder=order,
-        interpolation="nearest",
-    )
-
-
-def _draw_bodies(
-    ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan, limits: Limits
-) -> None:
-    """All bodies in a state; of an endless one what is in view."""
-    poses = body_poses(scene, state)
-    for body in scene.bodies:
-        if isinstance(body.shape, Plane):
-            _draw_half_space(ax, body.shape, plane, limits)
-        else:
-            order = 2 if body.role == "none" else 3
-            _draw_body(ax, body, poses[body.name], plane, alpha=0.9, order=order)
-    for spring in scene.springs:
-        ends = [
-            placed(np.array([point]), poses[body], plane)[0]
-            for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
-        ]
-        ax.plot(*np.transpose(ends), ":", color=BODY_COLORS["effector"], linewidth=1.2, zorder=3)
-
-
-def _draw_ghost(ax: Axes, scene: Scene, state: NDArray[np.float64], plane: Plan) -> None:
-    """Object and effector as they are at a node."""
-    poses = body_poses(scene, state)
-    for body in scene.bodies:
-        if body.role != "none" and not body.fixed:
-            _draw_body(ax, body, poses[body.name], plane, alpha=0.3, order=4)
-
-
-def _draw_body(ax: Axes, body: Body, pose: Pose, plane: Plan, *, alpha: float, order: int) -> None:
-    color = BODY_COLORS[body.role]
-    for part in shape_parts(body.shape):
-        corners = placed(part, pose, plane)
-        outline = corners[Hull(corners).vertices]
-        ax.add_patch(
-            Polygon(outline, facecolor=color, alpha=0.55 * alpha, linewidth=0, zorder=order)
-        )
-        ax.add_patch(
-            Polygon(outline, fill=False, edgecolor=color, alpha=alpha, linewidth=0.9, zorder=order)
-        )
-
-
-def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
-    """A solid below a plane that is seen from the side; seen from above it is the ground."""
-    normal = np.asarray(solid.normal)[axis_numbers(plane)]
-    if np.linalg.norm(normal) < 0.99:
-        return
-    along = np.array([-normal[1], normal[0]])
-    far = 2 * float(np.abs(limits).max() + np.ptp(limits))
-    surface = solid.offset * normal
-    corners = [surface + far * along, surface - far * along]
-    corners += [corner - far * normal for corner in reversed(corners)]
-    ax.add_patch(Polygon(corners, facecolor=BODY_COLORS["none"], alpha=0.25, linewidth=0, zorder=1))
-
-
-def _centers(scene: Scene, plane: Plan) -> list[list[int]]:
-    """Which numbers of a state are the places of the objects' centres in the plane."""
-    starts = [scene.slice(body.name).start for body in scene.bodies if body.role == "object"]
-    return [[start + number for number in axis_numbers(plane)] for start in starts]
-
-
-def _sets(problem: Problem) -> tuple[Region, Region | None]:
-    """Capture and success set; if each object has its own, where at least one is in its own."""
-    return (
-        problem.captured if problem.captured_any is None else problem.captured_any,
-        problem.succeeded if problem.succeeded_any is None else problem.succeeded_any,
-    )
-
-
-def _lost(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which object is in no capture set in which of M states, shape (M, k).
-
-    If there is one set for all, none of them is in it or all are.
-    """
-    scene, (captured, _) = problem.scene, _sets(problem)
-    own = [scene.slice(body.name) for body in scene.bodies if body.role == "object"]
-    lost = []
-    for each in own:
-        alike = states.copy()
-        if problem.captured_any is not None:
-            for other in own:  # with all objects where this one is, the union tells of it alone
-                alike[:, other] = states[:, each]
-        lost.append(~np.asarray(captured.contains(scene, alike)))
-    return np.stack(lost, axis=1)
+    axes = float(np.clip(0.72 * WIDTH * (y1 - y0) / (x1 - x0), 1.5, 5.0))
+    return axes + 1.4 + 0.2 * (title.count("\n") + 1)

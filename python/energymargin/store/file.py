@@ -187,6 +187,10 @@ class ScoreStore(Closing):
             (state,) = self._retried("PRAGMA quick_check(1)").fetchone()
             if state != "ok":
                 raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
+        if version == schema.VERSION and not schema.has_its_tables(self.database):
+            raise ValueError(
+                f"{self.path} is damaged: its tables are not those of a file of scores"
+            )
 
     def _dataset(self, dataset: Dataset, digest: str) -> int:
         """The number of a dataset, which is put in with its labels if it is not there."""

@@ -36,9 +36,10 @@ class Run:
             "SELECT dataset, settings FROM runs WHERE id = ?", (number,)
         ).fetchone()
         self.settings: dict[str, Any] = json.loads(settings)
-        self.task, self.states, self.digest = self._database.execute(
-            "SELECT task, states, digest FROM datasets WHERE id = ?", (self.dataset,)
+        self.task, self.states, self.digest, parameters = self._database.execute(
+            "SELECT task, states, digest, parameters FROM datasets WHERE id = ?", (self.dataset,)
         ).fetchone()
+        self.parameters: dict[str, Any] | None = parameters and json.loads(parameters)
 
     @cached_property
     def asked(self) -> dict[str, int]:

@@ -21,11 +21,12 @@ from __future__ import annotations
 import hashlib
 import json
 import sqlite3
+from contextlib import closing
 from typing import Any
 
 from energymargin.settings import METRICS, SearchSettings
 
-__all__ = ["APPLICATION_ID", "VERSION", "create", "migrate", "state_digest"]
+__all__ = ["APPLICATION_ID", "VERSION", "create", "has_its_tables", "migrate", "state_digest"]
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
@@ -86,6 +87,17 @@ def create(database: sqlite3.Connection) -> None:
             database.execute(statement)
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {VERSION}")
+
+
+def has_its_tables(database: sqlite3.Connection) -> bool:
+    """Whether the tables of a file of this version are those that `create` makes."""
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as fresh:
+        create(fresh)
+        return _tables(database) == _tables(fresh)
+
+
+def _tables(database: sqlite3.Connection) -> set[tuple[str, str]]:
+    return set(database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
 
 
 def state_digest(dataset: str, number: int) -> bytes:

@@ -1,6 +1,7 @@
 #pragma once
 // Capture score and success score, Section IV-B and Algorithm 2.
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -25,6 +26,7 @@ struct CaptureOptions {
   int threads = 1;                    //!< for several trees; the score does not depend on it
   std::optional<double> tolerance{};  //!< trees are added until every standard error is at most this
   Limit limit{};                      //!< ends the search early; the trees that are complete count
+  std::atomic<int>* made = nullptr;   //!< goes up with each node of all trees, for a bar of progress; null: not counted
 };
 
 //! Scores of independent trees: what they say together.

@@ -1,6 +1,7 @@
 #pragma once
 // Effort of escape, Section IV-A and Algorithm 1.
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 
@@ -20,6 +21,7 @@ struct EffortOptions {
   Sampling sampling = Sampling::mixed;  //!< how controls are drawn
   bool shorten = true;                  //!< spend half of the nodes on making the best escape cheaper
   bool stop_at_escape = false;          //!< a rollout ends where it is seen outside, every few steps, and not later
+  std::atomic<int>* made = nullptr;     //!< goes up with each node, for a bar of progress; null: not counted
 };
 
 //! The same search as it was published: controls drawn evenly, nothing shortened, rollouts looked at their ends.

@@ -5,6 +5,7 @@
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/control/SpaceInformation.h>
 
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -28,6 +29,9 @@ class BoundedProblem {
 
   //! From now on up to so many states of a rollout count as nodes; planners go on from its end alone.
   void set_nodes_per_edge(int count) { propagator_->set_nodes_per_edge(count); }
+
+  //! From now on `made`, unless it is null, goes up with each node. It has to outlive this.
+  void count_in(std::atomic<int>* made) { propagator_->count_in(made); }
 
   //! From now on a rollout ends where it is seen outside of the capture set.
   void stop_at_escape();

@@ -3,6 +3,7 @@
 
 #include <ompl/control/StatePropagator.h>
 
+#include <atomic>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -25,6 +26,9 @@ class Propagator : public ompl::control::StatePropagator {
 
   //! From now on up to so many states of a rollout are nodes: its end and, before it, evenly spaced ones on its way.
   void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
+
+  //! From now on `made`, unless it is null, goes up with each node.
+  void count_in(std::atomic<int>* made) { made_ = made; }
 
   //! From now on a rollout ends where `outside` says so, which is asked every few steps.
   void end_where(std::function<bool(const State&)> outside) { ends_ = std::move(outside); }
@@ -63,6 +67,7 @@ class Propagator : public ompl::control::StatePropagator {
   int most_nodes_;
   int nodes_per_edge_ = 1;
   std::function<bool(const State&)> ends_;
+  std::atomic<int>* made_ = nullptr;
 
   Limit limit_;
   mutable World world_;

@@ -1,0 +1,93 @@
+"""How smoothly the page of `energymargin view` turns: frame times in a browser.
+
+The browser draws without a graphics card, on the processor's cores, so these are the slowest frames
+that a user will see. make bench-view
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from energymargin.progress import share_bar
+from energymargin.terminal import err, out
+from energymargin.viewer import view
+from energymargin.viewer.browser import headless_page
+from tables import markdown
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+SIZE = (1280, 800)
+SECONDS = 8.0
+# Times [ms] between the frames that the browser draws.
+WATCH = """() => {
+  window.frames = []; window.watching = true;
+  const step = (now) => {
+    window.frames.push(now);
+    if (window.watching) requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+}"""
+TAKE = "() => { window.watching = false; return window.frames; }"
+
+
+def main(
+    task: Annotated[str, typer.Option(help="Whose first trajectory is seen.")] = "push",
+    nodes: Annotated[str, typer.Option(help="Sizes of trees.")] = "1000,10000,100000",
+    out_file: Annotated[Path, typer.Option("--out", help="The table.")] = Path("out/frames.md"),
+) -> None:
+    """Turns the scene of a task with the mouse, without a tree and with larger and larger ones."""
+    rows = []
+    with headless_page(SIZE) as page:
+        for count in (0, *(int(word) for word in nodes.split(","))):
+            with share_bar(err) as told:
+                drawn, frames = _frames(page, task, count, lambda share: told("Searching", share))
+            rows.append(
+                [f"{count:,}", drawn, *(f"{np.percentile(frames, q):.0f}" for q in (50, 90))]
+            )
+            out.print(" | ".join(rows[-1]))
+    text = markdown(["nodes", "drawn", "median frame [ms]", "90 % [ms]"], rows)
+    out_file.parent.mkdir(parents=True, exist_ok=True)
+    out_file.write_text(text)
+    out.print(text, markup=False)
+
+
+def _frames(
+    page: Page, task: str, nodes: int, told: Callable[[float], None]
+) -> tuple[str, NDArray[np.float64]]:
+    """What is drawn of a tree, and the times between frames while the scene is turned [ms]."""
+    with view(task, frame=9, nodes=max(nodes, 10)) as viewer:
+        if nodes:
+            viewer.page.score(told)
+        viewer.page.wait()
+        page.goto(f"{viewer.url}?fixedDpr=1")
+        page.get_by_role("button", name="Score this state").wait_for(timeout=120e3)
+        page.wait_for_timeout(5000)
+        drawn = page.get_by_text("are drawn")
+        text = drawn.inner_text().removesuffix(" are drawn") if nodes else "no tree"
+        return text, _turn(page)
+
+
+def _turn(page: Page) -> NDArray[np.float64]:
+    page.mouse.move(400, 400)
+    page.mouse.down()
+    page.evaluate(WATCH)
+    end, step = time.monotonic() + SECONDS, 0
+    while time.monotonic() < end:
+        step += 1
+        page.mouse.move(400 + 80 * math.sin(0.15 * step), 400 + 40 * math.cos(0.15 * step))
+        time.sleep(0.01)
+    page.mouse.up()
+    return np.diff(page.evaluate(TAKE))
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,134 @@
+"""What trajectories, and scores of many states, look like in a notebook."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from energymargin.datasets import Dataset
+from energymargin.evaluation import Evaluation, LabelledScores
+from energymargin.notebook.tables import MOST_ROWS, Row, grid, table
+from energymargin.scoring import ScoreTable
+from energymargin.tasks.base import Trajectory
+
+__all__ = ["dataset", "evaluation", "labelled_scores", "score_table", "trajectory"]
+
+
+def score_table(scores: ScoreTable) -> str:
+    """The first problems' scores, a row each."""
+    names = list(scores.scores)
+    rows = [
+        (int(scores.index[i]), *(_score(name, scores.scores[name][i]) for name in names))
+        for i in range(min(len(scores), MOST_ROWS))
+    ]
+    head = ("problem", *map(_named, names))
+    seconds = f"{float(np.sum(scores.seconds)):.3g} s of computing."
+    missing = "" if scores.complete else " Not complete: some problems were not scored in time."
+    return grid("Scores", head, rows, seconds + missing, len(scores))
+
+
+def _named(metric: str) -> str:
+    return f"{metric} [J]" if metric.startswith("effort") else metric
+
+
+def _score(metric: str, value: float) -> str:
+    if math.isnan(value):
+        return "missing"
+    if math.isinf(value):
+        return "no escape" if metric.startswith("effort") else "infinite"
+    return f"{value:.4g}" if metric.startswith(("effort", "force")) else f"{value:.3f}"
+
+
+def evaluation(result: Evaluation) -> str:
+    """AUC and AP of each score, by horizon."""
+    head = ("score", *(f"h = {horizon}" for horizon in result.horizons))
+    rows: list[Sequence[object]] = [
+        (score, *(_cell(cell) for cell in cells.values())) for score, cells in result.states.items()
+    ]
+    for name, cell in (("success", result.success), ("success/any", result.success_any)):
+        if cell is not None:
+            rows.append((name, _cell(cell), *[""] * (len(result.horizons) - 1)))
+    said = (
+        "AUC/AP, with the 95 % interval of AUC. States: captured over the next h frames; success: "
+        f"of whole trajectories, by their last {result.last} frames."
+    )
+    if result.missing:
+        said += f" {result.missing} states have no score yet and are left out."
+    return grid(f"Evaluation of {result.task}", head, rows, said)
+
+
+def _cell(cell: Any) -> str:
+    return "one label only" if cell is None else f"{cell.value()}\n{cell.intervals()[0]}"
+
+
+def labelled_scores(labelled: LabelledScores) -> str:
+    """Of each metric how many there are, and their range."""
+    states = len(labelled.trajectory)
+    head = ("metric", "scores", "missing", "infinite", "least", "median", "largest")
+    rows = [(_named(name), *_summary(values)) for name, values in labelled.scores.items()]
+    members = labelled.by_trajectory() if states else []
+    good = sum(bool(labelled.success[own[-1]]) for own in members)
+    said = (
+        f"Captured: {int(labelled.captured.sum())} of {states} states; "
+        f"successful: {good} of {len(members)} trajectories."
+    )
+    return grid(f"Labelled scores of {labelled.task}", head, rows, said)
+
+
+def _summary(values: Any) -> tuple[object, ...]:
+    finite = values[np.isfinite(values)]
+    counts = (
+        int((~np.isnan(values)).sum()),
+        int(np.isnan(values).sum()),
+        int(np.isinf(values).sum()),
+    )
+    if not len(finite):
+        return (*counts, "", "", "")
+    return (*counts, *(f"{v:.3g}" for v in (finite.min(), np.median(finite), finite.max())))
+
+
+def trajectory(recorded: Trajectory) -> str:
+    """Its frames and labels, and what was drawn for it."""
+    captured = recorded.captured
+    lost = "" if captured.all() else f", first lost at {recorded.times[captured.argmin()]:.3g} s"
+    rows: list[Row] = [
+        ("frames", f"{len(recorded)}, {recorded.times[0]:.3g} to {recorded.times[-1]:.3g} s"),
+        ("captured", f"{int(captured.sum())} frames{lost}"),
+        ("success", _yes(recorded.success)),
+    ]
+    if recorded.captured_any is not None:
+        some = f"{int(recorded.captured_any.sum())} frames"
+        rows.append(("captured, at least one object", some))
+    if recorded.success_any is not None:
+        rows.append(("success, at least one object", _yes(recorded.success_any)))
+    rows += [("seed", recorded.seed), ("drawn for it", _parameters(recorded.params))]
+    return table("Trajectory", rows)
+
+
+def dataset(recorded: Dataset) -> str:
+    """How many trajectories and states it has, and of what task."""
+    successes = recorded.successes
+    return table(
+        f"Dataset of {recorded.task}",
+        [
+            ("trajectories", f"{len(successes)}, {int(successes.sum())} succeed"),
+            ("states", recorded.size),
+            ("parameters", _parameters(recorded.parameters)),
+            ("seed", recorded.seed),
+        ],
+    )
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def _parameters(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} = {_short(value)}" for name, value in values.items()) or "nothing"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

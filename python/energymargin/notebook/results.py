@@ -1,0 +1,87 @@
+"""What searches and scores of one problem look like in a notebook."""
+
+from __future__ import annotations
+
+import math
+
+from energymargin._core import CaptureScore, EscapeEffort, EscapeEnergy, ForceScore, Tree
+from energymargin.notebook.tables import Row, table
+
+__all__ = ["capture_score", "escape_effort", "escape_energy", "force_score", "tree"]
+
+NONE_FOUND = "infinite: no way out was found"
+
+
+def capture_score(score: CaptureScore) -> str:
+    """Likelihoods with their standard errors, if there are several trees."""
+    rows: list[Row] = []
+    for which in ("capture", "success", "capture_any", "success_any"):
+        value = getattr(score, which)
+        if value is not None:
+            rows.append((_of_any(which), _likelihood(value, getattr(score, f"{which}_stderr"))))
+    trees = len(score.capture_by_tree)
+    rows.append(("no score is finer than", f"{score.resolution:.2g}"))
+    rows.append(("trees", f"{trees} of {score.nodes} nodes"))
+    return table("Capture score", rows, _unfinished(score.complete))
+
+
+def _of_any(which: str) -> str:
+    name = which.removesuffix("_any")
+    return name if name == which else f"{name}, at least one object"
+
+
+def _likelihood(value: float, stderr: float | None) -> str:
+    return f"{value:.3f}" if stderr is None else f"{value:.3f} ± {stderr:.3f} (standard error)"
+
+
+def escape_effort(result: EscapeEffort) -> str:
+    """The effort, and when it was found."""
+    rows: list[Row] = [("effort", _energy(result.effort))]
+    if math.isfinite(result.effort):
+        rows.append(("path", f"{max(len(result.path) - 1, 0)} edges"))
+        rows.append(("found at node", result.history[-1][0] if result.history else 0))
+    rows.append(("nodes", result.nodes))
+    return table("Effort of escape", rows, _unfinished(result.complete))
+
+
+def escape_energy(result: EscapeEnergy) -> str:
+    """The barrier, and how it was found."""
+    rows: list[Row] = [("energy", _energy(result.energy))]
+    if math.isfinite(result.energy):
+        rows.append(("path", f"{len(result.path)} states, the barrier at row {result.barrier}"))
+    rows.append(("poses drawn", result.samples))
+    return table("Escape energy", rows, _unfinished(result.complete))
+
+
+def force_score(score: ForceScore) -> str:
+    """The score, and what it is made of."""
+    return table(
+        "Force score",
+        [
+            ("score", f"{score.force:.4g}"),
+            ("distance of object and effector", f"{score.distance:.4g} m"),
+            ("effector: normal forces", f"{score.effector.engage:.4g} N"),
+            ("effector: to the friction cones' edges", f"{score.effector.stick:.4g} N"),
+            ("all else: normal forces", f"{score.ground.engage:.4g} N"),
+            ("all else: to the friction cones' edges", f"{score.ground.stick:.4g} N"),
+        ],
+    )
+
+
+def tree(found: Tree) -> str:
+    """How large a search tree is."""
+    rows: list[Row] = [
+        ("nodes", f"{len(found) - 1} and the root"),
+        ("numbers in a state", found.states.shape[1]),
+        ("largest cost", _energy(float(found.costs.max()))),
+        ("longest edge", f"{float(found.durations.max()):.3g} s"),
+    ]
+    return table("Search tree", rows)
+
+
+def _energy(energy: float) -> str:
+    return f"{energy:.4g} J" if math.isfinite(energy) else NONE_FOUND
+
+
+def _unfinished(complete: bool) -> str:
+    return "" if complete else "Not complete: it was stopped before its end."

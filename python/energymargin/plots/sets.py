@@ -1,0 +1,131 @@
+"""Capture and success sets in a plane: the places of an object, while all else stays, in them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from energymargin._core import Problem
+from energymargin.outlines import Limits, Plan, object_centers
+from energymargin.regions import Region
+
+__all__ = ["draw_set", "lost_objects", "sets_of"]
+
+BLOCK = 2**21  # numbers of states in memory at once
+
+
+def sets_of(problem: Problem) -> tuple[Region, Region | None]:
+    """Capture and success set; if each object has its own, where at least one is in its own."""
+    return (
+        problem.captured if problem.captured_any is None else problem.captured_any,
+        problem.succeeded if problem.succeeded_any is None else problem.succeeded_any,
+    )
+
+
+def draw_set(
+    ax: Axes,
+    problem: Problem,
+    region: Region,
+    limits: Limits,
+    plane: Plan,
+    *,
+    color: str,
+    line: str,
+    order: int,
+    detail: int,
+) -> str:
+    """Fills the places of the objects' centres for which the state, else unchanged, is in it.
+
+    The view's longer side has `detail` cells. What covers the whole view, as a set that does not
+    depend on the place, is not filled. Returns what a legend says of that: nothing, or that it is
+    everywhere or nowhere in view.
+    """
+    (x0, x1), (y0, y1) = limits
+    cell = max(x1 - x0, y1 - y0) / detail
+    wide, high = min(cell, (x1 - x0) / 2), min(cell, (y1 - y0) / 2)  # an edge needs two cells
+    x = np.arange(x0 + wide / 2, x1, wide)
+    y = np.arange(y0 + high / 2, y1, high)
+    inside = _inside(problem, region, plane, x, y)
+    if inside.all() or not inside.any():
+        return " (all of the view)" if inside.all() else " (nowhere in view)"
+    ax.imshow(
+        np.ma.masked_where(~inside, inside),
+        cmap=ListedColormap([color]),
+        extent=(x0, x0 + wide * len(x), y0, y0 + high * len(y)),
+        origin="lower",
+        alpha=0.35,
+        zorder=order,
+        interpolation="nearest",
+    )
+    edge = gaussian_filter(inside.astype(float), 1.0)  # cells; without it a slope has steps
+    ax.contour(
+        x, y, edge, levels=[0.5], colors=[color], linewidths=0.9, linestyles=line, zorder=order
+    )
+    return ""
+
+
+def lost_objects(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which object is outside of its capture set in which of M states, shape (M, k).
+
+    If there is one set for all, none of them is in it or all are. Sets of their own that cannot be
+    told apart, as those of a Predicate, leave uncrossed an object that may be in its own.
+    """
+    own = _own_sets(problem)
+    if own is None:
+        return _surely_lost(problem, states)
+    return np.stack([~np.asarray(each.contains(problem.scene, states)) for each in own], axis=1)
+
+
+def _own_sets(problem: Problem) -> list[Region] | None:
+    """The capture set of each object; None if they cannot be told apart."""
+    objects = sum(body.role == "object" for body in problem.scene.bodies)
+    if problem.captured_any is None:
+        return [problem.captured] * objects
+    try:
+        text = json.loads(problem.to_json())
+    except ValueError:  # a Predicate has no text
+        return None
+    several = text.pop("captured_any")
+    if several["type"] != "or" or len(several["of"]) != objects:  # of a file, it may be any
+        return None
+    alone = [json.dumps(text | {"captured": each}) for each in several["of"]]
+    return [Problem.from_json(one).captured for one in alone]
+
+
+def _surely_lost(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which object is in no object's set, or in a state in which none is in its own."""
+    scene, (captured, _) = problem.scene, sets_of(problem)
+    places = [scene.slice(body.name) for body in scene.bodies if body.role == "object"]
+    none = ~np.asarray(captured.contains(scene, states))
+    lost = []
+    for each in places:
+        alike = states.copy()
+        for other in places:  # with all objects where this one is, it is in any set or in none
+            alike[:, other] = states[:, each]
+        lost.append(none | ~np.asarray(captured.contains(scene, alike)))
+    return np.stack(lost, axis=1)
+
+
+def _inside(
+    problem: Problem,
+    region: Region,
+    plane: Plan,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Whether the objects' centres may be at (x[j], y[i]), shape (len(y), len(x))."""
+    scene, centers = problem.scene, object_centers(problem.scene, plane)
+    rows = max(1, BLOCK // (len(x) * scene.dimension))
+    blocks = []
+    for first in range(0, len(y), rows):
+        places = np.stack(np.meshgrid(x, y[first : first + rows]), axis=-1).reshape(-1, 2)
+        states = np.tile(problem.state, (len(places), 1))
+        for center in centers:
+            states[:, center] = places
+        blocks.append(np.asarray(region.contains(scene, states)).reshape(-1, len(x)))
+    return np.concatenate(blocks)

@@ -1,0 +1,113 @@
+"""What all pictures share: colours, lines, and where a legend goes.
+
+The colours tell the same without colour vision: cividis for costs, Okabe and Ito's palette for the
+rest, and no two things differ in colour alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
+
+from energymargin.settings import ANY
+
+__all__ = [
+    "BODY_COLORS",
+    "CAPTURED_COLOR",
+    "CHANCE_COLOR",
+    "COSTS",
+    "LEGEND_SIZE",
+    "LOST_COLOR",
+    "PALETTE",
+    "SUCCEEDED_COLOR",
+    "LineStyle",
+    "axes_or_new",
+    "joules",
+    "legend_beside",
+    "light_grid",
+    "metric_style",
+    "nodes_in_words",
+]
+
+COSTS = "cividis"
+CAPTURED_COLOR = "#56B4E9"
+SUCCEEDED_COLOR = "#8C8C8C"
+LOST_COLOR = "#D55E00"
+BODY_COLORS = {"object": "#E69F00", "effector": "#009E73", "none": "#3A3A3A"}
+CHANCE_COLOR = "0.55"
+LEGEND_SIZE = 8  # points
+
+Dashes = tuple[int, tuple[float, ...]]
+
+
+class LineStyle(NamedTuple):
+    """How a line looks, so that it is told from others without its colour."""
+
+    color: str
+    dashes: str | Dashes
+    marker: str
+
+
+PALETTE = (
+    LineStyle("#0072B2", "-", "o"),
+    LineStyle("#D55E00", (0, (5, 1.5)), "s"),
+    LineStyle("#009E73", (0, (1, 1)), "^"),
+    LineStyle("#CC79A7", (0, (5, 1.5, 1, 1.5)), "D"),
+    LineStyle("#000000", (0, (8, 2, 1, 2, 1, 2)), "v"),
+    LineStyle("#E69F00", (0, (2, 1)), "P"),
+    LineStyle("#56B4E9", (0, (10, 2)), "X"),
+)
+METRICS = dict(
+    zip(("capture", "effort/est", "effort/rrt", "success", "force"), PALETTE, strict=False)
+)
+
+
+def metric_style(metric: str) -> LineStyle:
+    """That of a metric, the same in every picture; "/any" has that of its metric for all."""
+    return METRICS.get(metric.removesuffix(ANY), PALETTE[-1])
+
+
+def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
+    """`ax`, or those of a new figure of pyplot, `width` by `height` inch; ValueError if neither."""
+    if ax is None:
+        from matplotlib import pyplot  # slow to load, and of no use to who brings the axes
+
+        return pyplot.figure(figsize=(width, height), layout="constrained").add_subplot()
+    if not isinstance(ax, Axes):
+        raise ValueError(f"ax is {ax!r}, expected a matplotlib Axes or None")
+    return ax
+
+
+def legend_beside(ax: Axes, title: str | None = None) -> None:
+    """A legend to the right of the axes, over no data; none if there is nothing to name."""
+    handles, labels = ax.get_legend_handles_labels()
+    if handles:
+        ax.legend(
+            handles,
+            labels,
+            loc="upper left",
+            bbox_to_anchor=(1.03, 1.0),
+            frameon=False,
+            fontsize=LEGEND_SIZE,
+            title=title,
+            title_fontsize=LEGEND_SIZE,
+            alignment="left",
+            handlelength=3.2,
+        )
+
+
+def light_grid(ax: Axes) -> None:
+    """Lines that help to read values."""
+    ax.grid(alpha=0.25, linewidth=0.5)
+
+
+def joules(energy: float) -> str:
+    """An energy in words, such as "0.0123 J"."""
+    return f"{energy:.3g} J" if math.isfinite(energy) else "infinite"
+
+
+def nodes_in_words(nodes: int) -> str:
+    """How many, such as "1 node"."""
+    return f"{nodes} node{'s' * (nodes != 1)}"

@@ -1,0 +1,66 @@
+"""AUC and AP as `evaluate` gives them, as tables of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from energymargin.evaluation import (
+    ALL_TITLE,
+    ANY_TITLE,
+    DASH,
+    PAPER,
+    SUCCESS,
+    Cell,
+    Evaluation,
+    paper_value,
+)
+from energymargin.settings import ANY
+
+__all__ = ["Entry", "Table", "tables"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One cell: its value, and what is written small below it."""
+
+    value: str
+    below: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of scores."""
+
+    title: str
+    columns: list[str]
+    rows: list[tuple[str, list[Entry]]]
+
+
+def tables(result: Evaluation) -> list[Table]:
+    """One table, or two if there are several objects: of all, and of at least one."""
+    columns = [f"h = {horizon}" for horizon in result.horizons]
+    columns += ["paper"] if result.task in PAPER else []
+    rows = list(_rows(result))
+    of_all = [row for row in rows if not row[0].endswith(ANY)]
+    of_any = [row for row in rows if row[0].endswith(ANY)]
+    if not of_any:
+        return [Table("AUC/AP of each score", columns, of_all)]
+    return [Table(ALL_TITLE, columns, of_all), Table(ANY_TITLE, columns, of_any)]
+
+
+def _rows(result: Evaluation) -> Iterator[tuple[str, list[Entry]]]:
+    for score, cells in result.states.items():
+        yield score, [*map(_entry, cells.values()), *_paper(result.task, score)]
+    for score, cell in ((SUCCESS, result.success), (SUCCESS + ANY, result.success_any)):
+        if cell is not None:
+            rest = [Entry("")] * (len(result.horizons) - 1)
+            yield score, [_entry(cell), *rest, *_paper(result.task, score)]
+
+
+def _entry(cell: Cell | None) -> Entry:
+    return Entry(DASH) if cell is None else Entry(cell.value(), cell.intervals())
+
+
+def _paper(task: str, score: str) -> list[Entry]:
+    return [Entry(paper_value(task, score))] if task in PAPER else []

@@ -1,0 +1,182 @@
+"""Makes the page of a run, and puts it where it is wanted, whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from energymargin.curves import target_name
+from energymargin.evaluation import DRAWS, HORIZON, LAST_FRAMES, evaluate
+from energymargin.interrupts import remembered_interrupts
+from energymargin.report.about import facts, time_facts, version_facts
+from energymargin.report.along import along
+from energymargin.report.curves import curves
+from energymargin.report.distribution import distributions
+from energymargin.report.missing import notices
+from energymargin.report.page import Page, rendered
+from energymargin.report.subject import Data, Subject, read_data, read_subject
+from energymargin.report.tables import tables
+from energymargin.report.worst import mistakes
+from energymargin.report.wrong import by_trajectory, judged
+from energymargin.tasks.base import whole_number
+
+__all__ = ["TRAJECTORIES", "write"]
+
+SUFFIXES = (".html", ".htm")
+TRAJECTORIES = 30
+PICTURES = 2
+READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
+
+Progress = Callable[[str, float], None]
+
+
+def write(
+    scores: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    run: int | None = None,
+    *,
+    data: str | os.PathLike[str] | None = None,
+    trajectories: int = TRAJECTORIES,
+    pictures: int = PICTURES,
+    horizon: int = HORIZON,
+    last: int = LAST_FRAMES,
+    draws: int = DRAWS,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> None:
+    """Writes a report of a file of scores: one HTML file that needs no network.
+
+    `run` is its number, None the only one. `data` is the dataset of the run, for the times and the
+    pictures; None takes the one beside the scores (push.h5 of push-scores.db), and without any the
+    page says what it lacks. `trajectories`: at most so many are shown, half of them those that the
+    scores get most wrong. `pictures`: so many states of each score and label, whose searches are
+    grown again. `horizon` [frames]: of the label "captured" of the curves, the
+    histograms and the pictures. `last`, `draws` and `seed` are as of `evaluate`. `progress(what,
+    share)` hears what is being done, and the share that is done of all.
+
+    The same files, by the same names, give the same bytes. The page is there whole, or as it was.
+    Raises ValueError if `scores` is no file of scores or has no run, if there are several and none
+    is chosen, if `data` is another dataset, or `output` does not end in .html or is one of these
+    files; OSError if a file cannot be read or written.
+    """
+    output = Path(output)
+    _check_place(output, {"scores": scores, "data": data})
+    for name, count in {"pictures": pictures, "horizon": horizon, "seed": seed}.items():
+        whole_number(name, count, 0)
+    for name, count in {"trajectories": trajectories, "last": last, "draws": draws}.items():
+        whole_number(name, count, 1)
+    with remembered_interrupts() as check, _replaced(output) as file:
+
+        def tell(what: str, share: float) -> None:
+            check()
+            if progress is not None:
+                progress(what, share)
+
+        subject = read_subject(scores, run)
+        with read_data(subject, data) as found:
+            page = _page(
+                *(subject, found, output, tell),
+                trajectories=trajectories,
+                pictures=pictures,
+                horizon=horizon,
+                last=last,
+                draws=draws,
+                seed=seed,
+            )
+        file.write_text(rendered(page), encoding="utf-8")
+        check()
+
+
+def _page(
+    subject: Subject,
+    data: Data,
+    output: Path,
+    tell: Progress,
+    *,
+    trajectories: int,
+    pictures: int,
+    horizon: int,
+    last: int,
+    draws: int,
+    seed: int,
+) -> Page:
+    labelled = subject.labelled
+    result = evaluate(
+        labelled,
+        draws=draws,
+        seed=seed,
+        last=last,
+        progress=lambda done, total: tell("AUC and AP", READ + (DRAWN - READ) * done / total),
+    )
+    every = judged(subject, horizon, last)
+    wrong = mistakes(
+        subject,
+        data,
+        every,
+        pictures,
+        lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
+    )
+    lacking = {metric: int(np.isnan(own).sum()) for metric, own in labelled.scores.items()}
+    return Page(
+        title=f"Scores of {labelled.task}",
+        notices=notices(subject, data, result, output),
+        facts=facts(subject, data),
+        times=time_facts(subject),
+        versions=version_facts(subject),
+        result=result,
+        draws=draws,
+        target=target_name(horizon=horizon),
+        tables=tables(result),
+        along=along(subject, data, by_trajectory(every, len(subject.members)), trajectories),
+        curves=curves(labelled, horizon, last),
+        distributions=distributions(every),
+        pictures=pictures,
+        mistakes=wrong,
+        several=labelled.captured_any is not None,
+        states=len(labelled.captured),
+        unscored={metric: count for metric, count in lacking.items() if count},
+    )
+
+
+def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
+    """Said before anything is computed; `read` are the files that the page must not replace."""
+    if output.suffix not in SUFFIXES:
+        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    if output.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(output))
+    if not output.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
+    for name, path in read.items():
+        if path is not None and _same(output, Path(path)):
+            raise ValueError(
+                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
+                "expected another place for the page"
+            )
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether both are one file, be it by a link."""
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()
+
+
+@contextmanager
+def _replaced(path: Path) -> Iterator[Path]:
+    """A file that is at `path` once the `with` block has ended well. Raises OSError at once if it
+    cannot be written there."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        try:
+            temporary.touch()
+        except OSError as error:
+            raise type(error)(error.errno, error.strerror, str(path)) from error
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

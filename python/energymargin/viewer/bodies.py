@@ -1,0 +1,129 @@
+"""The bodies of a scene in the browser."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import viser
+from matplotlib.colors import to_rgb
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin._core import Body, Plane, Scene
+from energymargin.outlines import Pose, body_poses
+from energymargin.plots.styles import BODY_COLORS
+from energymargin.viewer.solids import shape_triangles
+from energymargin.viewer.views import View
+
+__all__ = ["Bodies", "rgb", "wxyz"]
+
+# Opacities: the tree begins within the object, and walls often stand in front.
+OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
+GHOST = 0.25
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def rgb(color: str) -> tuple[int, int, int]:
+    """A colour's numbers, 0..255."""
+    red, green, blue = (round(255 * part) for part in to_rgb(color))
+    return red, green, blue
+
+
+def wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A quaternion x, y, z, w in the order that the browser's side wants."""
+    return np.asarray(np.roll(orientation, 1))
+
+
+class Bodies:
+    """All bodies of one scene; those that move can be put into any state."""
+
+    def __init__(self, server: viser.ViserServer, scene: Scene, view: View, cells: float) -> None:
+        """Adds them; `cells` is the distance of the ground's lines [m]."""
+        self._server = server
+        self._scene = scene
+        self._moving: dict[str, Any] = {}
+        self._ghosts: dict[str, Any] = {}
+        self._added: list[Any] = []
+        for number, body in enumerate(scene.bodies):
+            if isinstance(body.shape, Plane):
+                self._added.append(
+                    _add_ground(server, f"/ground/{number}", body.shape, view, cells)
+                )
+            else:
+                self._add(number, body)
+
+    def put(self, state: NDArray[np.float64]) -> None:
+        """Moves them to where they are in a state, shape (n,)."""
+        _put(self._server, self._moving, body_poses(self._scene, state))
+
+    def put_ghosts(self, state: NDArray[np.float64] | None) -> None:
+        """Shows the objects once more, translucent, as they are in this state; None: nowhere."""
+        if state is not None:
+            _put(self._server, self._ghosts, body_poses(self._scene, state))
+        for ghost in self._ghosts.values():
+            ghost.visible = state is not None
+
+    def remove(self) -> None:
+        """Takes all of them away."""
+        for added in self._added:
+            added.remove()
+
+    def _add(self, number: int, body: Body) -> None:
+        mesh = _add_mesh(self._server, f"/bodies/{number}", body, OPACITY[body.role])
+        _place(mesh, (np.asarray(body.position), np.asarray(body.orientation)))
+        self._added.append(mesh)
+        if not body.fixed:
+            self._moving[body.name] = mesh
+        if body.role == "object":
+            ghost = _add_mesh(self._server, f"/escape/{number}", body, GHOST)
+            ghost.visible = False
+            self._ghosts[body.name] = ghost
+            self._added.append(ghost)
+
+
+def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float | None) -> Any:
+    solid = shape_triangles(body.shape)
+    return server.scene.add_mesh_simple(
+        name,
+        solid.vertices.astype(np.float32),
+        solid.faces.astype(np.uint32),
+        color=rgb(BODY_COLORS[body.role]),
+        opacity=opacity,
+        flat_shading=True,
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+
+
+def _add_ground(
+    server: viser.ViserServer, name: str, plane: Plane, view: View, cells: float
+) -> Any:
+    """A plane's surface as a grid; it has no end, but fades."""
+    normal, offset = np.asarray(plane.normal), plane.offset
+    turned, _ = Rotation.align_vectors([normal], [UP])
+    center = np.round(view.center / cells) * cells  # lines at round numbers, if it is level
+    center = center - (center @ normal - offset) * normal
+    return server.scene.add_grid(
+        name,
+        width=40 * cells,
+        height=40 * cells,
+        cell_size=cells,
+        section_size=5 * cells,
+        cell_color=(215, 215, 215),
+        section_color=(170, 170, 170),
+        position=center,
+        wxyz=wxyz(turned.as_quat()),
+        shadow_opacity=0.0,
+        fade_distance=60 * cells,
+    )
+
+
+def _put(server: viser.ViserServer, meshes: dict[str, Any], poses: dict[str, Pose]) -> None:
+    with server.atomic():
+        for name, mesh in meshes.items():
+            _place(mesh, poses[name])
+
+
+def _place(mesh: Any, pose: Pose) -> None:
+    mesh.position, mesh.wxyz = pose[0], wxyz(pose[1])

@@ -1,0 +1,318 @@
+"""What happens on the page: each control, and what it shows."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Problem
+from energymargin.viewer.kept import Kept
+from energymargin.viewer.panel import LINES, Panel, set_value
+from energymargin.viewer.quiet import Quiet
+from energymargin.viewer.search import Live, Scored, score_state
+from energymargin.viewer.sources import Frames, Source
+from energymargin.viewer.stage import Stage
+from energymargin.viewer.stored import StoredScores
+from energymargin.viewer.texts import (
+    drawn_text,
+    escape_text,
+    frame_text,
+    legend,
+    score_table,
+)
+
+__all__ = ["Page"]
+
+READ = 10.0  # s, for a word on the page
+AMBIENT = 1.3  # light from all sides, beside the lamps
+TOLD = 0.1  # s between two words on the progress
+
+Told = Callable[[float], None]  # of the share that is done
+
+
+class Page:
+    """What all browsers see: they share one state."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        source: Source,
+        *,
+        trajectory: int = 0,
+        frame: int = 0,
+        nodes: int = 1000,
+        seed: int = 0,
+        stored: StoredScores | None = None,
+    ) -> None:
+        """Draws a frame. Raises ValueError if there is none such, or its state makes no problem."""
+        self._server, self._source, self._stored, self._seed = server, source, stored, seed
+        self._lock = threading.RLock()
+        self._live, self._kept = Live(), Kept()
+        self._sets_later, self._nodes_later = Quiet(), Quiet()
+        self._replays = 0
+        self._error: Exception | None = None
+        self._trajectory, self._frame = trajectory, frame
+        self._frames = source.frames(trajectory)
+        if not 0 <= frame < len(self._frames.times):
+            raise ValueError(f"frame is {frame}, expected 0 to {len(self._frames.times) - 1}")
+        self._problem = self._frames.problem(frame)
+        server.scene.configure_environment_map(None)  # it would change the colours of the legend
+        server.scene.add_light_ambient("/light", intensity=AMBIENT)
+        self._stage = Stage(server, self._problem, self._frames)
+        self._panel = Panel(
+            server,
+            title=source.title,
+            trajectories=source.trajectories,
+            trajectory=trajectory,
+            nodes=nodes,
+            rate=self._problem.rate,
+        )
+        self._panel.show_frames(self._frames, frame)
+        self._show_frame()
+        self._connect()
+
+    @property
+    def scored(self) -> Scored | None:
+        """The scores of the frame that is shown, with their trees; None if there are none yet."""
+        return self._kept.at(self._trajectory, self._frame)
+
+    def score(self, progress: Told | None = None) -> None:
+        """Scores the frame that is shown, in the background; progress(share) is told as well."""
+        self._start([self._frame], progress)
+
+    def wait(self) -> None:
+        """Until nothing runs in the background; raises what a search ended with."""
+        self._live.join()
+        self._nodes_later.join()
+        self._sets_later.join()
+        if self._error is not None:
+            raise self._error
+
+    def close(self) -> None:
+        """Ends what runs in the background."""
+        self._replays += 1
+        self._live.close()
+        self._nodes_later.close()
+        self._sets_later.close()
+
+    # What is shown
+
+    def _show_frame(self) -> None:
+        """The present frame: bodies and words at once, sets once it is quiet."""
+        self._panel.what.content = frame_text(self._frames, self._frame)
+        self._show_scored()
+        self._sets_later.run(self._draw_sets)
+
+    def _draw_sets(self) -> None:
+        try:
+            self._stage.draw_sets()
+        except Exception as error:  # of a predicate
+            self._say("The sets cannot be drawn", str(error))
+
+    def _show_scored(self) -> None:
+        """The tree of the present frame, its scores and its way out."""
+        scored = self.scored
+        self._stage.put(self._problem)
+        self._panel.show_moments(scored)
+        self._panel.escape_text.content = escape_text(scored)
+        self._stage.draw_way(scored)
+        self._show_nodes()
+
+    def _show_nodes(self) -> None:
+        """As many nodes as the slider says, and their scores."""
+        scored = self.scored
+        dots, edges = self._stage.draw_tree(scored, self._nodes())
+        self._panel.legend.content = legend(scored)
+        self._panel.drawn.content = drawn_text(dots, edges)
+        self._show_scores()
+
+    def _show_scores(self) -> None:
+        """Of the nodes that are shown, at the slider's lambda; and along the trajectory."""
+        panel, first = self._panel, self._frames.first
+        stored = None
+        if self._stored is not None and first is not None:
+            stored = self._stored.at(first + self._frame)
+        panel.scores.content = score_table(self.scored, self._nodes(), panel.rate.value, stored)
+        panel.plot(self._frames.times, self._along(), self._frame)
+
+    def _along(self) -> dict[str, NDArray[np.float64]]:
+        """Scores in each frame of the trajectory by name: the stored ones if there are scores of a
+        file, else those of the trees that there are."""
+        frames, first = len(self._frames.times), self._frames.first
+        if self._stored is not None and first is not None:
+            return {name: self._stored.along(name, first, frames) for name in LINES}
+        nodes, rate = int(self._panel.nodes.value), self._panel.rate.value
+        return self._kept.along(self._trajectory, frames, LINES, nodes, rate)
+
+    def _nodes(self) -> int:
+        """How many are shown: those that are grown, or fewer."""
+        grown = 0 if self.scored is None else self.scored.capture.nodes
+        return min(int(self._panel.nodes.value), grown)
+
+    # What happens when a control is moved
+
+    def _connect(self) -> None:
+        panel = self._panel
+        panel.trajectory.on_update(self._then(self._choose_trajectory))
+        panel.frame.on_update(self._then(self._choose_frame))
+        panel.moment.on_update(self._then(self._choose_moment))
+        panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
+        panel.rate.on_update(self._then(self._show_scores))
+        panel.score.on_click(lambda _: self._press_score())
+        panel.score_all.on_click(lambda _: self._start())
+        panel.play.on_click(lambda _: self._replay())
+        for box in panel.shown.values():
+            box.on_update(self._then(self._choose_shown))
+
+    def _then(self, action: Callable[[], None]) -> Callable[[Any], None]:
+        """Handlers run on several threads at once: one after the other."""
+
+        def handle(_: Any) -> None:
+            with self._lock:
+                action()
+
+        return handle
+
+    def _choose_trajectory(self) -> None:
+        chosen = int(self._panel.trajectory.value)
+        if chosen == self._trajectory or chosen >= self._source.trajectories:
+            return
+        frames = self._source.frames(chosen)
+        frame = min(self._frame, len(frames.times) - 1)
+        problem = self._problem_of(frames, frame)
+        if problem is None:
+            set_value(self._panel.trajectory, self._trajectory)
+            return
+        self._replays += 1
+        self._trajectory, self._frames = chosen, frames
+        self._frame, self._problem = frame, problem
+        self._stage.remove()
+        self._stage = Stage(self._server, problem, frames)  # its parameters may make other bodies
+        self._choose_shown()
+        self._panel.show_rate(problem.rate)
+        self._panel.show_frames(frames, frame)
+        self._show_frame()
+
+    def _choose_frame(self) -> None:
+        chosen = min(int(self._panel.frame.value), len(self._frames.times) - 1)
+        if chosen == self._frame:
+            return
+        problem = self._problem_of(self._frames, chosen)
+        if problem is None:
+            set_value(self._panel.frame, self._frame)
+            return
+        self._replays += 1
+        self._frame, self._problem = chosen, problem
+        self._show_frame()
+
+    def _choose_nodes(self) -> None:
+        with self._lock:
+            self._show_nodes()
+
+    def _choose_moment(self) -> None:
+        scored = self.scored
+        if scored is not None and scored.way_out is not None:
+            moment = min(int(self._panel.moment.value), len(scored.way_out.times) - 1)
+            self._stage.draw_moment(scored, moment)
+            self._panel.escape_text.content = escape_text(scored, moment)
+
+    def _choose_shown(self) -> None:
+        self._stage.choose({name: box.value for name, box in self._panel.shown.items()})
+
+    def _press_score(self) -> None:
+        if self._live.running:
+            self._live.stop()
+        else:
+            self._start([self._frame])
+
+    def _replay(self) -> None:
+        """Moves along the way out in its own time, once."""
+        with self._lock:
+            scored = self.scored
+            self._replays += 1
+            number = self._replays
+        if scored is None or scored.way_out is None:
+            return
+        for moment, wait in enumerate(np.diff(scored.way_out.times, append=0.0)):
+            if number != self._replays or self.scored is not scored:
+                return
+            set_value(self._panel.moment, moment)  # which shows it
+            time.sleep(max(float(wait), 0.0))
+
+    # Scores
+
+    def _start(self, frames: list[int] | None = None, progress: Told | None = None) -> None:
+        """Scores these frames of the trajectory, by default all, one after the other, in the
+        background."""
+        with self._lock:
+            trajectory, recorded = self._trajectory, self._frames
+            chosen = list(range(len(recorded.times))) if frames is None else frames
+            nodes = int(self._panel.nodes.value)
+
+        def work(cancel: Cancel) -> None:
+            self._error = None
+            self._panel.searching(True)
+            try:
+                for number, frame in enumerate(chosen):
+                    problem = self._problem_of(recorded, frame)
+                    if problem is None or cancel.is_set:
+                        continue
+                    told = self._teller(number, len(chosen), progress)
+                    seed = recorded.search_seed(self._seed, frame)
+                    scored = score_state(problem, nodes, seed, cancel, told)
+                    self._keep(trajectory, frame, scored)
+            except Exception as error:  # of a predicate, a task, the memory: said where it is seen
+                self._error = error
+                self._say("The search ended with an error", str(error))
+            finally:
+                self._panel.searching(False)
+
+        self._live.start(work)
+
+    def _keep(self, trajectory: int, frame: int, scored: Scored) -> None:
+        """Keeps it, and shows what of it is to be seen."""
+        scored.read_off()
+        with self._lock:
+            before = self._kept.at(trajectory, frame)
+            if not scored.complete and before is not None and before.size >= scored.size:
+                return
+            self._kept.put((trajectory, frame), scored, (self._trajectory, self._frame))
+            if (trajectory, frame) == (self._trajectory, self._frame):
+                self._show_scored()
+            elif trajectory == self._trajectory:
+                self._show_scores()
+
+    def _problem_of(self, frames: Frames, frame: int) -> Problem | None:
+        """None, and a word on it, if the state makes none."""
+        try:
+            return frames.problem(frame)
+        except ValueError as error:
+            self._say(f"Frame {frame} makes no problem", str(error))
+            return None
+
+    def _say(self, title: str, text: str) -> None:
+        """To everyone who looks."""
+        for client in self._server.get_clients().values():
+            client.add_notification(title, text, auto_close_seconds=READ)
+
+    def _teller(self, number: int, count: int, progress: Told | None) -> Told:
+        """Moves the bar, of the search of one of several frames; now and then."""
+        said = 0.0
+
+        def tell(share: float) -> None:
+            nonlocal said
+            now = time.monotonic()
+            if now - said > TOLD:
+                said = now
+                done = (number + share) / count
+                set_value(self._panel.progress, 100.0 * done)
+                if progress is not None:
+                    progress(done)
+
+        return tell

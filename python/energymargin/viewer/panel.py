@@ -1,0 +1,151 @@
+"""The controls beside the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from viser import uplot
+
+from energymargin.viewer.search import Scored
+from energymargin.viewer.sources import Frames
+from energymargin.viewer.stage import SHOWN
+from energymargin.viewer.texts import legend, plain
+
+__all__ = ["LINES", "Panel", "set_value"]
+
+LINES = {"capture": "#0072B2", "success": "#000000"}
+RATES = 20.0  # 1/J, for a problem whose lambda is 0
+STEPS = 200  # of the slider of lambda
+SCORE, STOP = "Score this state", "Stop"
+
+
+class Panel:
+    """Handles of the controls, by what they are for; who uses them says what happens then."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        *,
+        title: str,
+        trajectories: int,
+        trajectory: int,
+        nodes: int,
+        rate: float,
+    ) -> None:
+        """Adds the controls."""
+        gui = server.gui
+        gui.configure_theme(
+            control_width="medium",
+            show_logo=False,
+            show_share_button=False,  # it would publish the page through a stranger's server
+            brand_color=(0, 114, 178),
+        )
+        gui.main_panel.dock_right()
+        gui.set_panel_label(f"Energy margin: {title}")
+        with gui.add_folder("State"):
+            self.trajectory = gui.add_slider(
+                "trajectory", 0, max(trajectories - 1, 1), 1, trajectory, visible=trajectories > 1
+            )
+            self.frame = gui.add_slider("frame", 0, 1, 1, 0)
+            self.what = gui.add_html("")
+        with gui.add_folder("Scores"):
+            self._add_scores(gui, nodes, rate)
+        with gui.add_folder("Escape"):
+            self.escape_text = gui.add_html("")
+            self.moment = gui.add_slider("moment", 0, 1, 1, 0, disabled=True)
+            self.play = gui.add_button("Replay the escape", disabled=True)
+        with gui.add_folder("Show"):
+            self.legend = gui.add_html(legend(None))
+            self.drawn = gui.add_html("")
+            self.shown = {name: gui.add_checkbox(name, True) for name in SHOWN}
+
+        self._rate = rate
+
+    def show_rate(self, rate: float) -> None:
+        """The slider of lambda at a problem's own; it stays if it was another problem's with the
+        same."""
+        if rate != self._rate:
+            self._rate = rate
+            self.rate.max = 4 * rate or RATES
+            self.rate.step = self.rate.max / STEPS
+            set_value(self.rate, rate)
+
+    def show_frames(self, frames: Frames, frame: int) -> None:
+        """The frame slider for another trajectory."""
+        last = len(frames.times) - 1
+        self.frame.visible = last > 0
+        self.frame.max = max(last, 1)
+        set_value(self.frame, frame)
+        self.score_all.visible = last > 0
+
+    def show_moments(self, scored: Scored | None) -> None:
+        """The slider of the way out, from its start on; useless if there is none."""
+        way = None if scored is None else scored.way_out
+        moments = 0 if way is None else len(way.times)
+        self.moment.max = max(moments - 1, 1)
+        set_value(self.moment, 0)
+        self.moment.disabled = self.play.disabled = moments < 2
+
+    def searching(self, searching: bool) -> None:
+        """The button stops a search that runs."""
+        self.score.label = STOP if searching else SCORE
+        self.score.color = "red" if searching else "blue"
+        self.score_all.disabled = searching
+        set_value(self.progress, 0.0)
+        self.progress.visible = searching
+
+    def plot(
+        self, times: NDArray[np.float64], scores: Mapping[str, NDArray[np.float64]], frame: int
+    ) -> None:
+        """Scores along the trajectory, NaN where there is none; the present frame as a dot."""
+        self._plot.visible = len(times) > 1
+        if len(times) < 2:
+            return
+        now = np.full(len(times), np.nan)
+        now[frame] = scores["capture"][frame]
+        self._plot.data = (times, *(scores[name] for name in LINES), now)
+
+    def _add_scores(self, gui: viser.GuiApi, nodes: int, rate: float) -> None:
+        most_rate = 4 * rate or RATES
+        self.scores = gui.add_html(plain("Not scored yet."))
+        self.score = gui.add_button(SCORE, color="blue")
+        self.score_all = gui.add_button("Score all frames")
+        self.progress = gui.add_progress_bar(0.0, visible=False, animated=True)
+        most = max(2 * nodes, 2000)
+        self.nodes = gui.add_slider(
+            "nodes",
+            *(1, most, 1, nodes),
+            hint="Fewer are shown at once; more when scored again.",
+        )
+        self.rate = gui.add_slider(
+            "lambda [1/J]",
+            *(0.0, most_rate, most_rate / STEPS, rate),  # so many digits are shown
+            hint="How fast likelihood falls with cost, eq. 4; at first the problem's own.",
+        )
+        self._plot = gui.add_uplot(
+            (np.arange(2.0), *[np.full(2, np.nan)] * 3),
+            series=(uplot.Series(label="time [s]"), *_series()),
+            scales={"x": uplot.Scale(time=False), "y": uplot.Scale(range=(-0.05, 1.1))},
+            height=150,
+            visible=False,
+        )
+
+
+def set_value(control: Any, value: float) -> None:
+    """Moves a slider or bar: viser lets one, but its types do not say so."""
+    control.value = value
+
+
+def _series() -> list[uplot.Series]:
+    lines = [
+        uplot.Series(
+            label=name, stroke=color, width=2, points=uplot.Series_Points(show=True, size=4)
+        )
+        for name, color in LINES.items()
+    ]
+    dot = uplot.Series_Points(show=True, size=10, fill="#D55E00")
+    return [*lines, uplot.Series(label="now", stroke="#D55E00", width=0, points=dot)]

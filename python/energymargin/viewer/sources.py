@@ -1,0 +1,158 @@
+"""What can be looked at: a problem, or the trajectories of a dataset or a task."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import datasets
+from energymargin import tasks as registry
+from energymargin._core import Problem, stream
+from energymargin.datasets import Dataset
+
+__all__ = ["Frames", "OneProblem", "Source", "Trajectories", "source_of"]
+
+PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frames of one trajectory."""
+
+    times: NDArray[np.float64]
+    """Time of each [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
+    problem: Callable[[int], Problem]
+    """The problem of a frame; raises ValueError if its state makes none."""
+    first: int | None = None
+    """The first frame's number among all states of a dataset; None: it is of none."""
+    captured: NDArray[np.bool_] | None = None
+    """Whether each state lies in its capture set, shape (K,); None if nobody said so."""
+    success: bool | None = None
+
+    def search_seed(self, seed: int, frame: int) -> int:
+        """Of a frame's search: with it the scores are those that `energymargin score` gives the
+        dataset with this seed, or `capture_score` the problem."""
+        return seed if self.first is None else stream(seed, self.first + frame)
+
+
+class Source(Protocol):
+    """What is looked at."""
+
+    @property
+    def title(self) -> str:
+        """What it is, in a few words."""
+
+    @property
+    def trajectories(self) -> int:
+        """How many there are."""
+
+    def frames(self, trajectory: int) -> Frames:
+        """Of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
+
+    def close(self) -> None:
+        """Lets go of the file that was opened for it, if there is one."""
+
+
+@dataclass(frozen=True)
+class OneProblem:
+    """A problem alone: one trajectory of one frame."""
+
+    question: Problem
+    title: str = "a problem"
+    trajectories: int = 1
+
+    def frames(self, trajectory: int) -> Frames:
+        """As Source.frames."""
+        _require_below("trajectory", trajectory, self.trajectories)
+        states = np.asarray(self.question.state)[None]
+        return Frames(np.zeros(1), states, lambda _: self.question)
+
+    def close(self) -> None:
+        """As Source.close."""
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """A dataset, in memory or in an open file."""
+
+    dataset: Dataset
+    title: str
+    opened: bool = False
+    """Whether the dataset's file was opened for this alone."""
+
+    @property
+    def trajectories(self) -> int:
+        """As Source.trajectories."""
+        return len(self.dataset.trajectories)
+
+    def frames(self, trajectory: int) -> Frames:
+        """As Source.frames."""
+        _require_below("trajectory", trajectory, self.trajectories)
+        recorded = self.dataset.trajectories[trajectory]
+        first = int(self.dataset.lengths[:trajectory].sum())
+        return Frames(
+            recorded.times,
+            recorded.states,
+            lambda frame: self.dataset.problems([first + frame])[0],
+            first,
+            recorded.captured,
+            recorded.success,
+        )
+
+    def close(self) -> None:
+        """As Source.close."""
+        if self.opened:
+            self.dataset.close()
+
+
+def source_of(
+    what: Problem | Dataset | str | os.PathLike[str],
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    trajectories: int = 6,
+    frames: int = 30,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Source:
+    """A problem, a dataset, the file of one, or a task's name.
+
+    Of a task so many trajectories of so many frames are generated, with this seed. Raises
+    ValueError on anything else, and OSError on a file that cannot be read.
+    """
+    if isinstance(what, Problem):
+        return OneProblem(what)
+    if isinstance(what, Dataset):
+        return Trajectories(what, what.task)
+    path = Path(what)
+    if parameters and path.suffix in (PROBLEM, DATASET):
+        raise ValueError(f"parameters are given with {path}, expected a task's name with them")
+    if path.suffix == PROBLEM:
+        return OneProblem(Problem.load(path), path.name)
+    if path.suffix == DATASET:
+        return Trajectories(datasets.open(path), path.name, opened=True)
+    if path.suffix == STORE:
+        raise ValueError(f"{path} holds scores: view the dataset, with --scores {path}")
+    if str(what) not in registry.names():
+        raise ValueError(
+            f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "
+            f"nor a task: {', '.join(registry.names())}"
+        )
+    task = registry.make(str(what), **(parameters or {}))
+    made = datasets.generate(
+        task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
+    )
+    return Trajectories(made, f"{task.name}, seed {seed}")
+
+
+def _require_below(name: str, number: int, count: int) -> None:
+    if not 0 <= number < count:
+        raise ValueError(f"{name} is {number}, expected 0 to {count - 1}")

@@ -1,0 +1,46 @@
+"""Scores from a file of scores, by trajectory and frame."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.datasets import Dataset
+from energymargin.store import ScoreStore
+
+__all__ = ["StoredScores"]
+
+
+class StoredScores:
+    """What a file of scores says of a dataset's states."""
+
+    def __init__(
+        self, path: str | os.PathLike[str], dataset: Dataset, run: int | None = None
+    ) -> None:
+        """Reads them all.
+
+        Raises ValueError if the file holds no scores, if they are another dataset's, or if there
+        are several runs and none is chosen; OSError if it cannot be read.
+        """
+        with ScoreStore(path) as store:
+            chosen = store.run(run)
+            if chosen.digest != dataset.digest():
+                raise ValueError(
+                    f"{path}: run {chosen.number} has scores of another dataset than this one "
+                    f"(task {chosen.task!r}, {chosen.states} states)"
+                )
+            self.settings: Mapping[str, object] = chosen.settings
+            """Of the search, such as 'nodes' and 'seed'."""
+            self._scores = chosen.labelled_scores().scores
+
+    def at(self, number: int) -> dict[str, float]:
+        """The scores of the state of that number, by metric; NaN is one that is missing."""
+        return {metric: float(values[number]) for metric, values in self._scores.items()}
+
+    def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
+        """The scores of so many states from number `first` on, NaN where there is none."""
+        values = self._scores.get(metric)
+        return np.full(frames, np.nan) if values is None else values[first : first + frames].copy()

@@ -1,0 +1,113 @@
+"""A viewer of problems, datasets and tasks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import rich
+import viser
+
+from energymargin._core import Problem
+from energymargin.closing import Closing
+from energymargin.datasets import Dataset
+from energymargin.tasks.base import whole_number
+from energymargin.viewer.page import Page
+from energymargin.viewer.serving import HOST, port_at, served_at
+from energymargin.viewer.sources import Source, Trajectories, source_of
+from energymargin.viewer.stored import StoredScores
+
+__all__ = ["Viewer", "view"]
+
+
+class Viewer(Closing):
+    """A page that is served until `close`; browsers may come and go."""
+
+    def __init__(self, source: Source, host: str, port: int | None, **options: Any) -> None:
+        """Serves it; `options` are those of Page."""
+        self.host, self._source = host, source
+        try:
+            self.port = port_at(host, port)
+        except ValueError:
+            source.close()
+            raise
+        with _hushed():
+            self._server = viser.ViserServer(host=host, port=self.port, verbose=False)
+        try:
+            self.port = served_at(self._server.get_port(), self.port, port)
+            self.page = Page(self._server, source, **options)
+        except BaseException:
+            self._stop()
+            raise
+
+    @property
+    def url(self) -> str:
+        """Where a browser of this machine finds it."""
+        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}"
+
+    def close(self) -> None:
+        """Ends its searches, and no longer serves it."""
+        self.page.close()
+        self._stop()
+
+    def _stop(self) -> None:
+        with _hushed():
+            self._server.stop()
+        self._source.close()
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
+
+
+@contextmanager
+def _hushed() -> Iterator[None]:
+    """viser says on stdout where it serves and when it stops, and cannot be told not to."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before
+
+
+def view(
+    what: Problem | Dataset | str | os.PathLike[str],
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    trajectory: int = 0,
+    frame: int = 0,
+    nodes: int = 1000,
+    seed: int = 0,
+    scores: str | os.PathLike[str] | None = None,
+    run: int | None = None,
+    host: str = HOST,
+    port: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Viewer:
+    """Serves a page that shows a problem, a dataset, the file of one, or a task with parameters.
+
+    It begins with a frame of a trajectory; `viewer.page.score()` scores it with so many nodes and
+    this seed, as the button of the page does. scores: a file of scores of the dataset, to see
+    beside; run: which of its runs. Other machines reach it only if `host` is an
+    address that they know, such as "0.0.0.0": then anyone may, without a password. port: None takes
+    a free one. progress(done, total): of the trajectories of a task. Raises ValueError on bad input
+    or a port that is taken, and OSError on files that cannot be read.
+    """
+    whole_number("nodes", nodes, 1)
+    source = source_of(what, parameters, seed=seed, progress=progress)
+    try:
+        stored = None if scores is None else _stored(source, scores, run)
+    except BaseException:
+        source.close()
+        raise
+    options: dict[str, Any] = {"trajectory": trajectory, "frame": frame, "nodes": nodes}
+    return Viewer(source, host, port, seed=seed, stored=stored, **options)
+
+
+def _stored(source: Source, scores: str | os.PathLike[str], run: int | None) -> StoredScores:
+    if not isinstance(source, Trajectories):
+        raise ValueError(f"scores are {str(scores)!r}, of no use with a problem alone")
+    return StoredScores(scores, source.dataset, run)

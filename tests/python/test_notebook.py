@@ -1,0 +1,229 @@
+"""What notebooks show: tables that are HTML, say what is infinite, and never raise."""
+
+import base64
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from energymargin import (
+    Box,
+    Problem,
+    Scene,
+    capture_score,
+    datasets,
+    escape_effort,
+    escape_energy,
+    evaluation,
+    force_score,
+    regions,
+    score,
+    tasks,
+)
+from energymargin.evaluation import LabelledScores
+from energymargin.scoring import ScoreTable
+
+VOID = {"br", "img"}
+
+
+class Cells(HTMLParser):
+    """The texts of a table's rows; fails on tags that are not closed in order."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.rows, self.open, self.text = [], [], ""
+        self.feed(html)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+def shown(thing):
+    return Cells(thing._repr_html_())
+
+
+def values(thing):
+    """Of a table of names and values."""
+    return dict(shown(thing).rows)
+
+
+@pytest.fixture(scope="module")
+def task():
+    return tasks.make("push", friction=0.3)
+
+
+@pytest.fixture(scope="module")
+def trajectory(task):
+    return task.rollout(seed=0, frames=4)
+
+
+@pytest.fixture(scope="module")
+def problem(task, trajectory):
+    return task.problem(trajectory.states[0])
+
+
+@pytest.fixture(scope="module")
+def labelled():
+    return LabelledScores(
+        task="push",
+        trajectory=np.array([0, 0, 1, 1]),
+        captured=np.array([True, False, True, True]),
+        success=np.array([False, False, True, True]),
+        scores={"capture": np.array([0.5, 0.25, np.nan, 1.0]), "effort/est": np.full(4, np.inf)},
+    )
+
+
+def test_a_capture_score_shows_its_numbers_and_their_errors(problem):
+    several = capture_score(problem, nodes=20, trees=3)
+    table = values(several)
+    assert table["capture"] == (
+        f"{several.capture:.3f} ± {several.capture_stderr:.3f} (standard error)"
+    )
+    assert table["trees"] == "3 of 20 nodes"
+    one = capture_score(problem, nodes=20)
+    assert values(one)["success"] == f"{one.success:.3f}"
+
+
+def test_an_effort_is_shown_in_joules_and_an_infinite_one_in_words(problem):
+    found = escape_effort(problem, nodes=200)
+    assert values(found)["effort"] == f"{found.effort:.4g} J"
+    assert values(found)["path"] == f"{len(found.path) - 1} edges"
+    assert values(escape_effort(problem, nodes=1))["effort"] == "infinite: no way out was found"
+
+
+def test_a_search_that_was_stopped_says_that_it_is_not_complete(problem):
+    assert "Not complete" in shown(escape_effort(problem, nodes=10**6, timeout=0.05)).text
+    assert "Not complete" not in shown(escape_effort(problem, nodes=5)).text
+
+
+def test_every_kind_of_result_is_shown_as_a_table(problem, trajectory):
+    for thing, title in (
+        (escape_energy(problem, samples=50), "Escape energy"),
+        (force_score(problem), "Force score"),
+        (capture_score(problem, nodes=5).tree, "Search tree"),
+        (trajectory, "Trajectory"),
+        (problem.scene, "Scene"),
+        (datasets.generate("push", trajectories=2, frames=2, seed=0), "Dataset of push"),
+    ):
+        cells = shown(thing)
+        assert cells.text.startswith(title)
+        assert len(cells.rows) > 1
+
+
+def test_a_table_of_scores_shows_its_first_rows_and_how_many_more_there_are(problem):
+    table = score([problem] * 15, ["capture", "effort/est"], nodes=3)
+    cells = shown(table)
+    assert cells.rows[0] == ["problem", "capture", "effort/est [J]"]
+    assert cells.rows[1][0] == "0"
+    assert len(cells.rows) == 1 + 12
+    assert "and 3 more" in cells.text
+    infinite = np.isinf(table["effort/est"][:12])
+    assert [row[2] == "no escape" for row in cells.rows[1:]] == infinite.tolist()
+
+
+def test_labelled_scores_count_what_is_missing_and_what_is_infinite(labelled):
+    cells = shown(labelled)
+    assert cells.rows[1:] == [
+        ["capture", "3", "1", "0", "0.25", "0.5", "1"],
+        ["effort/est [J]", "4", "0", "4", "", "", ""],
+    ]
+    assert "Captured: 3 of 4 states; successful: 1 of 2 trajectories." in cells.text
+
+
+def test_an_evaluation_shows_auc_and_ap_or_that_there_is_one_label(labelled):
+    result = evaluation.evaluate(labelled, [0, 1], draws=20)
+    cells = shown(result)
+    assert cells.rows[0] == ["score", "h = 0", "h = 1"]
+    assert cells.rows[1][1].startswith(result.states["capture"][0].value())
+    labelled_alike = LabelledScores(
+        "push", labelled.trajectory, np.ones(4, bool), labelled.success, labelled.scores
+    )
+    assert "one label only" in shown(evaluation.evaluate(labelled_alike, draws=2)).text
+
+
+def test_a_problem_shows_its_picture_beside_its_numbers(problem):
+    html = problem._repr_html_()
+    (image,) = re.findall(r'src="data:image/png;base64,([^"]+)"', html)
+    assert base64.b64decode(image).startswith(b"\x89PNG")
+    assert Cells(html).rows[1] == ["largest force", "(0.8, 0.8, 0) N"]
+
+
+def test_without_matplotlib_a_problem_is_shown_as_a_table_alone():
+    code = (
+        "import sys; sys.modules['matplotlib'] = None\n"
+        "import energymargin as em\n"
+        "task = em.tasks.make('push', friction=0.3)\n"
+        "html = task.problem(task.rollout(0, frames=2).states[0])._repr_html_()\n"
+        "assert 'largest force' in html and '<img' not in html\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_importing_the_package_does_not_import_matplotlib():
+    code = "import sys, energymargin; assert 'matplotlib' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_names_are_escaped():
+    scene = Scene()
+    scene.add_body("<script>", Box((1, 1, 1)), mass=1.0, role="object")
+    wild = Problem(
+        scene,
+        scene.pack(),
+        force=(1, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.5,
+        captured=regions.Ball("<script>", (0, 0, 0), 1.0),
+    )
+    for thing in (scene, wild):
+        assert "<script>" not in thing._repr_html_()
+        assert "<script>" in shown(thing).text
+
+
+def test_a_set_that_fails_costs_the_picture_alone(problem):
+    def broken(states):
+        raise RuntimeError("no set")
+
+    damaged = Problem(
+        problem.scene,
+        problem.state,
+        force=(1, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.5,
+        captured=regions.Predicate(broken),
+    )
+    html = damaged._repr_html_()
+    assert "largest force" in html
+    assert "<img" not in html
+
+
+def test_what_is_damaged_is_shown_as_text_and_never_raises(labelled, tmp_path):
+    short = ScoreTable(np.arange(3), np.zeros(3), {"capture": np.zeros(1)})
+    odd = LabelledScores("push", labelled.trajectory, labelled.captured[:1], None, {"capture": 3})
+    path = tmp_path / "push.h5"
+    datasets.generate("push", trajectories=1, frames=2, seed=0).save(path)
+    with datasets.open(path) as closed:
+        pass
+    for thing in (short, odd, closed):
+        html = thing._repr_html_()
+        Cells(html)
+        assert "cannot be shown" in html or "<table>" in html
+    assert "cannot be shown" in short._repr_html_()

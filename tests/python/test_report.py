@@ -1,0 +1,491 @@
+"""Reports of small stores, read as a browser reads them, and in one."""
+
+import base64
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browsers import watched_page
+
+from energymargin import datasets, report
+from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
+from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.report.along import chosen
+from energymargin.report.curves import seen
+from energymargin.report.grown import Grower
+from energymargin.report.wrong import ranks
+from energymargin.settings import SearchSettings
+from energymargin.store import ScoreStore, score_dataset
+
+COMMAND = str(Path(sys.executable).with_name("energymargin"))
+SETTINGS = SearchSettings(nodes=15, seed=3)
+METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
+
+
+class Document(HTMLParser):
+    """A page, taken apart."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.elements, self.rows, self.figures = [], [], {}
+        self._text, self._within = [], []
+        self.feed(path.read_text())
+        self.text = " ".join(" ".join(self._text).split())
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        self._within.append((tag, dict(attrs)))
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th") and self.rows:
+            self.rows[-1].append([])
+
+    def handle_endtag(self, tag):
+        while self._within and self._within.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        tags = [tag for tag, _ in self._within]
+        if tags and tags[-1] == "script":
+            name = self._within[-1][1].get("id", "")
+            if name.startswith("data-"):
+                self.figures[name.removeprefix("data-")] = json.loads(data)
+        elif "style" not in tags and data.strip():
+            self._text.append(data.strip())
+            if "tr" in tags:
+                self.rows[-1][-1].append(data.strip())
+
+    def row(self, name):
+        """The cells of the longest row of that name; each is a list of its lines."""
+        return max((row[1:] for row in self.rows if row[0] == [name]), key=len)
+
+    def attributes(self, name):
+        return [attrs[name] for _, attrs in self.elements if attrs.get(name)]
+
+
+def numbers(array):
+    """Of an array in a figure."""
+    if isinstance(array, dict):
+        return np.frombuffer(base64.b64decode(array["bdata"]), dtype=array["dtype"])
+    return np.array([np.nan if value is None else value for value in array], dtype=float)
+
+
+def run(*arguments, cwd):
+    return subprocess.run(
+        [COMMAND, *map(str, arguments)],
+        cwd=cwd,
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a dataset of 12 pushes, its scores, and their report."""
+    folder = tmp_path_factory.mktemp("report")
+    dataset = datasets.generate("push", trajectories=12, frames=6, seed=1)
+    dataset.save(folder / "push.h5")
+    score_dataset(dataset, folder / "push-scores.db", settings=SETTINGS)
+    report.write(folder / "push-scores.db", folder / "report.html", draws=200, pictures=1)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def document(folder):
+    return Document(folder / "report.html")
+
+
+@pytest.fixture(scope="module")
+def labelled(folder):
+    return scores(folder / "push-scores.db")
+
+
+@pytest.fixture
+def own(folder, tmp_path):
+    """A folder with the same dataset and scores, which a test may change."""
+    for name in ("push.h5", "push-scores.db"):
+        shutil.copy(folder / name, tmp_path / name)
+    return tmp_path
+
+
+def scores(path):
+    with ScoreStore(path) as store:
+        return store.run().labelled_scores()
+
+
+def changed(path, statement):
+    with sqlite3.connect(path) as file:
+        file.execute(statement)
+
+
+def written(folder, pictures=0, **options):
+    report.write(
+        folder / "push-scores.db", folder / "r.html", draws=9, pictures=pictures, **options
+    )
+    return Document(folder / "r.html")
+
+
+def test_the_page_loads_nothing_from_elsewhere(folder, document):
+    loaded = document.attributes("src") + document.attributes("href")
+    assert loaded and all(url.startswith(("#", "data:")) for url in loaded)
+    style = re.findall(r"<style>(.*?)</style>", (folder / "report.html").read_text(), re.DOTALL)
+    assert not any("url(" in text or "@import" in text for text in style)
+
+
+def test_the_table_holds_the_very_numbers_of_evaluate(document, labelled):
+    result = evaluate(labelled, draws=200)
+    for score, cells in result.states.items():
+        shown = [[cell.value(), *cell.intervals()] for cell in cells.values()]
+        assert document.row(score)[: len(shown)] == shown
+    assert document.row("success")[0] == [result.success.value(), *result.success.intervals()]
+    assert document.row("capture")[-1] == [".97/.99"]
+
+
+def test_the_page_says_what_was_scored_and_how(document, labelled):
+    assert document.row("States") == [
+        [f"{len(labelled.captured)}, of which {labelled.captured.sum()} lie in their capture set"]
+    ]
+    assert "nodes = 15" in document.row("Settings")[0][0]
+    assert 'effector = "drive"' in document.row("Parameters")[0][0]
+    assert "No picture" not in document.text and not document.text.count("not scored")
+
+
+def test_the_same_scores_make_the_same_bytes_whenever_they_were_copied(folder, own):
+    os.utime(own / "push-scores.db", (0, 0))
+    report.write(own / "push-scores.db", own / "again.html", draws=200, pictures=1)
+    assert (own / "again.html").read_bytes() == (folder / "report.html").read_bytes()
+
+
+def test_a_curve_is_that_of_energymargin_curves(document, labelled):
+    (figure, *_), (*_, last) = document.figures["roc"], document.figures["roc"]
+    for metric, target, of in (("capture", CAPTURED, figure), ("success", SUCCESS, last)):
+        (drawn,) = (trace for trace in of["data"] if trace["name"].startswith(f"{metric} "))
+        one = roc(labelled, metric, target)
+        assert np.array_equal(numbers(drawn["x"]), one.false_positive_rate)
+        assert np.array_equal(numbers(drawn["y"]), one.true_positive_rate)
+        assert f"AUC {one.auc:.3f}" in drawn["name"]
+
+
+def test_the_area_below_the_steps_drawn_is_the_ap_of_the_legend(document, labelled):
+    (figure, *_) = document.figures["pr"]
+    for metric in ("capture", "effort/est", "effort/rrt", "force"):
+        (drawn,) = (t for t in figure["data"] if t["name"].startswith(f"{metric} "))
+        assert drawn["line"]["shape"] == "vh"  # each step at the height of its end
+        x, y = numbers(drawn["x"]), numbers(drawn["y"])
+        ap = evaluate(labelled, draws=9).states[metric][2].ap
+        assert np.diff(x) @ y[1:] == pytest.approx(ap) and y[0] == y[1]
+        assert f"AP {ap:.3f}" in drawn["name"]
+
+
+def test_a_long_curve_keeps_all_that_moves_on_the_screen():
+    random = np.random.default_rng(0)
+    labels = random.random(20000) < 0.1
+    values = labels + random.normal(size=20000)
+    values[labels.argmin()] = 99.0  # the first one is wrong: the precision starts at 0, and jumps
+    states = np.arange(20000)
+    one = precision_recall(
+        LabelledScores("push", states, labels, labels, {"capture": values}), "capture", horizon=0
+    )
+    kept = np.array(seen(one.recall, one.steps))
+    assert len(kept) < 2000 and kept[0] == 0 and kept[-1] == len(one.recall) - 1
+    before = kept[np.searchsorted(kept, np.arange(len(one.recall)), "right") - 1]
+    for drawn in (one.recall, one.steps):
+        assert np.abs(drawn - drawn[before]).max() < 1 / 400
+    assert np.diff(one.recall[kept]) @ one.steps[kept][1:] == pytest.approx(one.ap, abs=2e-3)
+
+
+def test_every_score_of_a_trajectory_is_drawn_and_an_infinite_effort_too(document, labelled):
+    figures, endless = document.figures["along"], 0
+    assert len(figures) == 12
+    for metric in METRICS:
+        traces = [t for figure in figures for t in figure["data"] if t["name"] == metric]
+        drawn = np.concatenate([numbers(trace["y"]) for trace in traces])
+        finite = labelled.scores[metric][np.isfinite(labelled.scores[metric])]
+        assert np.array_equal(np.sort(drawn[~np.isnan(drawn)]), np.sort(finite))
+        marks = [
+            t for figure in figures for t in figure["data"] if t["name"] == f"{metric}: no escape"
+        ]
+        infinite = np.isposinf(labelled.scores[metric]).sum()
+        assert sum(len(numbers(trace["y"])) for trace in marks) == infinite
+        for mark in marks:
+            assert mark["marker"]["symbol"] == traces[0]["marker"]["symbol"]
+            assert mark["legendgroup"] == traces[0]["legendgroup"] == metric
+        endless += infinite
+    assert endless > 0
+
+
+def test_a_histogram_counts_every_state(document, labelled):
+    counted = {}
+    for name, figures in document.figures.items():
+        if name.startswith("histogram"):
+            (figure,) = figures
+            metric = figure["layout"]["title"]["text"]
+            counted[metric] = sum(
+                count for trace in figure["data"] for _, count in trace["customdata"]
+            )
+    assert counted == dict.fromkeys(METRICS, 72) | {"success": 12}
+
+
+def test_how_wrong_a_score_is_means_what_the_auc_lacks_of_one():
+    # Captured 3 and 2, lost 2 and 1: of the four pairs three are right and one is a tie.
+    wrong = ranks(np.array([3.0, 2.0, 2.0, 1.0]), np.array([True, True, False, False])).wrong
+    assert wrong.tolist() == [0.0, 0.25, 0.25, 0.0]
+    random = np.random.default_rng(0)
+    ties, labels = random.integers(0, 9, 200).astype(float), random.random(200) < 0.3
+    ties[ties == 8] = np.inf
+    from sklearn.metrics import roc_auc_score
+
+    lacking = 1 - roc_auc_score(labels, np.where(np.isinf(ties), 99, ties))
+    wrong = ranks(ties, labels).wrong
+    assert wrong[labels].mean() == pytest.approx(lacking)
+    assert wrong[~labels].mean() == pytest.approx(lacking)
+
+
+def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_that_alone(own):
+    path = own / "push-scores.db"
+    changed(path, "UPDATE states SET captured = trajectory < 4")
+    changed(path, "UPDATE scores SET value = 1 WHERE question = 1")  # the capture score
+    assert "capture 1, but" not in written(own, pictures=1).text  # as of a card
+    # A captured state of score 1, and lost ones: 6 above it, 12 level, and 30 below.
+    value = (
+        "CASE WHEN stream < 24 THEN 1 WHEN stream < 30 THEN 2 WHEN stream < 42 THEN 1 ELSE 0 END"
+    )
+    changed(path, f"UPDATE scores SET value = {value} WHERE question = 1")
+    text = written(own, pictures=1, horizon=0).text
+    assert "Ranked below or level with 38 % of the states that are lost." in text
+    assert "Ranked above 100 % of the states that stay captured." in text
+
+
+def test_the_trees_of_the_pictures_have_the_scores_of_the_file(folder, labelled):
+    with datasets.open(folder / "push.h5") as dataset:
+        grower = Grower(dataset, SETTINGS.all())
+        for metric in METRICS:
+            found = [grower.grow(number, metric).score for number in (0, 35, 71)]
+            assert found == labelled.scores[metric][[0, 35, 71]].tolist()
+
+
+def test_a_picture_of_another_tree_than_that_of_the_score_says_so(own):
+    changed(own / "push-scores.db", "UPDATE scores SET value = 1 - value WHERE question = 1")
+    found = written(own, pictures=1).text
+    assert "Not the tree of the score in the file: grown again it gives" in found
+
+
+def test_what_is_missing_is_said_with_the_command_that_completes_it(own):
+    path = own / "push-scores.db"
+    changed(path, "DELETE FROM scores WHERE stream >= 20")
+    changed(path, "DELETE FROM scores WHERE stream = 19 AND question = 3")
+    found = written(own)
+    assert (
+        "53 of 72 states are not scored yet, or not in full: 52 lack capture, 52 lack success, "
+        "53 lack effort/est, 52 lack effort/rrt, 52 lack force." in found.text
+    )
+    assert found.text.count("Left out are states without a score: 52 of 72 for capture,") == 4
+    assert "Not shown are 8 trajectories that have no score at all." in found.text
+    (command,) = re.findall(r"energymargin score .* --seed 3", found.text)
+    assert run(*shlex.split(command)[1:], cwd=own).returncode == 0
+    assert "not scored" not in written(own).text
+
+
+def test_scores_that_were_not_asked_for_are_named(own):
+    (own / "push-scores.db").unlink()
+    with datasets.open(own / "push.h5") as dataset:
+        score_dataset(dataset, own / "push-scores.db", ["capture", "force"], SETTINGS)
+    found = written(own)
+    assert "This run has no scores of success, effort/est, effort/rrt." in found.text
+    assert "energymargin score" in found.text and "--metrics" not in found.text
+
+
+def test_states_of_one_label_have_no_auc_and_the_page_says_why(own):
+    changed(own / "push-scores.db", "UPDATE states SET captured = 1, success = 1")
+    found = written(own, pictures=1)
+    assert "No AUC and no AP where all that are scored are of one kind" in found.text
+    assert found.row("capture")[:6] == [["—"]] * 6
+    assert "There are no curves" in found.text and "roc" not in found.figures
+    assert found.text.count("None: all have the same label.") == 5
+
+
+def test_a_store_without_any_score_still_makes_a_page(own):
+    changed(own / "push-scores.db", "DELETE FROM scores")
+    found = written(own)
+    assert "72 of 72 states are not scored yet." in found.text
+    assert "Not shown are 12 trajectories" in found.text and "along" not in found.figures
+
+
+def test_without_the_dataset_there_are_frames_instead_of_times_and_no_pictures(own):
+    (own / "push.h5").unlink()
+    found = written(own, pictures=1)
+    assert "there is no push.h5 beside push-scores.db" in found.text
+    assert "No picture" in found.text and not found.attributes("src")
+    axis = found.figures["along"][0]["layout"]["xaxis"]
+    assert axis["title"]["text"] == "frame"
+
+
+def test_the_command_that_completes_a_page_is_of_its_run_and_its_place(own):
+    score_dataset(
+        datasets.open(own / "push.h5"), own / "push-scores.db", settings=SearchSettings(nodes=2)
+    )
+    (own / "push.h5").rename(own / "DATASET.h5")
+    text = written(own, run=2).text
+    (options,) = re.findall(r"energymargin report \S+ (--data .*?r\.html)", text)
+    assert options == f"--data DATASET.h5 --run 2 -o {own / 'r.html'}"
+
+
+def test_a_file_beside_the_scores_that_is_another_dataset_is_not_used(own):
+    datasets.generate("push", trajectories=1, frames=3, seed=9).save(own / "push.h5")
+    assert "push.h5 is not the dataset that run 1 of push-scores.db scored" in written(own).text
+
+
+def test_text_from_the_file_is_no_part_of_the_page_s_code(own):
+    bad = json.dumps({"friction": "</script><script>alert(1)</script>"})
+    with sqlite3.connect(own / "push-scores.db") as file:
+        file.execute("UPDATE datasets SET parameters = ?, task = ?", (bad, "<b>push</b>"))
+    found = written(own)
+    assert bad.strip("{}").split(": ")[1] in found.row("Parameters")[0][0]
+    assert found.row("Task") == [["<b>push</b>"]]
+    assert (
+        sum(
+            "alert(1)" in part
+            for part in re.findall(r"<script.*?</script>", (own / "r.html").read_text(), re.DOTALL)
+        )
+        == 0
+    )
+
+
+def test_of_many_trajectories_the_most_wrong_and_an_even_sample_are_shown():
+    wrong = np.linspace(0, 1, 1000)
+    worst, others = chosen(np.arange(1000), wrong, 10)
+    assert worst == [999, 998, 997, 996, 995]
+    assert others == sorted(others) and len(others) == 5
+    assert others[0] == 0 and others[-1] == 994
+    worst, others = chosen(np.arange(4), np.full(4, np.nan), 10)
+    assert sorted(worst + others) == [0, 1, 2, 3]
+
+
+def test_several_objects_have_a_table_of_all_and_one_of_at_least_one(tmp_path):
+    dataset = datasets.generate("push-multi", trajectories=4, frames=4, seed=0)
+    score_dataset(dataset, tmp_path / "push-scores.db", settings=SearchSettings(nodes=5))
+    found = written(tmp_path)
+    assert "All objects: captured together" in found.text and "At least one object" in found.text
+    result = evaluate(scores(tmp_path / "push-scores.db"), draws=9)
+    for score in ("capture", "capture/any", "force/any"):
+        cells = result.states[score].values()
+        assert [cell[0] for cell in found.row(score)] == [c.value() if c else "—" for c in cells]
+
+
+@pytest.mark.parametrize(
+    ("scores", "options", "words"),
+    [
+        ("push.h5", {}, "push.h5 is not a file of scores"),
+        ("none.db", {}, "No such file"),
+        ("empty.db", {}, "empty.db has no scores yet; `energymargin score DATASET"),
+        ("push-scores.db", {"output": "r.pdf"}, "r.pdf', expected a name with .html"),
+        ("push-scores.db", {"output": "no/r.html"}, "no such folder"),
+        ("push-scores.db", {"data": "other.h5"}, "other.h5 is not the dataset that run 1 of"),
+        ("push-scores.db", {"run": 7}, "run is 7"),
+        ("push-scores.db", {"trajectories": 0}, "trajectories is 0"),
+        ("push-scores.db", {"pictures": -1}, "pictures is -1"),
+        ("push-scores.db", {"seed": -1}, "seed is -1"),
+    ],
+)
+def test_what_cannot_be_is_said_and_the_page_that_was_there_stays(
+    own, monkeypatch, scores, options, words
+):
+    with ScoreStore(own / "empty.db", create=True):
+        pass
+    datasets.generate("push", trajectories=1, frames=2, seed=9).save(own / "other.h5")
+    (own / "r.html").write_text("before")
+    there = sorted(path.name for path in own.iterdir())
+    monkeypatch.chdir(own)
+    with pytest.raises((ValueError, OSError), match=re.escape(words)):
+        report.write(scores, **{"output": "r.html", **options})
+    assert sorted(path.name for path in own.iterdir()) == there
+    assert (own / "r.html").read_text() == "before"
+
+
+def test_the_page_never_replaces_the_scores_or_the_dataset(own, monkeypatch):
+    monkeypatch.chdir(own)
+    os.rename("push-scores.db", "scores.html")
+    os.rename("push.h5", "push.html")
+    os.link("scores.html", "link.html")
+    before = {path.name: path.read_bytes() for path in own.iterdir()}
+    done = run("report", "scores.html", cwd=own)
+    assert done.returncode == 2
+    assert "output is 'scores.html', which is the file of scores, 'scores.html'" in " ".join(
+        done.stderr.split()
+    )
+    for output, words in (("link.html", "scores, 'scores.html'"), ("push.html", "data, 'push")):
+        with pytest.raises(ValueError, match=f"output is '{output}', which is the file of {words}"):
+            report.write("scores.html", output, data="push.html")
+    assert {path.name: path.read_bytes() for path in own.iterdir()} == before
+
+
+def test_the_command_says_in_one_line_what_is_wrong_and_what_it_wrote(own):
+    done = run("report", "push.h5", cwd=own)
+    (line,) = done.stderr.strip().splitlines()
+    assert done.returncode == 2 and line.startswith("error: push.h5 is not a file of scores")
+    done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, cwd=own)
+    assert done.returncode == 0 and "Wrote push-scores.html, " in done.stderr
+
+
+def test_ctrl_c_leaves_the_page_that_was_there(own):
+    (own / "push-scores.html").write_text("before")
+    process = subprocess.Popen(
+        [COMMAND, "report", "push-scores.db", "--draws", "50000"], cwd=own, stderr=subprocess.PIPE
+    )
+    deadline = time.monotonic() + 60
+    while not list(own.glob(".push-scores.html.*")):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130 and b"stopped" in said
+    assert (own / "push-scores.html").read_text() == "before"
+    assert not list(own.glob(".push-scores.html.*"))
+
+
+def test_a_ctrl_c_that_is_swallowed_on_the_way_still_stops_it(own):
+    def swallow(_what, _share):
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        written(own, progress=swallow)
+    assert sorted(path.name for path in own.iterdir()) == ["push-scores.db", "push.h5"]
+
+
+def test_the_page_works_in_a_browser_without_a_network(folder):
+    with watched_page() as (page, wrong):
+        page.context.set_offline(True)
+        page.goto((folder / "report.html").as_uri())
+        page.wait_for_selector("#along .main-svg")
+        assert page.locator(".plot .main-svg").count() >= 3 * page.locator(".plot").count()
+        assert all(page.evaluate("[...document.images].map((one) => one.naturalWidth > 0)"))
+
+        curve = "document.querySelector('#along .trace.scatter path.js-line').getAttribute('d')"
+        before = page.evaluate(curve)
+        page.locator("#select-along").select_option(index=3)
+        page.wait_for_function(f"{curve} !== {json.dumps(before)}")
+
+        mark = page.locator("#along .trace.scatter .point").first
+        mark.scroll_into_view_if_needed()
+        box = mark.bounding_box()
+        page.mouse.move(box["x"] + box["width"] / 2 + 30, box["y"] + 40)
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.wait_for_selector("#along .hoverlayer .hovertext")
+        said = page.locator("#along .hoverlayer").text_content()
+        assert re.search(r"frame \d", said) and "captured" in said
+        assert wrong == []

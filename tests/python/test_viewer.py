@@ -1,0 +1,400 @@
+"""What the viewer computes before a browser draws it."""
+
+import dataclasses
+import json
+import struct
+import threading
+import time
+
+import numpy as np
+import pytest
+import trimesh
+
+import energymargin as em
+from energymargin.viewer import Viewer, serving, view
+from energymargin.viewer.kept import MOST, Kept
+from energymargin.viewer.likelihoods import Memberships
+from energymargin.viewer.lines import lines_glb
+from energymargin.viewer.page import Page
+from energymargin.viewer.replay import replay
+from energymargin.viewer.search import score_state
+from energymargin.viewer.solids import shape_triangles
+from energymargin.viewer.sources import source_of
+from energymargin.viewer.surfaces import region_surface
+from energymargin.viewer.thinning import MOST as MOST_DRAWN
+from energymargin.viewer.thinning import shown_points
+from energymargin.viewer.views import View, view_around
+
+TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
+
+
+def problem_of(name, seed=1, frame=3):
+    task = em.tasks.make(name)
+    trajectory = task.rollout(seed)
+    return task.problem(trajectory.states[frame], trajectory.params, trajectory.contacts[frame])
+
+
+@pytest.fixture(autouse=True)
+def ports_of_its_own(monkeypatch):
+    """Other tests look for ports at the same time."""
+    monkeypatch.setattr(serving, "PORT", 9100)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return problem_of("push")
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_replay_ends_in_the_trees_own_states(name):
+    problem = problem_of(name)
+    escape = em.escape_effort(problem, nodes=150, seed=1)
+    node = escape.path[-1] if len(escape.path) else int(np.argmax(escape.tree.costs))
+    path = escape.tree.path_to(node)
+    way = replay(problem, escape.tree, path)
+    assert np.array_equal(way.states[0], problem.state)
+    assert np.array_equal(way.states[-1], escape.tree.states[node])
+    assert way.costs[-1] == escape.tree.costs[node]
+    assert way.times[-1] == pytest.approx(escape.tree.durations[path[1:]].sum())
+    assert np.all(np.diff(way.times) > 0)
+
+
+def test_an_empty_path_is_refused(problem):
+    with pytest.raises(ValueError, match="path is empty"):
+        replay(problem, em.escape_effort(problem, nodes=5).tree, [])
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_tree_answers_for_fewer_nodes_and_any_lambda(name):
+    problem = problem_of(name)
+    memberships = Memberships(problem, em.capture_score(problem, nodes=200, seed=3).tree)
+    for nodes, share in ((200, 1.0), (60, 0.3), (17, 3.0)):
+        rate = share * problem.rate
+        scores = memberships.scores(nodes, rate)
+        searched = em.capture_score(problem, nodes=nodes, seed=3, rate=rate)
+        assert {which: pytest.approx(getattr(searched, which)) for which in scores} == scores
+        assert ("success" in scores) == (problem.succeeded is not None)
+
+
+def ball_problem(region, scale=1.0):
+    scene = em.Scene()
+    scene.add_plane("ground", friction=0.5)
+    at = (0, 0, scale)
+    scene.add_body("ball", em.Sphere(0.1 * scale), mass=1, position=at, role="object")
+    return em.Problem(
+        scene, scene.pack(), force=(1, 1, 1), torque=(0, 0, 0), duration=0.2, captured=region
+    )
+
+
+@pytest.mark.parametrize("scale", [0.05, 1.0])
+def test_a_set_is_a_closed_surface_around_its_places(scale):
+    ball = em.regions.Ball("ball", center=(0, 0, scale), radius=0.5 * scale)
+    problem = ball_problem(ball, scale)
+    low, high = scale * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 2.0]])
+    view = View(low, high, floor=0.0)
+    surface = trimesh.Trimesh(*region_surface(problem, ball, view))
+    assert surface.is_watertight
+    assert surface.volume == pytest.approx(4 / 3 * np.pi * (0.5 * scale) ** 3, rel=0.05)
+    assert np.linalg.norm(surface.vertices - [0, 0, scale], axis=1) == pytest.approx(
+        0.5 * scale, abs=0.08 * scale
+    )
+
+
+def test_a_set_that_holds_all_or_nothing_of_the_view_has_no_surface():
+    ball = em.regions.Ball("ball", center=(0, 0, 1), radius=50)
+    problem = ball_problem(ball)
+    view = view_around(problem.scene, [problem.state])
+    assert region_surface(problem, ball, view) is None
+    assert region_surface(problem, ~ball, view) is None
+
+
+def test_a_flat_set_is_a_slab_on_the_ground(problem):
+    disc = em.regions.Disc("object", center=(1, 0.5), radius=0.8)
+    view = View(np.array([-1.0, -1.0, 0.0]), np.array([3.0, 3.0, 0.1]), floor=0.0)
+    solid = trimesh.Trimesh(*region_surface(problem, disc, view, flat=True))
+    assert solid.is_watertight
+    assert solid.vertices[:, 2].min() == pytest.approx(0.0, abs=0.005 * view.size)
+    assert np.ptp(solid.vertices[:, 2]) < 0.01 * view.size
+    radii = np.linalg.norm(solid.vertices[:, :2] - [1, 0.5], axis=1)
+    assert radii.max() == pytest.approx(0.8, abs=0.03)
+    assert solid.area / 2 == pytest.approx(np.pi * 0.8**2, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        em.Box((0.1, 0.2, 0.3)),
+        em.Sphere(0.1),
+        em.Cylinder(radius=0.1, length=0.3),
+        em.Capsule(radius=0.1, length=0.3),
+        em.ConvexHull([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]),
+    ],
+)
+def test_a_shapes_triangles_hold_its_volume_at_its_place(shape):
+    moved = em.Compound([em.Part(shape, (0, 0, 0)), em.Part(shape, (5, 0, 0))])
+    properties = em.mass_properties(shape)
+    one = trimesh.Trimesh(*shape_triangles(shape))
+    two = trimesh.Trimesh(*shape_triangles(moved))
+    assert one.is_watertight
+    assert one.volume == pytest.approx(properties.volume, rel=0.02)
+    assert one.center_mass == pytest.approx(properties.center, abs=1e-6)
+    assert two.volume == pytest.approx(2 * one.volume)
+    assert two.bounds[1][0] == pytest.approx(5 + one.bounds[1][0])
+
+
+def test_of_nodes_on_one_spot_the_cheapest_is_drawn():
+    random = np.random.default_rng(0)
+    points = np.repeat(random.uniform(size=(400, 3)), 100, axis=0)
+    costs, lost = random.uniform(size=len(points)), np.arange(len(points)) % 100 == 0
+    drawn = shown_points(points, lost, costs, size=1.0)
+    assert len(drawn) == 800  # a captured and a lost one of each spot
+    for spot in range(400):
+        here = drawn[drawn // 100 == spot]
+        captured = here[~lost[here]]
+        group = np.arange(100 * spot + 1, 100 * spot + 100)
+        assert captured == group[np.argmin(costs[group])]
+
+
+def test_no_more_is_drawn_than_a_browser_moves():
+    random = np.random.default_rng(0)
+    points, costs = random.uniform(size=(100_000, 3)), random.uniform(size=100_000)
+    drawn = shown_points(points, np.zeros(100_000, bool), costs, size=1.0)
+    assert 0.5 * MOST_DRAWN < len(drawn) <= MOST_DRAWN
+    assert len(np.unique(drawn)) == len(drawn)
+    few = shown_points(points[:500], np.zeros(500, bool), costs[:500], size=1.0)
+    assert sorted(few) == list(range(500))
+
+
+def test_lines_are_a_glb_file_of_both_ends_of_each():
+    segments = np.random.default_rng(0).uniform(size=(7, 2, 3))
+    data = lines_glb(segments, np.full((7, 3), (255, 0, 188), np.uint8))
+    magic, version, length = struct.unpack_from("<4sII", data)
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    size, kind = struct.unpack_from("<I4s", data, 12)
+    document = json.loads(data[20 : 20 + size])
+    assert kind == b"JSON" and len(data) % 4 == 0
+    (primitive,) = document["meshes"][0]["primitives"]
+    assert primitive["mode"] == 1
+    binary = data[28 + size :]
+    points = np.frombuffer(binary[: 14 * 12], "<f4").reshape(7, 2, 3)
+    assert points == pytest.approx(segments, abs=1e-6)
+    colors = np.frombuffer(binary[14 * 12 :], np.uint8).reshape(14, 4)
+    assert np.all(colors == (255, 0, 128, 255))  # 188 of 255 on a screen is half the light
+
+
+def test_the_oldest_trees_go_when_there_are_too_many_nodes(problem):
+    kept, small = Kept(), score_state(problem, 20, seed=0)
+    each = small.capture.nodes + small.escape.nodes
+    count = MOST // each + 2
+    for frame in range(count):
+        kept.put((0, frame), small)
+    assert kept.at(0, 0) is None
+    assert kept.at(0, count - 1) is small
+
+
+def test_a_state_without_effector_is_scored_but_for_the_force():
+    ball = em.regions.Ball("ball", center=(0, 0, 1), radius=0.5)
+    scored = score_state(ball_problem(ball), 30, seed=0)
+    assert scored.force is None
+    assert scored.capture.nodes == 30
+
+
+def test_live_scores_are_those_of_the_dataset(tmp_path):
+    dataset = em.datasets.generate("push", trajectories=2, frames=4, seed=1)
+    path = tmp_path / "push.h5"
+    dataset.save(path)
+    em.store.score_dataset(
+        path, tmp_path / "s.db", ("capture", "success"), em.SearchSettings(40, 5)
+    )
+    with view(path, trajectory=1, frame=2, nodes=40, seed=5, scores=tmp_path / "s.db") as viewer:
+        viewer.page.score()
+        viewer.page.wait()
+        live = viewer.page.scored.capture
+        stored = em.store.load(tmp_path / "s.db")
+        row = stored[(stored.trajectory == 1) & (stored.frame == 2)].iloc[0]
+        assert (live.capture, live.success) == (row["capture"], row["success"])
+
+
+def test_live_scores_of_a_problem_are_those_of_its_own(problem, tmp_path):
+    problem.save(tmp_path / "p.json")
+    with view(tmp_path / "p.json", nodes=50, seed=7) as viewer:
+        viewer.page.score()
+        viewer.page.wait()
+        assert viewer.page.scored.capture.capture == em.capture_score(problem, 50, 7).capture
+
+
+def test_scores_of_another_dataset_are_refused(tmp_path):
+    for seed, name in ((1, "a.h5"), (2, "b.h5")):
+        em.datasets.generate("push", trajectories=1, frames=3, seed=seed).save(tmp_path / name)
+    em.store.score_dataset(tmp_path / "a.h5", tmp_path / "a.db", ("force",))
+    with pytest.raises(ValueError, match=r"a\.db: run 1 has scores of another dataset"):
+        view(tmp_path / "b.h5", scores=tmp_path / "a.db")
+
+
+def test_viewers_side_by_side_take_ports_of_their_own(problem):
+    with view(problem) as first, view(problem) as second:
+        assert first.port != second.port
+        with pytest.raises(ValueError, match=f"port {first.port} of 127.0.0.1 is taken"):
+            view(problem, port=first.port)
+    with view(problem, port=first.port) as third:  # free again
+        assert third.url == f"http://127.0.0.1:{first.port}"
+
+
+def test_a_search_ends_when_its_viewer_does(problem):
+    viewer = view(problem, nodes=10**8)
+    viewer.page.score()
+    begin = time.monotonic()
+    viewer.close()
+    assert time.monotonic() - begin < 2.0  # 0.1 s, or more on a busy machine
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("nothing",), "'nothing' is neither a problem file .* nor a task: balance, "),
+        (("scores.db",), "scores.db holds scores: view the dataset, with --scores"),
+        (("missing.h5",), "missing.h5"),
+        (("missing.json",), "missing.json"),
+        (("push", {"friction": -1}), "friction"),
+        (("some.h5", {"friction": 0.3}), "parameters are given with some.h5"),
+    ],
+)
+def test_what_cannot_be_viewed_is_said(arguments, message):
+    with pytest.raises((ValueError, OSError), match=message):
+        view(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"frame": 9}, "frame is 9, expected 0 to 3"),
+        ({"trajectory": 1}, "trajectory is 1, expected 0 to 0"),
+        ({"nodes": 0}, "nodes is 0"),
+        ({"port": 70000}, "port is 70000, expected 1 to 65535"),
+        ({"host": "nowhere.invalid"}, "host is 'nowhere.invalid'"),
+        ({"host": "192.0.2.1"}, "host is '192.0.2.1', expected an address of this machine"),
+    ],
+)
+def test_options_that_cannot_be_are_refused_and_no_port_is_kept(options, message):
+    dataset = em.datasets.generate("push", trajectories=1, frames=4, seed=1)
+    free = serving.port_at("127.0.0.1", None)
+    with pytest.raises(ValueError, match=message):
+        view(dataset, **options)
+    assert serving.port_at("127.0.0.1", None) == free
+
+
+def test_a_problem_has_no_stored_scores(problem):
+    with pytest.raises(ValueError, match="of no use with a problem alone"):
+        view(problem, scores="scores.db")
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_every_task_can_be_viewed(name):
+    source = source_of(name, trajectories=1, frames=3)
+    with Viewer(source, "127.0.0.1", None, frame=1, nodes=20) as viewer:
+        assert isinstance(viewer.page, Page)
+        viewer.page.score()
+        viewer.page.wait()
+        assert viewer.page.scored.capture.nodes == 20
+
+
+def scored_page(viewer):
+    viewer.page.score()
+    viewer.page.wait()
+    return viewer.page
+
+
+@pytest.mark.parametrize("nodes", [1, 5, 1005])
+def test_any_number_of_nodes_will_do(problem, nodes):
+    with view(problem, nodes=nodes) as viewer:
+        assert scored_page(viewer).scored.capture.nodes == nodes
+
+
+def test_a_lambda_of_0_will_do():
+    ball = em.regions.Ball("ball", center=(0, 0, 1), radius=0.5)
+    still = ball_problem(ball)
+    flat = em.Problem(
+        still.scene,
+        still.state,
+        force=(1, 1, 1),
+        torque=(0, 0, 0),
+        duration=0.2,
+        captured=ball,
+        rate=0,
+    )
+    with view(flat, nodes=10) as viewer:
+        assert scored_page(viewer).scored is not None
+
+
+def test_a_search_that_is_stopped_at_once_leaves_the_page_whole(problem):
+    cancel = em.Cancel()
+    cancel.set()
+    with view(problem, nodes=50) as viewer:
+        page = viewer.page
+        page._keep(0, 0, score_state(problem, 50, 0, cancel))
+        assert page.scored.capture.nodes == 0
+        scored_page(viewer)
+        whole = page.scored
+        page._keep(0, 0, score_state(problem, 50, 0, cancel))
+        assert page.scored is whole  # what is complete is not given up for it
+
+
+def test_what_ends_a_search_with_an_error_is_said():
+    def broken(states):
+        raise LookupError("no such place")
+
+    ball = ball_problem(em.regions.Predicate(broken))
+    with view(ball, nodes=20) as viewer:
+        viewer.page.score()
+        with pytest.raises(Exception, match="no such place"):
+            viewer.page.wait()
+        assert not viewer.page._live.running
+
+
+def test_only_one_search_runs_however_many_are_started(problem):
+    with view(problem, nodes=10**7) as viewer:
+        threads = [threading.Thread(target=viewer.page.score) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        viewer.page._live.stop()
+        viewer.page._live.join()
+        assert not viewer.page._live.running
+
+
+def test_a_frame_that_makes_no_problem_leaves_the_one_before():
+    dataset = em.datasets.generate("push", trajectories=1, frames=4, seed=1)
+    recorded = dataset.trajectories[0]
+    states = recorded.states.copy()
+    states[2] = np.nan
+    damaged = dataclasses.replace(recorded, states=states)
+    with view(dataclasses.replace(dataset, trajectories=[damaged]), nodes=10) as viewer:
+        page = viewer.page
+        page._panel.frame.value = 2
+        end = time.monotonic() + 5.0
+        while page._panel.frame.value != 0 and time.monotonic() < end:
+            time.sleep(0.01)
+        assert page._panel.frame.value == page._frame == 0
+
+
+def test_an_object_is_drawn_as_lost_when_it_is_out_of_its_own_set():
+    problem = problem_of("push-multi")
+    scored = score_state(problem, 60, seed=0)
+    objects = sum(body.role == "object" for body in problem.scene.bodies)
+    assert scored.lost.shape == (61, objects)
+    all_in = problem.captured.contains(problem.scene, scored.capture.tree.states)
+    assert np.array_equal(~scored.lost.any(axis=1), all_in)
+
+
+def test_a_closed_viewer_lets_go_of_its_dataset(tmp_path):
+    path = tmp_path / "push.h5"
+    em.datasets.generate("push", trajectories=1, frames=3, seed=1).save(path)
+    view(path).close()
+    with pytest.raises(ValueError, match="frame is 9"):
+        view(path, frame=9)
+    em.datasets.generate("push", trajectories=1, frames=3, seed=2).save(path)
+    import h5py
+
+    with h5py.File(path, "a"):
+        pass

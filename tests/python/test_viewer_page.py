@@ -1,0 +1,314 @@
+"""The page of `energymargin view` in a real browser: Chromium, without a window."""
+
+import io
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from browsers import watch, watched_page
+from PIL import Image
+
+import energymargin as em
+from energymargin.viewer import serving, view
+
+SLIDERS = ("trajectory", "frame", "nodes", "lambda", "moment")  # from the top of the panel
+VIEWPORT = {"width": 720, "height": 420}
+SCENE = {"x": 0, "y": 0, "width": 380, "height": 420}  # of the page, without the panel
+PATIENCE = 60.0  # s; a busy machine draws a frame in seconds
+
+
+@pytest.fixture(autouse=True, scope="module")
+def ports_of_its_own():
+    """Other tests look for ports at the same time."""
+    before, serving.PORT = serving.PORT, 9300
+    yield
+    serving.PORT = before
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return em.datasets.generate("push", trajectories=3, frames=5, seed=1)
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with watched_page() as (page, _):
+        yield page.context.browser
+
+
+@pytest.fixture(scope="module")
+def seen(dataset, chromium):
+    """A scored state on a page that several tests use; each puts things back."""
+    with view(dataset, trajectory=2, frame=1, nodes=150) as viewer:
+        viewer.page.score()
+        viewer.page.wait()
+        with opened(chromium, viewer.url) as page:
+            ready(page)
+            yield viewer, page
+
+
+@contextmanager
+def opened(chromium, url):
+    """A page that had no error when it closes."""
+    page = chromium.new_page(viewport=VIEWPORT)
+    wrong = watch(page)
+    try:
+        page.goto(f"{url}?fixedDpr=1")  # else it is drawn coarser when the machine is slow
+        yield page
+        assert wrong == []
+    finally:
+        page.close()
+
+
+def ready(page):
+    page.get_by_role("button", name="Score this state").wait_for(timeout=1e3 * PATIENCE)
+    page.add_style_tag(content="[class*=mantine-Notification] { display: none !important }")
+
+
+def slide(page, name, share):
+    """Clicks on a slider, at that share of its length: its arrow keys turn the camera as well."""
+    track = page.locator(".mantine-Slider-track").nth(SLIDERS.index(name))
+    track.scroll_into_view_if_needed()
+    box = track.bounding_box()
+    page.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
+
+
+def until(condition, what):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, what
+        time.sleep(0.05)
+
+
+def picture(seen):
+    """The scene as it is once it no longer changes, shape (height, width, 3)."""
+    viewer, page = seen
+    viewer.page.wait()
+    before, end = None, time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        now = page.screenshot(clip=SCENE, timeout=1e3 * PATIENCE)
+        if now == before:
+            return np.asarray(Image.open(io.BytesIO(now)).convert("RGB")).astype(int)
+        before = now
+        page.wait_for_timeout(300)
+    raise AssertionError("the page does not come to rest")
+
+
+def changed(one, other):
+    """The number of pixels that are not alike."""
+    return int((np.abs(one - other).max(axis=2) > 24).sum())
+
+
+def becomes_other(seen, before, least):
+    """At least so many pixels change."""
+    until(lambda: changed(before, picture(seen)) >= least, "another picture")
+
+
+def becomes_again(seen, before):
+    until(lambda: changed(before, picture(seen)) < 50, "the picture as it was")
+
+
+def shown_score(page, name):
+    return page.locator(f'[data-score="{name}"]').first.inner_text()
+
+
+def test_the_tree_is_there_and_goes_when_it_is_not_wanted(seen):
+    page = seen[1]
+    whole = picture(seen)
+    for name in ("nodes", "edges", "capture set"):
+        page.get_by_label(name, exact=True).last.uncheck(force=True)
+        becomes_other(seen, whole, 50)
+        page.get_by_label(name, exact=True).last.check(force=True)
+        becomes_again(seen, whole)
+
+
+def test_the_frame_slider_moves_the_bodies_and_its_words(seen):
+    viewer, page = seen
+    frames = viewer.page._frames
+    before = picture(seen)
+    slide(page, "frame", 0.75)
+    page.get_by_text(f"t = {frames.times[3]:.2f} s").wait_for()
+    page.get_by_text("Not scored yet.").wait_for()
+    becomes_other(seen, before, 500)
+    slide(page, "frame", 0.25)
+    page.get_by_text(f"t = {frames.times[1]:.2f} s").wait_for()
+    becomes_again(seen, before)
+
+
+def test_the_trajectory_slider_shows_another(seen):
+    viewer, page = seen
+    before = picture(seen)
+    slide(page, "trajectory", 0.5)
+    until(lambda: viewer.page._trajectory == 1, "another trajectory")
+    becomes_other(seen, before, 500)
+    slide(page, "trajectory", 1.0)
+    until(lambda: viewer.page._trajectory == 2, "back again")
+    becomes_again(seen, before)
+
+
+def test_the_moment_slider_replays_the_way_out(seen):
+    viewer, page = seen
+    way = viewer.page.scored.way_out
+    before = picture(seen)
+    slide(page, "moment", 1.0)
+    page.get_by_text(f"At this moment: {way.costs[-1]:.3g} J, {way.times[-1]:.2f} s").wait_for()
+    becomes_other(seen, before, 500)
+    slide(page, "moment", 0.0)
+    page.get_by_text("At this moment: 0 J, 0.00 s").wait_for()
+    becomes_again(seen, before)
+
+
+def test_lambda_and_nodes_change_the_score_at_once(seen):
+    viewer, page = seen
+    problem, seed = viewer.page.scored.problem, em.stream(0, 2 * 5 + 1)
+    slide(page, "lambda", 0.0)  # all nodes are as likely
+    expected = em.capture_score(problem, 150, seed, rate=0.0).capture
+    until(lambda: shown_score(page, "capture") == f"{expected:.3f}", "lambda 0")
+    slide(page, "nodes", 0.03)
+    until(lambda: viewer.page._panel.nodes.value < 150, "fewer nodes")
+    nodes = viewer.page._panel.nodes.value
+    expected = em.capture_score(problem, nodes, seed, rate=0.0).capture
+    until(lambda: shown_score(page, "capture") == f"{expected:.3f}", "fewer nodes")
+
+
+def test_a_state_is_scored_live(dataset, chromium):
+    expected = em.capture_score(dataset.problems([0])[0], 60, em.stream(0, 0))
+    with view(dataset, nodes=60) as viewer, opened(chromium, viewer.url) as page:
+        ready(page)
+        page.get_by_text("Not scored yet.").wait_for()
+        page.get_by_role("button", name="Score this state").click()
+        page.locator('[data-score="capture"]').wait_for(timeout=1e3 * PATIENCE)
+        assert shown_score(page, "capture") == f"{expected.capture:.3f}"
+        assert shown_score(page, "success") == f"{expected.success:.3f}"
+        page.get_by_role("button", name="Score all frames").click()
+        viewer.page.wait()
+        assert not np.isnan(viewer.page._along()["capture"]).any()
+
+
+def test_a_long_search_shows_its_progress_and_can_be_stopped(dataset, chromium):
+    with view(dataset, nodes=50_000) as viewer, opened(chromium, viewer.url) as page:
+        ready(page)
+        page.get_by_role("button", name="Score this state").click()
+        bar = page.locator("[role=progressbar]")
+        bar.wait_for()
+        until(lambda: float(bar.get_attribute("aria-valuenow") or 0) > 0, "progress")
+        page.get_by_role("button", name="Stop").click()
+        page.get_by_text("stopped early").wait_for(timeout=1e3 * PATIENCE)
+        assert 0 < viewer.page.scored.capture.nodes < 50_000
+
+
+def test_a_score_goes_on_while_no_browser_looks(dataset, chromium):
+    with view(dataset, nodes=3000) as viewer:
+        with opened(chromium, viewer.url) as page:
+            ready(page)
+            page.get_by_role("button", name="Score this state").click()
+            page.get_by_role("button", name="Stop").wait_for()
+        viewer.page.wait()
+        with opened(chromium, viewer.url) as page:
+            page.get_by_text("3,000 of 3,000 nodes").wait_for(timeout=1e3 * PATIENCE)
+
+
+def test_a_scene_without_effector_is_shown_and_scored(chromium):
+    scene = em.Scene()
+    scene.add_plane("table")
+    at = (0, 0, 0.05)
+    scene.add_body("object", em.Box((0.1, 0.1, 0.1)), mass=1, position=at, role="object")
+    captured = em.regions.Ball("object", center=at, radius=0.1)
+    bounds = {"force": (9, 9, 0), "torque": (0, 0, 0), "duration": 0.2}
+    problem = em.Problem(scene, scene.pack(), **bounds, captured=captured)
+    with view(problem, nodes=40) as viewer, opened(chromium, viewer.url) as page:
+        ready(page)
+        page.get_by_role("button", name="Score this state").click()
+        page.get_by_text("no effector, so no force score").wait_for(timeout=1e3 * PATIENCE)
+        assert page.locator('[data-score="force"]').count() == 0
+
+
+def run(*arguments, **options):
+    command = [sys.executable, "-c", "from energymargin.cli import main; main()", "view"]
+    return subprocess.Popen(
+        [*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
+
+
+def test_the_command_says_where_it_serves_until_ctrl_c(chromium):
+    process = run("push", "--nodes", "1000000")
+    try:
+        said = ""
+        while "Ctrl-C ends it" not in said:
+            said = process.stderr.readline()
+            assert said, "it ended"
+        address = re.search(r"http://127\.0\.0\.1:\d+", said)[0]
+        with opened(chromium, address) as page:
+            page.get_by_role("button", name="Stop").wait_for(timeout=1e3 * PATIENCE)
+        begin = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, rest = process.communicate(timeout=PATIENCE)
+        assert time.monotonic() - begin < 3.0  # 0.2 s, or more on a busy machine
+        assert process.returncode == 0
+        assert rest.strip() == "closed"
+    finally:
+        process.kill()
+
+
+def test_ctrl_c_ends_a_screenshot_in_the_middle_of_its_search(tmp_path):
+    path = tmp_path / "push.png"
+    process = run("push", "--nodes", "1000000", "--screenshot", str(path))
+    try:
+        while "Generating" not in process.stderr.readline():
+            pass
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 130
+        assert said.strip() == "stopped"
+        assert not path.exists()
+    finally:
+        process.kill()
+
+
+def test_another_address_than_this_machines_own_is_warned_of():
+    process = run("push", "--host", "0.0.0.0", "--nodes", "20")
+    try:
+        said = ""
+        while "Ctrl-C ends it" not in said:
+            said += process.stderr.readline()
+        assert "there is no password" in said
+    finally:
+        process.kill()
+
+
+def test_a_screenshot_has_the_size_and_the_scene(tmp_path):
+    path = tmp_path / "push.png"
+    process = run("push", "--nodes", "50", "--screenshot", str(path), "--size", "900x600")
+    _, said = process.communicate(timeout=3 * PATIENCE)
+    assert process.returncode == 0, said
+    pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    assert pixels.shape == (600, 900, 3)
+    green = (pixels[..., 1] > 1.3 * pixels[..., 0]) & (pixels[..., 1] > pixels[..., 2])
+    assert green.sum() > 100  # the effector
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("nothing",), "is neither a problem file"),
+        (("push", "--size", "big", "--screenshot", "x.png"), "--size is 'big', expected"),
+        (("push", "--size", "9x9"), "expected 100 to 8192 pixels"),
+        (("push", "--screenshot", "no/where.png"), "there is no folder no"),
+        (("push", "--screenshot", "push.jpg"), "expected a file that ends in .png"),
+        (("push", "-p", "colour=1"), "colour"),
+        (("push", "--port", "0"), "port is 0, expected 1 to 65535"),
+    ],
+)
+def test_wrong_options_are_one_line(arguments, message, tmp_path):
+    process = run(*arguments, cwd=tmp_path)
+    _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 2
+    lines = [line for line in said.splitlines() if "Generating" not in line and line.strip()]
+    assert len(lines) == 1 and message in lines[0]
+    assert list(tmp_path.iterdir()) == []
