@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.settings import ANY
+from energymargin.metrics import ANY
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -68,22 +68,18 @@ def report(
     Example: `energymargin report push-scores.db -o report.html`
     """
     from energymargin.progress import share_bar
-    from energymargin.report import write
+    from energymargin.report import Options, write
 
     output = output or scores.with_suffix(".html")
+    options = Options(
+        trajectories=trajectories,
+        pictures=pictures,
+        horizon=horizon,
+        last=last,
+        draws=draws,
+        seed=seed,
+    )
     with share_bar(err) as progress:
-        write(
-            scores,
-            output,
-            run,
-            data=data,
-            trajectories=trajectories,
-            pictures=pictures,
-            horizon=horizon,
-            last=last,
-            draws=draws,
-            seed=seed,
-            progress=progress,
-        )
+        write(scores, output, run, options, data=data, progress=progress)
     size = output.stat().st_size / 1e6
     say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")

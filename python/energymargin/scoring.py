@@ -16,7 +16,8 @@ from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
-from energymargin.settings import ANY, METRICS, SearchSettings, check_metrics
+from energymargin.metrics import ANY, METRICS, check_metrics
+from energymargin.settings import SearchSettings
 from energymargin.tasks.base import whole_number
 
 __all__ = [

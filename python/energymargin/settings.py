@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,19 +9,12 @@ import numpy as np
 
 from energymargin.tasks.base import whole_number, yes_or_no
 
-__all__ = ["ALGORITHM", "ANY", "METRICS", "SearchSettings", "algorithm", "check_metrics"]
+__all__ = ["ALGORITHM", "SearchSettings", "algorithm"]
 
 ALGORITHM = "0.7.0"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 
-ANY = "/any"
-"""Ends the name of a metric that asks for at least one of several objects, instead of all."""
-
-METRICS = (
-    *("capture", "success", "effort/est", "effort/rrt", "force"),
-    *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
-)
 MOST_NODES = 10**9
 
 # Of each kind of metric, the settings that change its value.
@@ -67,16 +59,6 @@ class SearchSettings:
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
-
-
-def check_metrics(metrics: Sequence[str]) -> None:
-    """Raises ValueError on an unknown metric, or none at all."""
-    if isinstance(metrics, str):
-        raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
-    unknown = [metric for metric in metrics if metric not in METRICS]
-    if unknown or not metrics:
-        what = repr(unknown[0]) if unknown else "empty"
-        raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
 
 
 def algorithm() -> str:

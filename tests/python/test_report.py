@@ -31,6 +31,7 @@ from energymargin.store import ScoreStore, score_dataset
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 SETTINGS = SearchSettings(nodes=15, seed=3)
+OPTIONS = report.Options(draws=200, pictures=1)
 METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
 
 
@@ -100,7 +101,7 @@ def folder(tmp_path_factory):
     dataset = datasets.generate("push", trajectories=12, frames=6, seed=1)
     dataset.save(folder / "push.h5")
     score_dataset(dataset, folder / "push-scores.db", settings=SETTINGS)
-    report.write(folder / "push-scores.db", folder / "report.html", draws=200, pictures=1)
+    report.write(folder / "push-scores.db", folder / "report.html", options=OPTIONS)
     return folder
 
 
@@ -132,10 +133,9 @@ def changed(path, statement):
         file.execute(statement)
 
 
-def written(folder, pictures=0, **options):
-    report.write(
-        folder / "push-scores.db", folder / "r.html", draws=9, pictures=pictures, **options
-    )
+def written(folder, run=None, progress=None, **options):
+    chosen = report.Options(**{"draws": 9, "pictures": 0, **options})
+    report.write(folder / "push-scores.db", folder / "r.html", run, chosen, progress=progress)
     return Document(folder / "r.html")
 
 
@@ -166,7 +166,7 @@ def test_the_page_says_what_was_scored_and_how(document, labelled):
 
 def test_the_same_scores_make_the_same_bytes_whenever_they_were_copied(folder, own):
     os.utime(own / "push-scores.db", (0, 0))
-    report.write(own / "push-scores.db", own / "again.html", draws=200, pictures=1)
+    report.write(own / "push-scores.db", own / "again.html", options=OPTIONS)
     assert (own / "again.html").read_bytes() == (folder / "report.html").read_bytes()
 
 
@@ -259,7 +259,7 @@ def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_tha
     path = own / "push-scores.db"
     changed(path, "UPDATE states SET captured = trajectory < 4")
     changed(path, "UPDATE scores SET value = 1 WHERE question = 1")  # the capture score
-    assert "capture 1, but" not in written(own, pictures=1).text  # as of a card
+    assert "capture 1.000, but" not in written(own, pictures=1).text  # as of a card
     # A captured state of score 1, and lost ones: 6 above it, 12 level, and 30 below.
     value = (
         "CASE WHEN stream < 24 THEN 1 WHEN stream < 30 THEN 2 WHEN stream < 42 THEN 1 ELSE 0 END"
@@ -396,9 +396,6 @@ def test_several_objects_have_a_table_of_all_and_one_of_at_least_one(tmp_path):
         ("push-scores.db", {"output": "no/r.html"}, "no such folder"),
         ("push-scores.db", {"data": "other.h5"}, "other.h5 is not the dataset that run 1 of"),
         ("push-scores.db", {"run": 7}, "run is 7"),
-        ("push-scores.db", {"trajectories": 0}, "trajectories is 0"),
-        ("push-scores.db", {"pictures": -1}, "pictures is -1"),
-        ("push-scores.db", {"seed": -1}, "seed is -1"),
     ],
 )
 def test_what_cannot_be_is_said_and_the_page_that_was_there_stays(
@@ -414,6 +411,15 @@ def test_what_cannot_be_is_said_and_the_page_that_was_there_stays(
         report.write(scores, **{"output": "r.html", **options})
     assert sorted(path.name for path in own.iterdir()) == there
     assert (own / "r.html").read_text() == "before"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("trajectories", 0), ("pictures", -1), ("horizon", 0.5), ("draws", 0), ("seed", -1)],
+)
+def test_an_option_that_cannot_be_is_named_with_its_value(name, value):
+    with pytest.raises(ValueError, match=f"{name} is {value}"):
+        report.Options(**{name: value})
 
 
 def test_the_page_never_replaces_the_scores_or_the_dataset(own, monkeypatch):

@@ -13,7 +13,8 @@ import pytest
 import energymargin as em
 from energymargin import datasets, scoring
 from energymargin.interrupts import held_interrupts
-from energymargin.settings import ALGORITHM, METRICS, SearchSettings
+from energymargin.metrics import METRICS
+from energymargin.settings import ALGORITHM, SearchSettings
 from energymargin.store import ScoreStore, begin_run, score_dataset, score_run
 from energymargin.store.claims import Scorer
 

@@ -11,7 +11,8 @@ from energymargin.closing import Closing
 from energymargin.executors.jobs import Outcome, Pool, Stopped
 from energymargin.executors.session import Failed, Pace, Row, Work
 from energymargin.executors.threads import add_to_run
-from energymargin.settings import METRICS, SearchSettings
+from energymargin.metrics import METRICS
+from energymargin.settings import SearchSettings
 
 __all__ = ["POLL", "PoolSession", "score_chunk"]
 

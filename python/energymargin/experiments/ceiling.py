@@ -32,7 +32,7 @@ from energymargin.executors.chunks import POLL
 from energymargin.executors.threads import thread_count
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
-from energymargin.settings import ANY
+from energymargin.metrics import ANY
 from energymargin.store import Run, ScoreStore
 from energymargin.store.claims import Scorer
 from energymargin.store.known import adopt

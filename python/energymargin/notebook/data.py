@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores
+from energymargin.metrics import unit, value_text
 from energymargin.notebook.tables import MOST_ROWS, Row, grid, table
 from energymargin.scoring import ScoreTable
 from energymargin.tasks.base import Trajectory
@@ -21,7 +21,7 @@ def score_table(scores: ScoreTable) -> str:
     """The first problems' scores, a row each."""
     names = list(scores.scores)
     rows = [
-        (int(scores.index[i]), *(_score(name, scores.scores[name][i]) for name in names))
+        (int(scores.index[i]), *(value_text(name, scores.scores[name][i]) for name in names))
         for i in range(min(len(scores), MOST_ROWS))
     ]
     head = ("problem", *map(_named, names))
@@ -31,15 +31,7 @@ def score_table(scores: ScoreTable) -> str:
 
 
 def _named(metric: str) -> str:
-    return f"{metric} [J]" if metric.startswith("effort") else metric
-
-
-def _score(metric: str, value: float) -> str:
-    if math.isnan(value):
-        return "missing"
-    if math.isinf(value):
-        return "no escape" if metric.startswith("effort") else "infinite"
-    return f"{value:.4g}" if metric.startswith(("effort", "force")) else f"{value:.3f}"
+    return f"{metric} [{unit(metric)}]" if unit(metric) else metric
 
 
 def evaluation(result: Evaluation) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from energymargin import curves
 from energymargin.curves import CAPTURED, OneLabelError, metrics_against, target_name
 from energymargin.evaluation import HORIZON, LAST_FRAMES, LabelledScores, short
+from energymargin.metrics import ANY
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     axes_or_new,
@@ -19,7 +20,6 @@ from energymargin.plots.styles import (
     light_grid,
     metric_style,
 )
-from energymargin.settings import ANY
 from energymargin.store import Run
 
 __all__ = ["plot_precision_recall", "plot_roc"]

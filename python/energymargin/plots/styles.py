@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from matplotlib.axes import Axes
 
-from energymargin.settings import ANY
+from energymargin.metrics import ANY
 
 __all__ = [
     "BODY_COLORS",

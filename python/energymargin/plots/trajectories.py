@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.evaluation import LabelledScores
+from energymargin.metrics import ANY, KINDS, of_kind
 from energymargin.plots.styles import (
     LEGEND_SIZE,
     LOST_COLOR,
@@ -19,7 +20,6 @@ from energymargin.plots.styles import (
     light_grid,
     metric_style,
 )
-from energymargin.settings import ANY
 from energymargin.store import Run
 from energymargin.tasks.base import one_of
 
@@ -37,19 +37,7 @@ class Along(NamedTuple):
     """Whether each frame is captured, shape (K,); None: it is not known."""
 
 
-class _Kind(NamedTuple):
-    metrics: tuple[str, ...]
-    """Those of at least one object go with them, dashed."""
-    label: str
-    """Of their axis."""
-
-
 TOP, ROW = 0.94, 0.09  # of the axes' height: the first row of marks for infinity, and a row
-KINDS = {
-    "likelihood": _Kind(("capture", "success"), "likelihood [0..1]"),
-    "effort": _Kind(("effort/est", "effort/rrt"), "effort of escape [J]"),
-    "force": _Kind(("force",), "force score [-]"),
-}
 
 
 def along(scores: LabelledScores | Run, trajectory: int, times: ArrayLike | None = None) -> Along:
@@ -94,7 +82,7 @@ def plot_scores(
     kind = _chosen(kind, data.scores)
     ax = axes_or_new(ax, 6.0, 3.0)
     frames = data.times if data.times is not None else np.arange(_frames(data.scores), dtype=float)
-    names = _of_kind(kind, data.scores)
+    names = of_kind(kind, data.scores)
     endless = [name for name in names if np.isposinf(data.scores[name]).any()]
     for name in names:
         _draw_scores(ax, frames, data.scores[name], name)
@@ -105,7 +93,7 @@ def plot_scores(
         _shade(ax, frames, ~data.captured)
     if kind == "likelihood":
         ax.set_ylim(-0.05, 1.05)
-    ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=KINDS[kind].label)
+    ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=KINDS[kind].axis)
     light_grid(ax)
     if legend:
         legend_beside(ax)
@@ -117,7 +105,7 @@ def figure_scores(columns: Mapping[str, Along]) -> Figure:
 
     Raises ValueError as `plot_scores` does, or if there is nothing to draw.
     """
-    kinds = [kind for kind in KINDS if any(_of_kind(kind, c.scores) for c in columns.values())]
+    kinds = [kind for kind in KINDS if any(of_kind(kind, c.scores) for c in columns.values())]
     if not kinds:
         raise ValueError("columns has no scores, expected those of a trajectory at least")
     size = (4.2 * len(columns) + 1.2, 1.9 * len(kinds) + 0.5)
@@ -125,7 +113,7 @@ def figure_scores(columns: Mapping[str, Along]) -> Figure:
     axes = figure.subplots(len(kinds), len(columns), sharex="col", sharey="row", squeeze=False)
     for column, (title, data) in enumerate(columns.items()):
         for row, kind in enumerate(kinds):
-            if _of_kind(kind, data.scores):
+            if of_kind(kind, data.scores):
                 plot_scores(*data, axes[row, column], kind=kind, legend=False)
         axes[0, column].set_title(title, fontsize=10)
     for row_axes in axes:
@@ -175,16 +163,10 @@ def _frames(scores: Mapping[str, NDArray[np.float64]]) -> int:
     return np.size(next(iter(scores.values())))
 
 
-def _of_kind(kind: str, scores: Mapping[str, Any]) -> list[str]:
-    """The metrics of a kind that are there, those of at least one object after those of all."""
-    names = [name for metric in KINDS[kind].metrics for name in (metric, metric + ANY)]
-    return [name for name in names if name in scores]
-
-
 def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
     """A kind that has scores; ValueError if it has none or, of None, several have."""
-    there = [name for name in KINDS if _of_kind(name, scores)]
-    known = [name for each in KINDS for name in _of_kind(each, scores)]
+    there = [name for name in KINDS if of_kind(name, scores)]
+    known = [name for each in KINDS for name in of_kind(each, scores)]
     unknown = [name for name in scores if name not in known]
     if unknown:
         metrics = ", ".join(metric for each in KINDS.values() for metric in each.metrics)

@@ -10,18 +10,12 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from energymargin.report.plots import LOST_COLOR, Choice, Plot, figure, look, unit
+from energymargin.metrics import KINDS, is_likelihood, of_kind, unit
+from energymargin.report.plots import LOST_COLOR, Choice, Plot, figure, look
 from energymargin.report.subject import Data, Subject
-from energymargin.settings import ANY
 
 __all__ = ["Along", "along"]
 
-# The metrics that share an axis, with its title.
-KINDS = (
-    (("capture", "success"), "likelihood (0 to 1)"),
-    (("effort/est", "effort/rrt"), "effort of escape [J]"),
-    (("force",), "force score [-]"),
-)
 GAP = 0.05  # between the axes, of the height
 MARKED = 80  # frames; the line of a longer trajectory has no marks
 ENDLESS = 1.15  # where an infinite effort is drawn, of the largest finite one
@@ -142,7 +136,7 @@ def _figure(course: _Course) -> go.Figure:
         high = 1 - row * (height + GAP)
         domain = [max(0.0, high - height), high]
         axis: dict[str, Any] = {"title": {"text": title}, "domain": domain, "rangemode": "tozero"}
-        if title == KINDS[0][1]:
+        if is_likelihood(metrics[0]):
             axis["range"] = [-0.05, 1.05]
         made.update_layout({f"yaxis{row + 1}": axis})
         top, apart = _most(course, metrics), APART * _most(course, metrics)
@@ -155,10 +149,7 @@ def _figure(course: _Course) -> go.Figure:
 
 def _kinds(metrics: Sequence[str]) -> list[tuple[list[str], str]]:
     """The metrics of each axis; one that is none of ours has its own."""
-    kinds = [
-        ([m for name in names for m in (name, name + ANY) if m in metrics], title)
-        for names, title in KINDS
-    ]
+    kinds = [(of_kind(name, metrics), kind.axis) for name, kind in KINDS.items()]
     known = {metric for names, _ in kinds for metric in names}
     return [kind for kind in kinds if kind[0]] + [([m], m) for m in metrics if m not in known]
 

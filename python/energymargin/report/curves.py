@@ -21,7 +21,8 @@ from energymargin.curves import (
     target_name,
 )
 from energymargin.evaluation import HORIZONS, LabelledScores
-from energymargin.report.plots import Choice, Plot, figure, look, unit
+from energymargin.metrics import unit
+from energymargin.report.plots import Choice, Plot, figure, look
 
 __all__ = ["curves"]
 

@@ -10,7 +10,8 @@ import plotly.graph_objects as go
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from energymargin.report.plots import CAPTURED_COLOR, LOST_COLOR, Plot, figure, is_likelihood, unit
+from energymargin.metrics import axis_label, is_likelihood, unit
+from energymargin.report.plots import CAPTURED_COLOR, LOST_COLOR, Plot, figure
 from energymargin.report.wrong import Judged
 
 __all__ = ["distributions"]
@@ -50,8 +51,7 @@ def _figure(one: Judged) -> go.Figure:
         margin={"l": 62, "r": 12, "t": 80, "b": 52},
         yaxis={"title": {"text": "share of that label [%]"}, "rangemode": "tozero"},
     )
-    of_unit = "(0 to 1)" if is_likelihood(one.metric) else f"[{unit(one.metric) or '-'}]"
-    axis: dict[str, Any] = {"title": {"text": f"{one.metric} {of_unit}"}}
+    axis: dict[str, Any] = {"title": {"text": axis_label(one.metric)}}
     endless = high + 2 * (edges[1] - edges[0])
     if np.isposinf(scores).any():
         ticks = _ticks(low, high)

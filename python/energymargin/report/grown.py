@@ -17,7 +17,8 @@ from energymargin._core import (
     stream,
 )
 from energymargin.datasets import Dataset
-from energymargin.settings import ANY, SearchSettings
+from energymargin.metrics import ANY
+from energymargin.settings import SearchSettings
 from energymargin.tasks.base import plane_of
 
 __all__ = ["Grower", "Grown"]

@@ -11,8 +11,9 @@ import numpy as np
 
 from energymargin.curves import target_name
 from energymargin.evaluation import SUCCESS, Evaluation
+from energymargin.metrics import ANY, METRICS
 from energymargin.report.subject import Data, Subject
-from energymargin.settings import ALGORITHM, ANY, METRICS, SearchSettings
+from energymargin.settings import ALGORITHM, SearchSettings
 
 __all__ = ["Notice", "notices"]
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import plotly.graph_objects as go
 from plotly.io import to_json
 
+from energymargin.metrics import ANY
 from energymargin.plots.styles import metric_style
-from energymargin.settings import ANY
 
 __all__ = [
     "CAPTURED_COLOR",
@@ -18,9 +18,7 @@ __all__ = [
     "Choice",
     "Plot",
     "figure",
-    "is_likelihood",
     "look",
-    "unit",
 ]
 
 CAPTURED_COLOR = "#0072B2"
@@ -35,8 +33,6 @@ _SYMBOLS = {  # of matplotlib, and what they are called here
     "P": "cross",
     "X": "x",
 }
-_UNITS = {"effort": "J"}
-_LIKELIHOODS = ("capture", "success")
 
 
 class Look(NamedTuple):
@@ -92,16 +88,6 @@ def look(metric: str) -> Look:
     if metric.endswith(ANY):
         return Look(style.color, f"{symbol}-open", dash, WIDTH / 2)
     return Look(style.color, symbol, dash, WIDTH)
-
-
-def unit(metric: str) -> str:
-    """The metric's unit; empty for a pure number."""
-    return _UNITS.get(metric.split("/", maxsplit=1)[0], "")
-
-
-def is_likelihood(metric: str) -> bool:
-    """Whether it lies between 0 and 1."""
-    return metric.split("/", maxsplit=1)[0] in _LIKELIHOODS
 
 
 def figure(**layout: Any) -> go.Figure:

@@ -16,7 +16,7 @@ from energymargin import datasets
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset
 from energymargin.evaluation import FORCE, LabelledScores
-from energymargin.settings import ANY
+from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
 
 __all__ = ["Data", "Subject", "read_data", "read_subject"]

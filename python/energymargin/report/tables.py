@@ -15,7 +15,7 @@ from energymargin.evaluation import (
     Evaluation,
     paper_value,
 )
-from energymargin.settings import ANY
+from energymargin.metrics import ANY
 
 __all__ = ["Entry", "Table", "tables"]
 

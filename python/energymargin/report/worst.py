@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from energymargin.curves import CAPTURED
+from energymargin.metrics import with_unit
 from energymargin.report.grown import Grower, Grown
 from energymargin.report.pictures import picture
-from energymargin.report.plots import unit
 from energymargin.report.subject import Data, Subject
 from energymargin.report.wrong import Judged
 
@@ -119,8 +117,7 @@ class _Drawer:
 def _title(one: Judged, place: int) -> str:
     """The score and what happened: the contradiction."""
     score, label = one.compared.scores[place], bool(one.compared.labels[place])
-    value = "infinite" if np.isposinf(score) else f"{score:.3g} {unit(one.metric)}".strip()
-    return f"{one.metric} {value}, but {one.words(label).one}"
+    return f"{one.metric} {with_unit(one.metric, float(score))}, but {one.words(label).one}"
 
 
 def _why(one: Judged, place: int) -> str:

@@ -11,25 +11,23 @@ from pathlib import Path
 import numpy as np
 
 from energymargin.curves import target_name
-from energymargin.evaluation import DRAWS, HORIZON, LAST_FRAMES, evaluate
+from energymargin.evaluation import evaluate
 from energymargin.interrupts import remembered_interrupts
 from energymargin.report.about import facts, time_facts, version_facts
 from energymargin.report.along import along
 from energymargin.report.curves import curves
 from energymargin.report.distribution import distributions
 from energymargin.report.missing import notices
+from energymargin.report.options import Options
 from energymargin.report.page import Page, rendered
 from energymargin.report.subject import Data, Subject, read_data, read_subject
 from energymargin.report.tables import tables
 from energymargin.report.worst import mistakes
 from energymargin.report.wrong import by_trajectory, judged
-from energymargin.tasks.base import whole_number
 
-__all__ = ["TRAJECTORIES", "write"]
+__all__ = ["write"]
 
 SUFFIXES = (".html", ".htm")
-TRAJECTORIES = 30
-PICTURES = 2
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
 
 Progress = Callable[[str, float], None]
@@ -39,25 +37,17 @@ def write(
     scores: str | os.PathLike[str],
     output: str | os.PathLike[str],
     run: int | None = None,
+    options: Options | None = None,
     *,
     data: str | os.PathLike[str] | None = None,
-    trajectories: int = TRAJECTORIES,
-    pictures: int = PICTURES,
-    horizon: int = HORIZON,
-    last: int = LAST_FRAMES,
-    draws: int = DRAWS,
-    seed: int = 0,
     progress: Progress | None = None,
 ) -> None:
     """Writes a report of a file of scores: one HTML file that needs no network.
 
-    `run` is its number, None the only one. `data` is the dataset of the run, for the times and the
-    pictures; None takes the one beside the scores (push.h5 of push-scores.db), and without any the
-    page says what it lacks. `trajectories`: at most so many are shown, half of them those that the
-    scores get most wrong. `pictures`: so many states of each score and label, whose searches are
-    grown again. `horizon` [frames]: of the label "captured" of the curves, the
-    histograms and the pictures. `last`, `draws` and `seed` are as of `evaluate`. `progress(what,
-    share)` hears what is being done, and the share that is done of all.
+    `run` is its number, None the only one. `options` None is Options(). `data` is the dataset of
+    the run, for the times and the pictures; None takes the one beside the scores (push.h5 of
+    push-scores.db), and without any the page says what it lacks. `progress(what, share)` hears what
+    is being done, and the share that is done of all.
 
     The same files, by the same names, give the same bytes. The page is there whole, or as it was.
     Raises ValueError if `scores` is no file of scores or has no run, if there are several and none
@@ -66,10 +56,6 @@ def write(
     """
     output = Path(output)
     _check_place(output, {"scores": scores, "data": data})
-    for name, count in {"pictures": pictures, "horizon": horizon, "seed": seed}.items():
-        whole_number(name, count, 0)
-    for name, count in {"trajectories": trajectories, "last": last, "draws": draws}.items():
-        whole_number(name, count, 1)
     with remembered_interrupts() as check, _replaced(output) as file:
 
         def tell(what: str, share: float) -> None:
@@ -79,48 +65,23 @@ def write(
 
         subject = read_subject(scores, run)
         with read_data(subject, data) as found:
-            page = _page(
-                *(subject, found, output, tell),
-                trajectories=trajectories,
-                pictures=pictures,
-                horizon=horizon,
-                last=last,
-                draws=draws,
-                seed=seed,
-            )
+            page = _page(subject, found, options or Options(), output, tell)
         file.write_text(rendered(page), encoding="utf-8")
         check()
 
 
-def _page(
-    subject: Subject,
-    data: Data,
-    output: Path,
-    tell: Progress,
-    *,
-    trajectories: int,
-    pictures: int,
-    horizon: int,
-    last: int,
-    draws: int,
-    seed: int,
-) -> Page:
-    labelled = subject.labelled
+def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Progress) -> Page:
+    """All that the page says, computed."""
+    labelled, horizon, last = subject.labelled, options.horizon, options.last
     result = evaluate(
         labelled,
-        draws=draws,
-        seed=seed,
+        draws=options.draws,
+        seed=options.seed,
         last=last,
         progress=lambda done, total: tell("AUC and AP", READ + (DRAWN - READ) * done / total),
     )
     every = judged(subject, horizon, last)
-    wrong = mistakes(
-        subject,
-        data,
-        every,
-        pictures,
-        lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
-    )
+    wrong = by_trajectory(every, len(subject.members))
     lacking = {metric: int(np.isnan(own).sum()) for metric, own in labelled.scores.items()}
     return Page(
         title=f"Scores of {labelled.task}",
@@ -129,14 +90,17 @@ def _page(
         times=time_facts(subject),
         versions=version_facts(subject),
         result=result,
-        draws=draws,
+        draws=options.draws,
         target=target_name(horizon=horizon),
         tables=tables(result),
-        along=along(subject, data, by_trajectory(every, len(subject.members)), trajectories),
+        along=along(subject, data, wrong, options.trajectories),
         curves=curves(labelled, horizon, last),
         distributions=distributions(every),
-        pictures=pictures,
-        mistakes=wrong,
+        pictures=options.pictures,
+        mistakes=mistakes(
+            *(subject, data, every, options.pictures),
+            lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
+        ),
         several=labelled.captured_any is not None,
         states=len(labelled.captured),
         unscored={metric: count for metric, count in lacking.items() if count},

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from energymargin.curves import CAPTURED, SUCCESS, metrics_against
 from energymargin.evaluation import Compared, compared_states, compared_trajectories
+from energymargin.metrics import ANY
 from energymargin.report.subject import Subject
-from energymargin.settings import ANY
 
 __all__ = ["Judged", "Ranks", "Words", "by_trajectory", "judged", "ranks"]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from energymargin.evaluation import LabelledScores
-from energymargin.settings import METRICS
+from energymargin.metrics import METRICS
 
 if TYPE_CHECKING:
     from energymargin.store.file import ScoreStore

@@ -24,7 +24,8 @@ import sqlite3
 from contextlib import closing
 from typing import Any
 
-from energymargin.settings import METRICS, SearchSettings
+from energymargin.metrics import METRICS
+from energymargin.settings import SearchSettings
 
 __all__ = ["APPLICATION_ID", "VERSION", "create", "has_its_tables", "migrate", "state_digest"]
 

@@ -19,8 +19,9 @@ from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
+from energymargin.metrics import check_metrics
 from energymargin.scoring import ScoreError, chosen_metrics, run_all
-from energymargin.settings import SearchSettings, check_metrics
+from energymargin.settings import SearchSettings
 from energymargin.store.claims import Scorer
 from energymargin.store.file import ScoreStore
 from energymargin.store.known import adopt, forget_if_changed

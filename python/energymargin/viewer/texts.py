@@ -10,6 +10,7 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
+from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
@@ -17,7 +18,6 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
-from energymargin.settings import ANY
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 
@@ -136,9 +136,7 @@ def _cell(name: str, value: float | None) -> str:
 def _value(name: str, value: float | None) -> str:
     if value is None or math.isnan(value):
         return "&ndash;"
-    if math.isinf(value):
-        return "none found"
-    return f"{value:.3g} J" if name == "effort" else f"{value:.3f}"
+    return with_unit(STORED[name], value)
 
 
 def _notes(scored: Scored, nodes: int) -> str:

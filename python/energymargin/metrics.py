@@ -1,0 +1,103 @@
+"""The metrics: their names, which of them share an axis, and how their values are written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+__all__ = [
+    "ANY",
+    "KINDS",
+    "METRICS",
+    "Kind",
+    "axis_label",
+    "check_metrics",
+    "is_likelihood",
+    "of_kind",
+    "unit",
+    "value_text",
+    "with_unit",
+]
+
+ANY = "/any"
+"""Ends the name of a metric that asks for at least one of several objects, instead of all."""
+
+METRICS = (
+    *("capture", "success", "effort/est", "effort/rrt", "force"),
+    *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
+)
+
+
+class Kind(NamedTuple):
+    """Metrics whose values can be compared, and so share an axis."""
+
+    metrics: tuple[str, ...]
+    """Those of at least one object (ANY) go with them."""
+    title: str
+    unit: str
+    """[J], or the range of a pure number, or "-"."""
+
+    @property
+    def axis(self) -> str:
+        """The label of its axis."""
+        return f"{self.title} [{self.unit}]"
+
+
+KINDS = {
+    "likelihood": Kind(("capture", "success"), "likelihood", "0..1"),
+    "effort": Kind(("effort/est", "effort/rrt"), "effort of escape", "J"),
+    "force": Kind(("force",), "force score", "-"),
+}
+
+
+def of_kind(kind: str, metrics: Iterable[str]) -> list[str]:
+    """Those of a kind, each metric of at least one object after that of all."""
+    there = set(metrics)
+    return [m for name in KINDS[kind].metrics for m in (name, name + ANY) if m in there]
+
+
+def unit(metric: str) -> str:
+    """ "J"; empty for a pure number."""
+    return "J" if _kind(metric) is KINDS["effort"] else ""
+
+
+def is_likelihood(metric: str) -> bool:
+    """Whether it lies between 0 and 1."""
+    return _kind(metric) is KINDS["likelihood"]
+
+
+def axis_label(metric: str) -> str:
+    """Of an axis that is its own, as "effort/est [J]"; a metric that is none of ours is named."""
+    kind = _kind(metric)
+    return metric if kind is None else f"{metric} [{kind.unit}]"
+
+
+def value_text(metric: str, value: float) -> str:
+    """A value without its unit, as "0.981", or what it means: "no escape"."""
+    if math.isnan(value):
+        return "missing"
+    if math.isinf(value):
+        return "no escape" if unit(metric) else "infinite"
+    return f"{value:.3f}" if is_likelihood(metric) else f"{value:.3g}"
+
+
+def with_unit(metric: str, value: float) -> str:
+    """A value as `value_text`, with its unit."""
+    text = value_text(metric, value)
+    return f"{text} {unit(metric)}".rstrip() if math.isfinite(value) else text
+
+
+def check_metrics(metrics: Sequence[str]) -> None:
+    """Raises ValueError on an unknown metric, or none at all."""
+    if isinstance(metrics, str):
+        raise ValueError(f"metrics is {metrics!r}, expected several: [{metrics!r}]")
+    unknown = [metric for metric in metrics if metric not in METRICS]
+    if unknown or not metrics:
+        what = repr(unknown[0]) if unknown else "empty"
+        raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
+
+
+def _kind(metric: str) -> Kind | None:
+    name = metric.removesuffix(ANY)
+    return next((kind for kind in KINDS.values() if name in kind.metrics), None)
