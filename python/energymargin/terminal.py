@@ -9,8 +9,13 @@ import typer
 from rich.console import Console
 
 __all__ = [
+    "BAD_INPUT",
+    "INTERRUPTED",
     "PICTURE_NODES",
+    "TIMED_OUT",
     "Nodes",
+    "Parameters",
+    "RunNumber",
     "Seed",
     "Threads",
     "Timeout",
@@ -25,6 +30,11 @@ __all__ = [
 
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
+# Exit codes, as shells know them.
+BAD_INPUT = 2
+TIMED_OUT = 124
+INTERRUPTED = 130
+
 out = Console()
 err = Console(stderr=True)
 
@@ -35,8 +45,16 @@ Nodes = Annotated[
 Threads = Annotated[
     int | None, typer.Option(help="Threads; all cores if not given. Scores do not depend on it.")
 ]
-
-
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
+]
+RunNumber = Annotated[
+    int | None,
+    typer.Option(
+        "--run", help="Which run, if there are several; `energymargin export` lists them."
+    ),
+]
 Timeout = Annotated[
     float | None, typer.Option(help="Seconds after which it ends with what is done; exit code 124.")
 ]

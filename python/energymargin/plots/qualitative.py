@@ -58,27 +58,15 @@ def figure_qualitative(
     lines = max(score_title(panel.score).count("\n") + 2 for panel in panels)
     columns = max(len(row) for row in rows.values())
     figure, axes = _grid(len(rows), columns, limits, LINE * (lines + 1))
+    look: dict[str, Any] = {"plane": plane, "limits": limits, "most": most}
     for (name, row), row_axes in zip(rows.items(), axes, strict=True):
         for panel, ax in zip(row, row_axes, strict=False):
             plot_state(
-                panel.problem,
-                panel.score,
-                ax,
-                plane=plane,
-                limits=limits,
-                most=most,
-                path=False,
-                color_bar=False,
-                ghosts=3,
+                *(panel.problem, panel.score, ax), **look, path=False, color_bar=False, ghosts=3
             )
             _write_scores(ax, panel, pairs=pairs)
         row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
-    costs = ScalarMappable(Normalize(0.0, most), COSTS)
-    figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
-    handles = state_legend(panels[0].problem)
-    figure.legend(
-        handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
-    )
+    _explain(figure, axes, most, panels[0].problem)
     return figure
 
 
@@ -102,6 +90,16 @@ def _write_scores(ax: Axes, panel: _Panel, *, pairs: bool) -> None:
     if pairs:
         success = "-" if score.success is None else f"{score.success:.2f}"
         ax.set_xlabel(f"{ax.get_xlabel()}\n({success}, {score.capture:.2f})".lstrip())
+
+
+def _explain(figure: Figure, axes: Any, most: float, problem: Problem) -> None:
+    """A colour bar and a legend for all panels."""
+    costs = ScalarMappable(Normalize(0.0, most), COSTS)
+    figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
+    handles = state_legend(problem)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
+    )
 
 
 def _three(frames: int) -> list[int]:

@@ -75,10 +75,7 @@ def plot_state(
     way = escape_of(problem, escaping) if escaping is not None and path else None
     if limits is None:
         limits = view_of(scene, _telling(problem, states, way), plane, AROUND)
-    _check_view(limits, ghosts, detail)
-    whole_number("seed", seed, 0)
-    if most is not None:
-        positive_number("most", most)
+    _check_looks(limits, most, ghosts, seed, detail)
     title = state_title(result, escaping, way)
     new = ax is None
     ax = axes_or_new(ax, WIDTH, _height(limits, title))
@@ -100,9 +97,8 @@ def plot_state(
     _name_axes(ax, plane, limits)
     ax.set_title(title, fontsize=10)
     if new if legend is None else legend:
-        handles = state_legend(
-            problem, (captured, succeeded, unseen), tree=result is not None, escape=way
-        )
+        notes = (captured, succeeded, unseen)
+        handles = state_legend(problem, notes, tree=result is not None, escape=way)
         draw_legend(ax, handles, own_figure=new)
     return ax
 
@@ -142,8 +138,11 @@ def _known(plane: Plan) -> Plan:
     raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
 
 
-def _check_view(limits: Limits, ghosts: int, detail: int) -> None:
+def _check_looks(limits: Limits, most: float | None, ghosts: int, seed: int, detail: int) -> None:
+    if most is not None:
+        positive_number("most", most)
     whole_number("ghosts", ghosts, 0)
+    whole_number("seed", seed, 0)
     whole_number("detail", detail, 2)
     view = np.asarray(limits, dtype=float)
     if view.shape != (2, 2) or not np.isfinite(view).all() or not (np.diff(view) > 0).all():

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import Seed, err, parsed, say, whole
+from energymargin.terminal import Parameters, Seed, err, parsed, say, whole
 
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
@@ -32,10 +32,7 @@ def view_command(
     frame: Annotated[int, typer.Option(help="Which of its frames, from 0.")] = 0,
     nodes: Annotated[int, typer.Option(help="Nodes of each search tree, at first.")] = 1000,
     seed: Seed = 0,
-    parameter: Annotated[
-        list[str] | None,
-        typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
-    ] = None,
+    parameter: Parameters = None,
     scores: Annotated[
         Path | None, typer.Option(help="Scores of the dataset to see beside, from `score`.")
     ] = None,

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import err, say
+from energymargin.terminal import RunNumber, err, say
 
 __all__ = ["report"]
 
@@ -23,12 +23,7 @@ def report(
         Path | None,
         typer.Option("--output", "-o", help="The page; SCORES with .html if not given."),
     ] = None,
-    run: Annotated[
-        int | None,
-        typer.Option(
-            "--run", help="Which run, if there are several; `energymargin export` lists them."
-        ),
-    ] = None,
+    run: RunNumber = None,
     data: Annotated[
         Path | None,
         typer.Option(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import parsed, say
+from energymargin.terminal import Parameters, parsed, say
 
 if TYPE_CHECKING:
     from energymargin.recordings import Recording
@@ -30,10 +30,7 @@ def import_recordings(
         Path | None,
         typer.Option("--output", "-o", help="The dataset; TASK-recorded.h5 if not given."),
     ] = None,
-    parameter: Annotated[
-        list[str] | None,
-        typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
-    ] = None,
+    parameter: Parameters = None,
     columns: Annotated[
         Path | None,
         typer.Option(help="JSON file that says which column is what, and in which units."),

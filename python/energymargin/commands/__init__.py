@@ -1,0 +1,1 @@
+"""The commands of `energymargin`, a file each; the command line itself is `cli`."""

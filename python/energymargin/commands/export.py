@@ -1,0 +1,36 @@
+"""The command `energymargin export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from energymargin.terminal import RunNumber, out, say
+
+__all__ = ["export"]
+
+
+def export(
+    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A .csv or .parquet file; without it, what there is."),
+    ] = None,
+    run: RunNumber = None,
+) -> None:
+    """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
+
+    Example: `energymargin export push-scores.db -o push-scores.csv`
+    """
+    from energymargin import store
+
+    if output is None:
+        with store.ScoreStore(scores) as opened:
+            for one in opened.runs():
+                out.print(str(one), soft_wrap=True, highlight=False)
+        return
+    rows = store.export(scores, output, run)
+    say(f"Wrote {rows} states to {escape(str(output))}")
