@@ -21,8 +21,7 @@ from energymargin.viewer.search import score_state
 from energymargin.viewer.solids import shape_triangles
 from energymargin.viewer.sources import source_of
 from energymargin.viewer.surfaces import region_surface
-from energymargin.viewer.thinning import MOST as MOST_DRAWN
-from energymargin.viewer.thinning import shown_points
+from energymargin.viewer.thinning import MOST_POINTS, shown_points
 from energymargin.viewer.views import View, view_around
 
 TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
@@ -159,7 +158,7 @@ def test_no_more_is_drawn_than_a_browser_moves():
     random = np.random.default_rng(0)
     points, costs = random.uniform(size=(100_000, 3)), random.uniform(size=100_000)
     drawn = shown_points(points, np.zeros(100_000, bool), costs, size=1.0)
-    assert 0.5 * MOST_DRAWN < len(drawn) <= MOST_DRAWN
+    assert 0.5 * MOST_POINTS < len(drawn) <= MOST_POINTS
     assert len(np.unique(drawn)) == len(drawn)
     few = shown_points(points[:500], np.zeros(500, bool), costs[:500], size=1.0)
     assert sorted(few) == list(range(500))
@@ -253,6 +252,7 @@ def test_a_search_ends_when_its_viewer_does(problem):
     [
         (("nothing",), "'nothing' is neither a problem file .* nor a task: balance, "),
         (("scores.db",), "scores.db holds scores: view the dataset, with --scores"),
+        (("gripper.urdf",), "gripper.urdf is a body, and a view is of a problem: put it into"),
         (("missing.h5",), "missing.h5"),
         (("missing.json",), "missing.json"),
         (("push", {"friction": -1}), "friction"),

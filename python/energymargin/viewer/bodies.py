@@ -91,8 +91,6 @@ def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float |
         color=rgb(BODY_COLORS[body.role]),
         opacity=opacity,
         flat_shading=True,
-        cast_shadow=False,
-        receive_shadow=False,
     )
 
 
@@ -114,7 +112,6 @@ def _add_ground(
         section_color=(170, 170, 170),
         position=center,
         wxyz=wxyz(turned.as_quat()),
-        shadow_opacity=0.0,
         fade_distance=60 * cells,
     )
 

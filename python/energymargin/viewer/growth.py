@@ -113,8 +113,6 @@ class Growth:
                 self._scene.add_glb(
                     "/tree/edges",
                     lines_glb(edges, colors),
-                    cast_shadow=False,
-                    receive_shadow=False,
                 )
             )
 

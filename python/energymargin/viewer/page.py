@@ -63,6 +63,7 @@ class Page:
             raise ValueError(f"frame is {frame}, expected 0 to {len(self._frames.times) - 1}")
         self._problem = self._frames.problem(frame)
         server.scene.configure_environment_map(None)  # it would change the colours of the legend
+        server.scene.configure_default_lights(cast_shadow=False)  # half of a frame's time
         server.scene.add_light_ambient("/light", intensity=AMBIENT)
         self._stage = Stage(server, self._problem, self._frames)
         self._panel = Panel(

@@ -19,6 +19,7 @@ from energymargin.datasets import Dataset
 __all__ = ["Frames", "OneProblem", "Source", "Trajectories", "source_of"]
 
 PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
+BODIES = (".urdf", ".stl", ".obj", ".dae")
 Progress = Callable[[int, int], None]
 
 
@@ -141,6 +142,11 @@ def source_of(
         return Trajectories(datasets.open(path), path.name, opened=True)
     if path.suffix == STORE:
         raise ValueError(f"{path} holds scores: view the dataset, with --scores {path}")
+    if path.suffix.lower() in BODIES:
+        raise ValueError(
+            f"{path} is a body, and a view is of a problem: put it into a scene with an object and "
+            "a capture set, and view what problem.save() writes"
+        )
     if str(what) not in registry.names():
         raise ValueError(
             f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "

@@ -130,8 +130,6 @@ class Stage:
             surface.faces.astype(np.uint32),
             color=rgb(color),
             opacity=OPACITY,
-            cast_shadow=False,
-            receive_shadow=False,
             visible=self._shown[name],
         )
 
