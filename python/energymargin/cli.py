@@ -24,7 +24,7 @@ from energymargin.commands.score import score
 from energymargin.commands.tasks import tasks
 from energymargin.commands.view import view_command
 from energymargin.experiments.commands import app as reproduce
-from energymargin.terminal import BAD_INPUT, INTERRUPTED, say
+from energymargin.terminal import BAD_INPUT, INTERRUPTED, leave, say, say_stopped
 
 __all__ = ["app", "main"]
 
@@ -36,7 +36,7 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            say("[yellow]stopped[/]")
+            say_stopped()
             raise typer.Exit(INTERRUPTED) from None
         except typer.Exit:  # a RuntimeError, but none of ours: --help ends so
             raise
@@ -89,7 +89,12 @@ app.add_typer(reproduce, name="reproduce")
 
 def main() -> None:
     """Entry point of the command `energymargin`."""
-    app()
+    try:
+        app()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            leave(INTERRUPTED)
+        raise
 
 
 def _one_line(error: BaseException) -> str:

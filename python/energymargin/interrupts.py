@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["held_interrupts", "remembered_interrupts", "since_interrupt"]
+__all__ = ["held_interrupts", "on_interrupt", "remembered_interrupts", "since_interrupt"]
 
 _came: list[float] = []  # when, of one that is held; of the main thread, as signals are
 
@@ -62,6 +62,19 @@ def remembered_interrupts() -> Iterator[Callable[[], None]]:
     signal.signal(signal.SIGINT, remember)
     try:
         yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
+    """Ctrl-C calls `act` instead of raising. Only where Python's own handler is in place."""
+    if not _python_handles():
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda _signal, _frame: act())
+    try:
+        yield
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

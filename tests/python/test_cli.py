@@ -208,3 +208,23 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
         run("evaluate", "out/push-scores.db", "--run", 1, cwd=folder).stdout
         == done.stdout.split("In out")[0]
     )
+
+
+def test_ctrl_c_ends_a_command_while_a_library_loads_that_swallows_it(tmp_path):
+    (tmp_path / "library.py").write_text(
+        "import signal, time\n"
+        "try:\n    signal.raise_signal(signal.SIGINT)\n    time.sleep(5)\n"
+        "except BaseException:\n    pass\n"
+    )
+    script = (
+        "from energymargin.terminal import loading\nwith loading():\n    import library\nprint(1)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "stopped\n")

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import RunNumber, err, say
+from energymargin.terminal import RunNumber, err, loading, say
 
 __all__ = ["report"]
 
@@ -62,8 +62,9 @@ def report(
 
     Example: `energymargin report push-scores.db -o report.html`
     """
-    from energymargin.progress import share_bar
-    from energymargin.report import Options, write
+    with loading():
+        from energymargin.progress import share_bar
+        from energymargin.report import Options, write
 
     output = output or scores.with_suffix(".html")
     options = Options(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import Parameters, Seed, err, parsed, say, whole
+from energymargin.terminal import Parameters, Seed, err, leave, loading, parsed, say, whole
 
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
@@ -66,9 +66,10 @@ def view_command(
     pixels = _size(size)
     if screenshot is not None:
         _check_place(screenshot)
-    from energymargin.progress import progress_bar
-    from energymargin.viewer import view
-    from energymargin.viewer.serving import is_local
+    with loading():
+        from energymargin.progress import progress_bar
+        from energymargin.viewer import view
+        from energymargin.viewer.serving import is_local
 
     with ExitStack() as open_now:
         with progress_bar(err, f"Generating {what}", "trajectories") as progress:
@@ -97,6 +98,7 @@ def view_command(
         if open_browser:
             webbrowser.open(viewer.url)
         _until_ctrl_c()
+    leave(0)
 
 
 def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
