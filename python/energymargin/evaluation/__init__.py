@@ -1,0 +1,64 @@
+"""How well the scores tell robust states from fragile ones, and successes from failures (Section
+VI-E, Table I).
+
+State level: capture, effort and force against the label "captured over a horizon of h frames", by
+AUC and AP for each h. Trajectory level: the success score of the last frames against the
+trajectory's success. Every cell has a bootstrap interval in which whole trajectories are drawn, for
+the states of one trajectory are alike.
+
+With several objects there are two labels, "all are captured" and "at least one is", and a score
+whose name ends in "/any" is held against the second. The force score, one number for both, is held
+against each.
+"""
+
+from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked, weighted_auc_ap
+from energymargin.evaluation.cells import Cell, csv_fields, short
+from energymargin.evaluation.comparing import evaluate
+from energymargin.evaluation.labelled import (
+    FORCE,
+    HORIZON,
+    HORIZONS,
+    LAST_FRAMES,
+    SUCCESS,
+    SUCCESSES,
+    Compared,
+    LabelledScores,
+    captured_labels,
+    compared_states,
+    compared_trajectories,
+    state_metrics,
+    trajectory_score,
+)
+from energymargin.evaluation.paper import DASH, PAPER, paper_value
+from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Evaluation
+
+__all__ = [
+    "ALL_TITLE",
+    "ANY_TITLE",
+    "CSV_COLUMNS",
+    "DASH",
+    "DRAWS",
+    "FORCE",
+    "HORIZON",
+    "HORIZONS",
+    "LAST_FRAMES",
+    "PAPER",
+    "SUCCESS",
+    "SUCCESSES",
+    "Cell",
+    "Compared",
+    "Evaluation",
+    "LabelledScores",
+    "auc_ap",
+    "captured_labels",
+    "compared_states",
+    "compared_trajectories",
+    "csv_fields",
+    "evaluate",
+    "paper_value",
+    "ranked",
+    "short",
+    "state_metrics",
+    "trajectory_score",
+    "weighted_auc_ap",
+]

@@ -1,0 +1,108 @@
+"""AUC and AP, and how far they would move with other trajectories."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["DRAWS", "auc_ap", "bootstrap_weights", "intervals", "ranked", "weighted_auc_ap"]
+
+DRAWS = 1000  # bootstrap draws
+MOST_WEIGHTS = 2**22  # in memory at once
+CONFIDENCE = 0.95
+
+Interval = tuple[float, float]
+
+
+def auc_ap(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> tuple[float, float]:
+    """AUC and AP of scores, shape (N,), that may be infinite; there are labels of both kinds."""
+    from sklearn.metrics import average_precision_score, roc_auc_score
+
+    ranks = ranked(scores)
+    return float(roc_auc_score(labels, ranks)), float(average_precision_score(labels, ranks))
+
+
+def ranked(scores: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The same order in whole numbers from 0, shape (N,): scikit-learn refuses inf."""
+    return np.asarray(np.unique(scores, return_inverse=True)[1])
+
+
+def intervals(
+    ranks: NDArray[np.int64],
+    labels: NDArray[np.bool_],
+    trajectory: NDArray[np.int64],
+    weights: NDArray[np.int64],
+) -> tuple[Interval | None, Interval | None]:
+    """Of AUC and AP, over draws of whole trajectories.
+
+    Each of N samples takes the column of its trajectory, (N,), of the (draws, T) weights. None if
+    there are not two trajectories to draw from, or no draw has both labels.
+    """
+    if len(np.unique(trajectory)) < 2:
+        return None, None
+    order, first = _thresholds(ranks)
+    labels, trajectory = labels[order], trajectory[order]
+    small = weights.astype(np.int32)  # what takes the time is memory
+    block = max(1, MOST_WEIGHTS // len(trajectory))
+    drawn = [
+        _auc_ap_sorted(labels, small[start : start + block].take(trajectory, axis=1), first)
+        for start in range(0, len(weights), block)
+    ]
+    aucs, aps = (np.concatenate(values) for values in zip(*drawn, strict=True))
+    return _interval(aucs), _interval(aps)
+
+
+def weighted_auc_ap(
+    ranks: NDArray[np.int64], labels: NDArray[np.bool_], weights: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """AUC and AP for each row of `weights`, (draws, N), the number of times each of N samples
+    counts.
+
+    The numbers of scikit-learn with `sample_weight`, for all draws at once: one by one they take a
+    minute for a table. Draws in which only one label is left are dropped.
+    """
+    order, first = _thresholds(ranks)
+    return _auc_ap_sorted(labels[order], weights.take(order, axis=1), first)
+
+
+def _thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The samples from the best score down, (N,), and where among them a new threshold starts."""
+    order = np.argsort(-ranks, kind="stable")
+    return order, np.flatnonzero(np.diff(ranks[order], prepend=np.inf))
+
+
+def _auc_ap_sorted(
+    labels: NDArray[np.bool_], weights: NDArray[Any], first: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """As `weighted_auc_ap`, of samples from the best score down."""
+    positive, every = weights * labels, weights
+    if len(first) < len(labels):
+        positive, every = (np.add.reduceat(each, first, axis=1) for each in (positive, every))
+    true, above = (each.cumsum(axis=1, dtype=each.dtype) for each in (positive, every))
+    false = (above[:, -1] - true[:, -1]).astype(np.float64)
+    both = (true[:, -1] > 0) & (false > 0)
+    if not both.all():
+        each = (positive, every, true, above, false)
+        positive, every, true, above, false = (values[both] for values in each)
+
+    pairs = ((every - positive) * (true - 0.5 * positive)).sum(axis=1)  # a tie counts half
+    auc = pairs / (true[:, -1] * false)
+    ap = (positive * (true / np.maximum(above, 1))).sum(axis=1) / true[:, -1]
+    return auc, ap
+
+
+def bootstrap_weights(trajectories: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """How often each trajectory is drawn, shape (draws, T)."""
+    return np.random.default_rng(seed).multinomial(
+        trajectories, np.full(trajectories, 1 / trajectories), size=draws
+    )
+
+
+def _interval(values: NDArray[np.float64]) -> Interval | None:
+    if len(values) == 0:
+        return None
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(values, [tail, 1 - tail])
+    return float(low), float(high)

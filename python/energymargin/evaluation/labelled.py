@@ -1,0 +1,161 @@
+"""Scores with what happened: which states and trajectories are held against which label (Section
+VI-D)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.metrics import ANY
+
+__all__ = [
+    "FORCE",
+    "HORIZON",
+    "HORIZONS",
+    "LAST_FRAMES",
+    "SUCCESS",
+    "SUCCESSES",
+    "Compared",
+    "LabelledScores",
+    "captured_labels",
+    "compared_states",
+    "compared_trajectories",
+    "state_metrics",
+    "trajectory_score",
+]
+
+HORIZONS = range(6)  # frames; the paper leaves its horizon open, so all of them are shown
+HORIZON = 2  # frames; where one is needed
+LAST_FRAMES = 5  # frames, k-bar of Section VI-D
+SUCCESS, FORCE = "success", "force"
+SUCCESSES = (SUCCESS, SUCCESS + ANY)  # the metrics of trajectories
+
+
+@dataclass(frozen=True)
+class LabelledScores:
+    """N states of several trajectories, those of one in a row and in the order of time."""
+
+    task: str
+    trajectory: NDArray[np.int64]
+    """Which trajectory a state is of, shape (N,)."""
+    captured: NDArray[np.bool_]
+    """Whether a state lies in its own capture set, shape (N,)."""
+    success: NDArray[np.bool_]
+    """Whether the state's trajectory succeeded, shape (N,)."""
+    scores: dict[str, NDArray[np.float64]]
+    """By metric, shape (N,): inf ranks above all else, NaN is a score that is not there."""
+    captured_any: NDArray[np.bool_] | None = None
+    """Whether at least one object lies in its capture set, shape (N,); None: one set for all."""
+    success_any: NDArray[np.bool_] | None = None
+    """Whether the state's trajectory succeeded with at least one object, shape (N,), or None."""
+
+    def by_trajectory(self) -> list[NDArray[np.int64]]:
+        """The states' numbers, one array a trajectory."""
+        starts = np.flatnonzero(np.diff(self.trajectory)) + 1
+        return np.split(np.arange(len(self.trajectory)), starts)
+
+
+class Compared(NamedTuple):
+    """Scores that are there, and what they are held against: N states, or trajectories."""
+
+    scores: NDArray[np.float64]
+    """Shape (N,); inf ranks above all else."""
+    labels: NDArray[np.bool_]
+    """Shape (N,)."""
+    trajectory: NDArray[np.int64]
+    """Which one it is of, counted from 0, shape (N,)."""
+    number: NDArray[np.int64]
+    """Which of all states, or trajectories, it is, shape (N,), rising."""
+
+    @property
+    def of_both_kinds(self) -> bool:
+        """Whether there are two labels to tell apart."""
+        return bool(self.labels.any() and not self.labels.all())
+
+
+def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.bool_]:
+    """Label of each state of one trajectory, shape (K,): captured in all frames k to k + horizon.
+
+    A horizon that runs past the last frame ends there: all K states have a label (Section VI-D).
+    """
+    return np.array([captured[k : k + horizon + 1].all() for k in range(len(captured))], dtype=bool)
+
+
+def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
+    """Omega_suc(z, k-bar) of one trajectory, shape (K,) (Section VI-D).
+
+    The weighted mean of its last frames, with weights 1, 2, 3, ...
+    """
+    tail = scores[-last:]
+    return float(np.average(tail, weights=np.arange(1, len(tail) + 1)))
+
+
+def state_metrics(labelled: LabelledScores) -> list[str]:
+    """The metrics that `evaluate` holds against the label "captured"."""
+    metrics = [metric for metric in labelled.scores if metric not in SUCCESSES]
+    if labelled.captured_any is not None and FORCE in metrics:
+        metrics.append(FORCE + ANY)
+    return metrics
+
+
+def compared_states(labelled: LabelledScores, metric: str, horizon: int) -> Compared:
+    """The states that have a score, against "captured over a horizon of `horizon` frames".
+
+    A metric that ends in "/any" is held against the label of at least one object, and "force/any"
+    is the force score against it. Raises ValueError if there is no such metric, or no such label.
+    """
+    captured = _label(metric, labelled.captured, labelled.captured_any)
+    scores = _scores(labelled, metric)
+    members = labelled.by_trajectory()
+    labels = [captured_labels(captured[states], horizon) for states in members]
+    return _there(
+        np.concatenate([scores[states] for states in members]),
+        np.concatenate(labels),
+        np.repeat(np.arange(len(members)), [len(own) for own in labels]),
+    )
+
+
+def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> Compared:
+    """The trajectories whose last frames have scores, by `trajectory_score`, against success.
+
+    Metrics and errors as of `compared_states`.
+    """
+    success = _label(metric, labelled.success, labelled.success_any)
+    scores = _scores(labelled, metric)
+    members = labelled.by_trajectory()
+    return _there(
+        np.array([trajectory_score(scores[states], last) for states in members]),
+        np.array([success[states[-1]] for states in members]),
+        np.arange(len(members)),
+    )
+
+
+def _scores(labelled: LabelledScores, metric: str) -> NDArray[np.float64]:
+    """What has the name of a metric; the force score is one for all objects and for any."""
+    name = FORCE if metric == FORCE + ANY else metric
+    if name not in labelled.scores:
+        there = ", ".join(labelled.scores) or "none"
+        raise ValueError(f"metric is {metric!r}, expected one that has scores: {there}")
+    return labelled.scores[name]
+
+
+def _label(
+    metric: str, of_all: NDArray[np.bool_], of_any: NDArray[np.bool_] | None
+) -> NDArray[np.bool_]:
+    """The label of all objects, or that of at least one for a metric that ends so."""
+    if not metric.endswith(ANY):
+        return of_all
+    if of_any is None:
+        raise ValueError(f"there are scores of {metric!r}, but no labels of at least one object")
+    return of_any
+
+
+def _there(
+    scores: NDArray[np.float64], labels: NDArray[np.bool_], trajectory: NDArray[np.int64]
+) -> Compared:
+    """Those that have a score."""
+    there = ~np.isnan(scores)
+    return Compared(scores[there], labels[there], trajectory[there], np.flatnonzero(there))

@@ -1,0 +1,144 @@
+"""All comparisons of one task: for the terminal, as Markdown, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from energymargin.evaluation.cells import Cell, csv_fields
+from energymargin.evaluation.labelled import LAST_FRAMES, SUCCESS
+from energymargin.evaluation.paper import DASH, PAPER, paper_value
+from energymargin.metrics import ANY
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+    from rich.text import Text
+
+__all__ = ["ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS", "Evaluation"]
+
+ALL_TITLE = "All objects: captured together, and successful together"
+ANY_TITLE = "At least one object: captured, and successful"
+CSV_COLUMNS = (
+    *("score", "horizon", "count", "positives"),
+    *("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "paper_auc", "paper_ap"),
+)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """AUC and AP of every score. A cell is None if there is but one label to tell apart."""
+
+    task: str
+    horizons: tuple[int, ...]
+    states: dict[str, dict[int, Cell | None]]
+    """By score, then by horizon."""
+    success: Cell | None
+    """The trajectory score; None also if the success score was not computed."""
+    missing: int
+    """States that lack a score, and are left out."""
+    success_any: Cell | None = None
+    """The trajectory score of at least one object."""
+    last: int = LAST_FRAMES
+    """k-bar, the frames of the trajectory score."""
+
+    def render(self) -> RenderableType:
+        """A table for the terminal, 80 columns wide."""
+        from rich.console import Group
+        from rich.table import Table
+        from rich.text import Text
+
+        parts: list[RenderableType] = [Text(self._caption(), "dim"), Text()]
+        for title, rows in self._sections():
+            table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
+            table.add_column("")
+            for column in self._columns():
+                table.add_column(column, justify="center", no_wrap=True)
+            for score, cells in rows:
+                paper = [Text(value, "cyan") for value in self._paper(score)]
+                table.add_row(score, *map(_bold_first, cells), *paper)
+            parts += [Text(title, "bold cyan"), Text(), table, Text()] if title else [table]
+        return Group(*parts)
+
+    def to_markdown(self) -> str:
+        """The same as a Markdown table, or two: of all objects, and of at least one."""
+        parts = [self._caption()]
+        for title, rows in self._sections():
+            lines = [["score", *self._columns()], ["---"] * (len(self._columns()) + 1)]
+            for score, cells in rows:
+                shown = [cell.replace("\n", "<br>") for cell in cells]
+                lines.append([score, *shown, *self._paper(score)])
+            table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+            parts += [f"**{title}**", table] if title else [table]
+        return "\n\n".join(parts) + "\n"
+
+    def to_csv(self) -> str:
+        """One line a cell, in full precision; what is not there is empty."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(CSV_COLUMNS if self.task in PAPER else CSV_COLUMNS[:-2])
+        writer.writerows(self.csv_rows())
+        return text.getvalue()
+
+    def csv_rows(self) -> list[list[Any]]:
+        """The lines of `to_csv`, with CSV_COLUMNS; the paper's are there if it has the task."""
+        cells: list[tuple[str, int | str, Cell | None]] = [
+            (score, horizon, cell)
+            for score, by_horizon in self.states.items()
+            for horizon, cell in by_horizon.items()
+        ]
+        cells.append((SUCCESS, "", self.success))
+        if self._several():
+            cells.append((SUCCESS + ANY, "", self.success_any))
+        papers, missing = PAPER.get(self.task, {}), ("", "") if self.task in PAPER else ()
+        return [
+            [score, horizon, *csv_fields(cell), *papers.get(score, missing)]
+            for score, horizon, cell in cells
+        ]
+
+    def _several(self) -> bool:
+        """Whether there are scores of at least one object."""
+        return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
+
+    def _columns(self) -> list[str]:
+        paper = ["paper"] if self.task in PAPER else []
+        return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
+
+    def _paper(self, score: str) -> list[str]:
+        """The cell of the paper's column, if there is one."""
+        return [paper_value(self.task, score)] if self.task in PAPER else []
+
+    def _sections(self) -> list[tuple[str, list[tuple[str, list[str]]]]]:
+        """Titles, empty if there is one section alone, and rows: a score's name and its cells."""
+        rows = {
+            score: [_stacked(c) for c in cells.values()] for score, cells in self.states.items()
+        }
+        for score, cell in ((SUCCESS, self.success), (SUCCESS + ANY, self.success_any)):
+            if cell is not None:
+                rows[score] = [_stacked(cell), *[""] * (len(self.horizons) - 1)]
+        of_all = [row for row in rows.items() if not row[0].endswith(ANY)]
+        of_any = [row for row in rows.items() if row[0].endswith(ANY)]
+        return [(ALL_TITLE, of_all), (ANY_TITLE, of_any)] if self._several() else [("", of_all)]
+
+    def _caption(self) -> str:
+        caption = (
+            f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
+            "States: captured over the next h frames. "
+            f"Success: the last {self.last} frames of a trajectory, whose success has no horizon."
+        )
+        if self.missing:
+            caption += f" {self.missing} states have no score yet and are left out."
+        return caption
+
+
+def _bold_first(cell: str) -> Text:
+    """A cell for the terminal: its first line counts, the others say more about it."""
+    from rich.text import Text
+
+    value, *intervals = cell.split("\n")
+    return Text.assemble((value, "bold"), *((f"\n{line}", "dim") for line in intervals))
+
+
+def _stacked(cell: Cell | None) -> str:
+    return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
