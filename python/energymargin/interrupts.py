@@ -9,7 +9,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["held_interrupts", "on_interrupt", "remembered_interrupts", "since_interrupt"]
+__all__ = [
+    "delayed_interrupts",
+    "held_interrupts",
+    "on_interrupt",
+    "remembered_interrupts",
+    "since_interrupt",
+]
 
 _came: list[float] = []  # when, of one that is held; of the main thread, as signals are
 
@@ -37,6 +43,24 @@ def held_interrupts() -> Iterator[threading.Event]:
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         _came.clear()
+
+
+@contextmanager
+def delayed_interrupts() -> Iterator[None]:
+    """Ctrl-C does what it would have done, but at the end of the `with` block: for what cannot be
+    left half done, and takes no time."""
+    before = signal.getsignal(signal.SIGINT)
+    if not callable(before) or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: came.append((number, frame)))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            before(*came[0])
 
 
 @contextmanager

@@ -18,6 +18,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from energymargin.interrupts import delayed_interrupts
+
 __all__ = ["progress_bar", "share_bar"]
 
 
@@ -45,7 +47,7 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
     bar = progress.add_task(title, total=None)
 
     def update(done: int, total: int) -> None:
-        progress.start()  # not before there is something to count: an error may come first
+        _start(progress)  # not before there is something to count: an error may come first
         progress.update(bar, completed=done, total=total)
 
     with _stopped(progress):
@@ -68,11 +70,18 @@ def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
     bar = progress.add_task("", total=1.0)
 
     def update(what: str, share: float) -> None:
-        progress.start()
+        _start(progress)
         progress.update(bar, description=what, completed=share)
 
     with _stopped(progress):
         yield update
+
+
+def _start(progress: Progress) -> None:
+    """Begins to draw it; an interrupt would leave rich half begun, and unable to stop."""
+    if not progress.live.is_started:
+        with delayed_interrupts():
+            progress.start()
 
 
 @contextmanager
@@ -82,4 +91,5 @@ def _stopped(progress: Progress) -> Iterator[None]:
         yield
     finally:
         if progress.live.is_started:
-            progress.stop()
+            with delayed_interrupts():
+                progress.stop()

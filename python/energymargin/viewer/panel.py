@@ -57,7 +57,7 @@ class Panel:
         with gui.add_folder("Escape"):
             self.escape_text = gui.add_html("")
             self.moment = gui.add_slider("moment", 0, 1, 1, 0, disabled=True)
-            self.play = gui.add_button("Replay the escape", disabled=True)
+            self.play = gui.add_button("Replay the escape", disabled=True, color="blue")
         with gui.add_folder("Show"):
             self.legend = gui.add_html(legend(None))
             self.drawn = gui.add_html("")
@@ -113,7 +113,7 @@ class Panel:
         most_rate = 4 * rate or RATES
         self.scores = gui.add_html(plain("Not scored yet."))
         self.score = gui.add_button(SCORE, color="blue")
-        self.score_all = gui.add_button("Score all frames")
+        self.score_all = gui.add_button("Score all frames", color="blue")
         self.progress = gui.add_progress_bar(0.0, visible=False, animated=True)
         most = max(2 * nodes, 2000)
         self.nodes = gui.add_slider(
