@@ -7,6 +7,7 @@ Heavy modules are imported where they are used, so that --help answers at once.
 from __future__ import annotations
 
 import sqlite3
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -24,32 +25,36 @@ from energymargin.commands.score import score
 from energymargin.commands.tasks import tasks
 from energymargin.commands.view import view_command
 from energymargin.experiments.commands import app as reproduce
+from energymargin.interrupts import interrupted, remembered_interrupts
 from energymargin.terminal import BAD_INPUT, INTERRUPTED, leave, say, say_stopped
 
 __all__ = ["app", "main"]
+
+
+# What is said in one line: all others are ours, and shown in full.
+ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
 
 
 class _Commands(TyperGroup):
     """Says what went wrong in one line, without a traceback, and stops on Ctrl-C without one."""
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        with remembered_interrupts():
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: typer.Context) -> Any:
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            say_stopped()
-            raise typer.Exit(INTERRUPTED) from None
         except typer.Exit:  # a RuntimeError, but none of ours: --help ends so
             raise
-        except (
-            ValueError,
-            OSError,
-            ImportError,
-            MemoryError,
-            RuntimeError,
-            sqlite3.Error,
-        ) as error:
-            say(f"[red]error:[/] {escape(_one_line(error))}")
-            raise typer.Exit(BAD_INPUT) from None
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) or interrupted():
+                say_stopped()
+                raise typer.Exit(INTERRUPTED) from None
+            if isinstance(error, ERRORS):
+                say(f"[red]error:[/] {escape(_one_line(error))}")
+                raise typer.Exit(BAD_INPUT) from None
+            raise
 
 
 app = typer.Typer(
@@ -89,12 +94,18 @@ app.add_typer(reproduce, name="reproduce")
 
 def main() -> None:
     """Entry point of the command `energymargin`."""
+    sys.unraisablehook = _unless_interrupted(sys.unraisablehook)
     try:
         app()
     except SystemExit as end:
         if end.code == INTERRUPTED:
             leave(INTERRUPTED)
         raise
+
+
+def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Says nothing of a Ctrl-C that Python swallows: it is raised again."""
+    return lambda lost: None if issubclass(lost.exc_type, KeyboardInterrupt) else hook(lost)
 
 
 def _one_line(error: BaseException) -> str:

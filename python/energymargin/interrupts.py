@@ -1,4 +1,4 @@
-"""Ctrl-C that waits until what is done is kept."""
+"""Ctrl-C that loses nothing, and is not lost."""
 
 from __future__ import annotations
 
@@ -8,16 +8,21 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 __all__ = [
     "delayed_interrupts",
     "held_interrupts",
+    "interrupted",
     "on_interrupt",
+    "raise_if_interrupted",
     "remembered_interrupts",
     "since_interrupt",
 ]
 
-_came: list[float] = []  # when, of one that is held; of the main thread, as signals are
+# Signals come to the main thread alone, and so there is one of each.
+_held: list[float] = []  # when one came that is held
+_remembered = threading.Event()  # that one came and was raised
 
 
 @contextmanager
@@ -25,24 +30,21 @@ def held_interrupts() -> Iterator[threading.Event]:
     """Ctrl-C sets the event instead of raising, so that no row is lost between a pool of workers
     and the file.
 
-    Only where Python's own handler is in place: a program that handles Ctrl-C itself goes on doing
+    Only where it would raise KeyboardInterrupt: a program that handles Ctrl-C itself goes on doing
     so.
     """
-    interrupted = threading.Event()
+    came = threading.Event()
 
     def hold(_signal: int, _frame: FrameType | None) -> None:
-        _came.append(time.monotonic())
-        interrupted.set()
+        _held.append(time.monotonic())
+        came.set()
 
-    if not _python_handles():
-        yield interrupted
-        return
-    signal.signal(signal.SIGINT, hold)
-    try:
-        yield interrupted
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        _came.clear()
+    with _handled_by(hold) if _raises() else _unchanged():
+        try:
+            yield came
+        finally:
+            if came.is_set():
+                _held.clear()
 
 
 @contextmanager
@@ -50,65 +52,83 @@ def delayed_interrupts() -> Iterator[None]:
     """Ctrl-C does what it would have done, but at the end of the `with` block: for what cannot be
     left half done, and takes no time."""
     before = signal.getsignal(signal.SIGINT)
-    if not callable(before) or threading.current_thread() is not threading.main_thread():
+    if not callable(before) or not _in_main_thread():
         yield
         return
     came: list[tuple[int, FrameType | None]] = []
-    signal.signal(signal.SIGINT, lambda number, frame: came.append((number, frame)))
     try:
-        yield
+        with _handled_by(lambda number, frame: came.append((number, frame))):
+            yield
     finally:
-        signal.signal(signal.SIGINT, before)
         if came:
             before(*came[0])
 
 
 @contextmanager
-def remembered_interrupts() -> Iterator[Callable[[], None]]:
-    """Ctrl-C raises KeyboardInterrupt as ever; where that was swallowed, as in a finalizer, the
-    function that the `with` block gets raises it again.
+def remembered_interrupts() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt as ever; where that is swallowed, as in a finalizer or while
+    a library loads, `raise_if_interrupted` raises it again.
 
-    Only where Python's own handler is in place.
+    Only where Python's own handler is in place; within another such block it changes nothing.
     """
-    interrupted = threading.Event()
-
-    def remember(_signal: int, _frame: FrameType | None) -> None:
-        interrupted.set()
-        raise KeyboardInterrupt
-
-    def check() -> None:
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-
-    if not _python_handles():
-        yield check
+    if not (_in_main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler):
+        yield
         return
-    signal.signal(signal.SIGINT, remember)
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    _remembered.clear()
+    with _handled_by(_raise_and_remember):
+        try:
+            yield
+        finally:
+            _remembered.clear()
+
+
+def interrupted() -> bool:
+    """Whether a KeyboardInterrupt was raised since the outermost `remembered_interrupts` began."""
+    return _remembered.is_set()
+
+
+def raise_if_interrupted() -> None:
+    """Raises KeyboardInterrupt in the main thread if it is `interrupted`, and yet runs."""
+    if interrupted() and _in_main_thread():
+        raise KeyboardInterrupt
 
 
 @contextmanager
 def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
-    """Ctrl-C calls `act` instead of raising. Only where Python's own handler is in place."""
-    if not _python_handles():
+    """Ctrl-C calls `act` instead of raising. Only where it would raise KeyboardInterrupt."""
+    with _handled_by(lambda _signal, _frame: act()) if _raises() else _unchanged():
         yield
-        return
-    signal.signal(signal.SIGINT, lambda _signal, _frame: act())
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def since_interrupt() -> float:
     """How long a Ctrl-C has been held [s]; 0 if none is."""
-    return time.monotonic() - _came[0] if _came else 0.0
+    return time.monotonic() - _held[0] if _held else 0.0
 
 
-def _python_handles() -> bool:
-    """Whether Ctrl-C is Python's, and this thread is the one that gets it."""
-    own = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    return own and threading.current_thread() is threading.main_thread()
+def _raise_and_remember(_signal: int, _frame: FrameType | None) -> None:
+    _remembered.set()
+    raise KeyboardInterrupt
+
+
+def _raises() -> bool:
+    """Whether Ctrl-C raises KeyboardInterrupt in this thread."""
+    handlers = (signal.default_int_handler, _raise_and_remember)
+    return _in_main_thread() and signal.getsignal(signal.SIGINT) in handlers
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+@contextmanager
+def _handled_by(handler: Callable[[int, FrameType | None], Any]) -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _unchanged() -> Iterator[None]:
+    yield

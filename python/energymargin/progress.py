@@ -18,7 +18,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from energymargin.interrupts import delayed_interrupts
+from energymargin.interrupts import delayed_interrupts, raise_if_interrupted
 
 __all__ = ["progress_bar", "share_bar"]
 
@@ -47,6 +47,7 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
     bar = progress.add_task(title, total=None)
 
     def update(done: int, total: int) -> None:
+        raise_if_interrupted()
         _start(progress)  # not before there is something to count: an error may come first
         progress.update(bar, completed=done, total=total)
 
@@ -70,6 +71,7 @@ def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
     bar = progress.add_task("", total=1.0)
 
     def update(what: str, share: float) -> None:
+        raise_if_interrupted()
         _start(progress)
         progress.update(bar, description=what, completed=share)
 

@@ -2,11 +2,17 @@
 
 import io
 import signal
+from contextlib import suppress
 
 import pytest
 from rich.console import Console
 
-from energymargin.interrupts import delayed_interrupts, held_interrupts
+from energymargin.interrupts import (
+    delayed_interrupts,
+    held_interrupts,
+    interrupted,
+    remembered_interrupts,
+)
 from energymargin.progress import progress_bar, share_bar
 
 
@@ -53,3 +59,27 @@ def test_ctrl_c_when_a_bar_begins_is_ctrl_c_and_the_bar_ends(bar):
         update(1, 2)
     with bar(console):  # a console has one bar at a time
         pass
+
+
+def test_a_swallowed_ctrl_c_is_raised_again_at_the_next_step_of_a_bar():
+    with (
+        pytest.raises(KeyboardInterrupt),
+        remembered_interrupts(),
+        progress_bar(Console(file=io.StringIO()), "Counting", "sheep") as update,
+    ):
+        update(1, 3)
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        update(2, 3)
+        raise AssertionError("it went on")
+    assert not interrupted()
+
+
+def test_what_is_held_is_held_where_a_ctrl_c_is_remembered_as_well():
+    with remembered_interrupts():
+        with held_interrupts() as came:
+            signal.raise_signal(signal.SIGINT)
+        assert came.is_set() and not interrupted()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert interrupted()

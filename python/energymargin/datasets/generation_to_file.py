@@ -24,6 +24,7 @@ from energymargin.datasets.rollouts import Request, Shard, roll_out, rollout
 from energymargin.executors.jobs import Outcome, Pool
 from energymargin.executors.process_pool import ProcessPool
 from energymargin.executors.threads import core_count
+from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
 
@@ -169,25 +170,28 @@ def _work_in(pool: Pool, work: _Work) -> None:
     waiting = list(work.shards())[::-1]
     running: dict[int, Shard] = {}
     deaths: Counter[int] = Counter()
-    try:
-        while (waiting or running) and not work.limit.reached:
-            while waiting and len(running) < AHEAD * max(1, pool.slots):
-                shard = waiting.pop()
-                running[shard.first] = shard
-                pool.submit(shard.first, roll_out, shard)
-            for outcome in sorted(pool.take(TAKE), key=_went_wrong):
-                shard = running.pop(outcome.job)
-                if outcome.died:
-                    deaths[shard.first] += 1
-                    _require_few(deaths[shard.first], shard, outcome)
-                    waiting.append(shard)
-                else:
-                    _keep(work, outcome)
-    finally:
-        if running:
-            for outcome in pool.stop(LAST_WORDS):
-                if not _went_wrong(outcome):
-                    _keep(work, outcome)
+    with held_interrupts() as interrupted:
+        try:
+            while (waiting or running) and not (work.limit.reached or interrupted.is_set()):
+                while waiting and len(running) < AHEAD * max(1, pool.slots):
+                    shard = waiting.pop()
+                    running[shard.first] = shard
+                    pool.submit(shard.first, roll_out, shard)
+                for outcome in sorted(pool.take(TAKE), key=_went_wrong):
+                    shard = running.pop(outcome.job)
+                    if outcome.died:
+                        deaths[shard.first] += 1
+                        _require_few(deaths[shard.first], shard, outcome)
+                        waiting.append(shard)
+                    else:
+                        _keep(work, outcome)
+        finally:
+            if running:
+                for outcome in pool.stop(LAST_WORDS):
+                    if not _went_wrong(outcome):
+                        _keep(work, outcome)
+    if interrupted.is_set():
+        raise KeyboardInterrupt
 
 
 def _went_wrong(outcome: Outcome) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from energymargin.curves import target_name
 from energymargin.evaluation import evaluate
-from energymargin.interrupts import remembered_interrupts
+from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.report.about import facts, time_facts, version_facts
 from energymargin.report.along import along
 from energymargin.report.curves import curves
@@ -56,10 +56,10 @@ def write(
     """
     output = Path(output)
     _check_place(output, {"scores": scores, "data": data})
-    with remembered_interrupts() as check, _replaced(output) as file:
+    with remembered_interrupts(), _replaced(output) as file:
 
         def tell(what: str, share: float) -> None:
-            check()
+            raise_if_interrupted()
             if progress is not None:
                 progress(what, share)
 
@@ -67,7 +67,7 @@ def write(
         with read_data(subject, data) as found:
             page = _page(subject, found, options or Options(), output, tell)
         file.write_text(rendered(page), encoding="utf-8")
-        check()
+        raise_if_interrupted()
 
 
 def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Progress) -> Page:
