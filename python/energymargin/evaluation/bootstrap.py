@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 __all__ = ["DRAWS", "auc_ap", "bootstrap_weights", "intervals", "ranked", "weighted_auc_ap"]
 
 DRAWS = 1000  # bootstrap draws
-MOST_WEIGHTS = 2**22  # in memory at once
+MOST_WEIGHTS = 2**18  # at once: what a cache holds
 CONFIDENCE = 0.95
 
 Interval = tuple[float, float]

@@ -36,7 +36,7 @@ def evaluate(
     """Compares every score with its label. States without a score are left out, and counted.
 
     `last`: k-bar, the frames of a trajectory whose success scores count. `progress(done, total)`
-    counts the cells of the states: with 20,000 of these, each takes seconds.
+    counts the cells of the states: with 20,000 of these, each takes half a second.
     """
     weights = bootstrap_weights(len(labelled.by_trajectory()), draws, seed)
     states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
