@@ -67,6 +67,7 @@ def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
         TextColumn("left"),
         console=console,
         transient=True,
+        disable=not console.is_terminal,  # elsewhere nothing would be left of it but an empty line
     )
     bar = progress.add_task("", total=1.0)
 

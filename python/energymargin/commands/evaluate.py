@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from energymargin.terminal import RunNumber, out
+from energymargin.terminal import RunNumber, err, out
 
 if TYPE_CHECKING:
     from energymargin.evaluation import LabelledScores
@@ -47,8 +47,15 @@ def print_evaluation(
 ) -> None:
     """AUC and AP, on the terminal and into files."""
     from energymargin import evaluation
+    from energymargin.progress import share_bar
 
-    result = evaluation.evaluate(labelled, seed=seed, last=last)
+    with share_bar(err) as told:
+        result = evaluation.evaluate(
+            labelled,
+            seed=seed,
+            last=last,
+            progress=lambda done, total: told("AUC and AP", done / total),
+        )
     out.print(result.render())
     if markdown is not None:
         markdown.write_text(result.to_markdown())
