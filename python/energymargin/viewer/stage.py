@@ -130,6 +130,7 @@ class Stage:
             surface.faces.astype(np.uint32),
             color=rgb(color),
             opacity=OPACITY,
+            flat_shading=self._flat,
             visible=self._shown[name],
         )
 
