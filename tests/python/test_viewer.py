@@ -205,7 +205,7 @@ def test_live_scores_are_those_of_the_dataset(tmp_path):
     em.store.score_dataset(
         path, tmp_path / "s.db", ("capture", "success"), em.SearchSettings(40, 5)
     )
-    with view(path, trajectory=1, frame=2, nodes=40, seed=5, scores=tmp_path / "s.db") as viewer:
+    with view(path, trajectory=1, frame=2, scores=tmp_path / "s.db") as viewer:  # its settings
         viewer.page.score()
         viewer.page.wait()
         live = viewer.page.scored.capture
@@ -250,6 +250,7 @@ def test_a_search_ends_when_its_viewer_does(problem):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ((None,), "what is a NoneType, expected a Problem, a Dataset, the file of one"),
         (("nothing",), "'nothing' is neither a problem file .* nor a task: balance, "),
         (("scores.db",), "scores.db holds scores: view the dataset, with --scores"),
         (("gripper.urdf",), "gripper.urdf is a body, and a view is of a problem: put it into"),
@@ -270,6 +271,9 @@ def test_what_cannot_be_viewed_is_said(arguments, message):
         ({"frame": 9}, "frame is 9, expected 0 to 3"),
         ({"trajectory": 1}, "trajectory is 1, expected 0 to 0"),
         ({"nodes": 0}, "nodes is 0"),
+        ({"nodes": 10**10}, "nodes is 10000000000"),
+        ({"frame": 1.5}, "frame is 1.5"),
+        ({"run": 1}, "run is 1, but there are no scores that it is of"),
         ({"port": 70000}, "port is 70000, expected 1 to 65535"),
         ({"host": "nowhere.invalid"}, "host is 'nowhere.invalid'"),
         ({"host": "192.0.2.1"}, "host is '192.0.2.1', expected an address of this machine"),
@@ -332,7 +336,7 @@ def test_a_search_that_is_stopped_at_once_leaves_the_page_whole(problem):
     with view(problem, nodes=50) as viewer:
         page = viewer.page
         page._keep(0, 0, score_state(problem, 50, 0, cancel))
-        assert page.scored.capture.nodes == 0
+        assert page.scored is None  # nothing was searched, so nothing is said
         scored_page(viewer)
         whole = page.scored
         page._keep(0, 0, score_state(problem, 50, 0, cancel))

@@ -163,6 +163,41 @@ def test_the_moment_slider_replays_the_way_out(seen):
     becomes_again(seen, before)
 
 
+def test_a_number_that_is_typed_out_of_range_is_put_back(seen):
+    viewer, page = seen
+    panel, boxes = viewer.page._panel, page.locator(".mantine-NumberInput-input")
+    for name, slider, typed, kept in (
+        ("frame", panel.frame, "-4", 0),
+        ("frame", panel.frame, "99", 4),
+        ("frame", panel.frame, "1", 1),
+        ("moment", panel.moment, "-9", 0),
+        ("lambda", panel.rate, "-3", 0),
+        ("lambda", panel.rate, "5", 5),
+        ("nodes", panel.nodes, "-5", 1),
+        ("nodes", panel.nodes, "150", 150),
+    ):
+        box = boxes.nth(SLIDERS.index(name))
+        box.fill("")
+        box.press_sequentially(typed)
+        box.press("Enter")
+
+        def is_put_back(slider=slider, box=box, kept=kept):
+            return slider.value == kept == float(box.input_value() or "nan")
+
+        until(is_put_back, f"{name} {typed}")
+    assert viewer.page._frame == 1
+
+
+def test_a_replay_stops_where_somebody_moves_it(seen):
+    viewer, page = seen
+    moment = viewer.page._panel.moment
+    page.get_by_role("button", name="Replay the escape").click()
+    until(lambda: moment.value > 1, "it moves")
+    slide(page, "moment", 0.0)
+    until(lambda: not viewer.page._playing, "it stops")
+    assert moment.value <= 1
+
+
 def test_lambda_and_nodes_change_the_score_at_once(seen):
     viewer, page = seen
     problem, seed = viewer.page.scored.problem, em.stream(0, 2 * 5 + 1)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import Parameters, Seed, err, leave, loading, parsed, say, whole
+from energymargin.terminal import Parameters, err, leave, loading, parsed, say, whole
 
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
@@ -30,8 +30,14 @@ def view_command(
     ],
     trajectory: Annotated[int, typer.Option(help="Which trajectory to begin with, from 0.")] = 0,
     frame: Annotated[int, typer.Option(help="Which of its frames, from 0.")] = 0,
-    nodes: Annotated[int, typer.Option(help="Nodes of each search tree, at first.")] = 1000,
-    seed: Seed = 0,
+    nodes: Annotated[
+        int | None,
+        typer.Option(help="Nodes of each search tree, at first: those of --scores, or else 1000."),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Of a task's trajectories, and of searches: of --scores, or else 0."),
+    ] = None,
     parameter: Parameters = None,
     scores: Annotated[
         Path | None, typer.Option(help="Scores of the dataset to see beside, from `score`.")
@@ -77,7 +83,10 @@ def view_command(
                 view(
                     what,
                     parsed(parameter or []),
-                    **{"trajectory": trajectory, "frame": frame, "nodes": nodes, "seed": seed},
+                    trajectory=trajectory,
+                    frame=frame,
+                    nodes=nodes,
+                    seed=seed,
                     scores=scores,
                     run=run,
                     host=host,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.viewer.kept import Kept
-from energymargin.viewer.panel import LINES, Panel, set_value
+from energymargin.viewer.panel import LINES, Panel, set_value, value_of
 from energymargin.viewer.quiet import Quiet
 from energymargin.viewer.search import Live, Scored, score_state
 from energymargin.viewer.sources import Frames, Source
@@ -25,6 +25,7 @@ from energymargin.viewer.texts import (
     frame_text,
     legend,
     score_table,
+    sets_text,
 )
 
 __all__ = ["Page"]
@@ -55,7 +56,7 @@ class Page:
         self._lock = threading.RLock()
         self._live, self._kept = Live(), Kept()
         self._sets_later, self._nodes_later = Quiet(), Quiet()
-        self._replays = 0
+        self._replays, self._playing = 0, False
         self._error: Exception | None = None
         self._trajectory, self._frame = trajectory, frame
         self._frames = source.frames(trajectory)
@@ -105,16 +106,19 @@ class Page:
     # What is shown
 
     def _show_frame(self) -> None:
-        """The present frame: bodies and words at once, sets once it is quiet."""
+        """The present frame: bodies and words at once, its sets once it is quiet."""
+        self._stage.hide_sets()
         self._panel.what.content = frame_text(self._frames, self._frame)
         self._show_scored()
         self._sets_later.run(self._draw_sets)
 
     def _draw_sets(self) -> None:
         try:
-            self._stage.draw_sets()
+            drawn = self._stage.draw_sets()
         except Exception as error:  # of a predicate
             self._say("The sets cannot be drawn", str(error))
+        else:
+            self._panel.sets.content = sets_text(self._problem, drawn)
 
     def _show_scored(self) -> None:
         """The tree of the present frame, its scores and its way out."""
@@ -129,17 +133,18 @@ class Page:
         """As many nodes as the slider says, and their scores."""
         scored = self.scored
         dots, edges = self._stage.draw_tree(scored, self._nodes())
-        self._panel.legend.content = legend(scored)
+        self._panel.legend.content = legend(self._problem, scored)
         self._panel.drawn.content = drawn_text(dots, edges)
         self._show_scores()
 
     def _show_scores(self) -> None:
         """Of the nodes that are shown, at the slider's lambda; and along the trajectory."""
-        panel, first = self._panel, self._frames.first
-        stored = None
-        if self._stored is not None and first is not None:
-            stored = self._stored.at(first + self._frame)
-        panel.scores.content = score_table(self.scored, self._nodes(), panel.rate.value, stored)
+        panel, file, first = self._panel, self._stored, self._frames.first
+        beside: dict[str, Any] = {"stored": None}
+        if file is not None and first is not None:
+            beside = {"stored": file.at(first + self._frame), "stored_as": file.title}
+        shown = self._nodes(), value_of(panel.rate)
+        panel.scores.content = score_table(self.scored, *shown, **beside)
         panel.plot(self._frames.times, self._along(), self._frame)
 
     def _along(self) -> dict[str, NDArray[np.float64]]:
@@ -148,13 +153,13 @@ class Page:
         frames, first = len(self._frames.times), self._frames.first
         if self._stored is not None and first is not None:
             return {name: self._stored.along(name, first, frames) for name in LINES}
-        nodes, rate = int(self._panel.nodes.value), self._panel.rate.value
+        nodes, rate = int(value_of(self._panel.nodes)), value_of(self._panel.rate)
         return self._kept.along(self._trajectory, frames, LINES, nodes, rate)
 
     def _nodes(self) -> int:
         """How many are shown: those that are grown, or fewer."""
         grown = 0 if self.scored is None else self.scored.capture.nodes
-        return min(int(self._panel.nodes.value), grown)
+        return min(int(value_of(self._panel.nodes)), grown)
 
     # What happens when a control is moved
 
@@ -162,12 +167,12 @@ class Page:
         panel = self._panel
         panel.trajectory.on_update(self._then(self._choose_trajectory))
         panel.frame.on_update(self._then(self._choose_frame))
-        panel.moment.on_update(self._then(self._choose_moment))
+        panel.moment.on_update(self._move_moment)
         panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
         panel.score_all.on_click(lambda _: self._start())
-        panel.play.on_click(lambda _: self._replay())
+        panel.play.on_click(lambda _: self._press_play())
         for box in panel.shown.values():
             box.on_update(self._then(self._choose_shown))
 
@@ -181,8 +186,8 @@ class Page:
         return handle
 
     def _choose_trajectory(self) -> None:
-        chosen = int(self._panel.trajectory.value)
-        if chosen == self._trajectory or chosen >= self._source.trajectories:
+        chosen = min(int(value_of(self._panel.trajectory)), self._source.trajectories - 1)
+        if chosen == self._trajectory:
             return
         frames = self._source.frames(chosen)
         frame = min(self._frame, len(frames.times) - 1)
@@ -201,7 +206,7 @@ class Page:
         self._show_frame()
 
     def _choose_frame(self) -> None:
-        chosen = min(int(self._panel.frame.value), len(self._frames.times) - 1)
+        chosen = min(int(value_of(self._panel.frame)), len(self._frames.times) - 1)
         if chosen == self._frame:
             return
         problem = self._problem_of(self._frames, chosen)
@@ -216,10 +221,16 @@ class Page:
         with self._lock:
             self._show_nodes()
 
+    def _move_moment(self, event: Any) -> None:
+        with self._lock:
+            if event.client_id is not None:  # moved by hand: a replay would take it away again
+                self._replays += 1
+            self._choose_moment()
+
     def _choose_moment(self) -> None:
         scored = self.scored
         if scored is not None and scored.way_out is not None:
-            moment = min(int(self._panel.moment.value), len(scored.way_out.times) - 1)
+            moment = min(int(value_of(self._panel.moment)), len(scored.way_out.times) - 1)
             self._stage.draw_moment(scored, moment)
             self._panel.escape_text.content = escape_text(scored, moment)
 
@@ -232,19 +243,26 @@ class Page:
         else:
             self._start([self._frame])
 
-    def _replay(self) -> None:
-        """Moves along the way out in its own time, once."""
+    def _press_play(self) -> None:
+        """Moves along the way out in its own time, from the present moment or again; or stops."""
         with self._lock:
-            scored = self.scored
-            self._replays += 1
-            number = self._replays
-        if scored is None or scored.way_out is None:
-            return
-        for moment, wait in enumerate(np.diff(scored.way_out.times, append=0.0)):
-            if number != self._replays or self.scored is not scored:
+            scored, self._replays = self.scored, self._replays + 1
+            if self._playing or scored is None or scored.way_out is None:
                 return
-            set_value(self._panel.moment, moment)  # which shows it
-            time.sleep(max(float(wait), 0.0))
+            self._playing, number = True, self._replays
+            last = len(scored.way_out.times) - 1
+            begin = int(value_of(self._panel.moment)) % max(last, 1)
+        self._panel.playing(True)
+        try:
+            for moment in range(begin, last + 1):
+                if number != self._replays or self.scored is not scored:
+                    return
+                set_value(self._panel.moment, moment)  # which shows it
+                if moment < last:
+                    time.sleep(float(np.diff(scored.way_out.times)[moment]))
+        finally:
+            self._playing = False
+            self._panel.playing(False)
 
     # Scores
 
@@ -254,7 +272,7 @@ class Page:
         with self._lock:
             trajectory, recorded = self._trajectory, self._frames
             chosen = list(range(len(recorded.times))) if frames is None else frames
-            nodes = int(self._panel.nodes.value)
+            nodes = int(value_of(self._panel.nodes))
 
         def work(cancel: Cancel) -> None:
             self._error = None
@@ -277,7 +295,9 @@ class Page:
         self._live.start(work)
 
     def _keep(self, trajectory: int, frame: int, scored: Scored) -> None:
-        """Keeps it, and shows what of it is to be seen."""
+        """Keeps it, and shows what of it is to be seen; not if it was stopped before it began."""
+        if scored.size == 0:
+            return
         scored.read_off()
         with self._lock:
             before = self._kept.at(trajectory, frame)

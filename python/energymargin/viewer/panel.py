@@ -13,14 +13,14 @@ from viser import uplot
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.stage import SHOWN
-from energymargin.viewer.texts import legend, plain
+from energymargin.viewer.texts import plain
 
-__all__ = ["LINES", "Panel", "set_value"]
+__all__ = ["LINES", "Panel", "set_value", "value_of"]
 
 LINES = {"capture": "#0072B2", "success": "#000000"}
 RATES = 20.0  # 1/J, for a problem whose lambda is 0
 STEPS = 200  # of the slider of lambda
-SCORE, STOP = "Score this state", "Stop"
+SCORE, PLAY, STOP = "Score this state", "Replay the escape", "Stop"
 
 
 class Panel:
@@ -57,10 +57,11 @@ class Panel:
         with gui.add_folder("Escape"):
             self.escape_text = gui.add_html("")
             self.moment = gui.add_slider("moment", 0, 1, 1, 0, disabled=True)
-            self.play = gui.add_button("Replay the escape", disabled=True, color="blue")
+            self.play = gui.add_button(PLAY, disabled=True, color="blue")
         with gui.add_folder("Show"):
-            self.legend = gui.add_html(legend(None))
+            self.legend = gui.add_html("")
             self.drawn = gui.add_html("")
+            self.sets = gui.add_html("")
             self.shown = {name: gui.add_checkbox(name, True) for name in SHOWN}
 
         self._rate = rate
@@ -98,6 +99,10 @@ class Panel:
         set_value(self.progress, 0.0)
         self.progress.visible = searching
 
+    def playing(self, playing: bool) -> None:
+        """The button stops a replay that runs."""
+        self.play.label = STOP if playing else PLAY
+
     def plot(
         self, times: NDArray[np.float64], scores: Mapping[str, NDArray[np.float64]], frame: int
     ) -> None:
@@ -133,6 +138,14 @@ class Panel:
             height=150,
             visible=False,
         )
+
+
+def value_of(slider: Any) -> float:
+    """Of a slider; the number beside it may be typed out of its range, and is then put back."""
+    value = float(min(max(slider.value, slider.min), slider.max))
+    if value != slider.value:
+        set_value(slider, value)
+    return value
 
 
 def set_value(control: Any, value: float) -> None:

@@ -38,6 +38,8 @@ class Frames:
     captured: NDArray[np.bool_] | None = None
     """Whether each state lies in its capture set, shape (K,); None if nobody said so."""
     success: bool | None = None
+    captured_any: NDArray[np.bool_] | None = None
+    """Whether at least one of several objects is captured, shape (K,)."""
 
     def search_seed(self, seed: int, frame: int) -> int:
         """Of a frame's search: with it the scores are those that `energymargin score` gives the
@@ -107,6 +109,7 @@ class Trajectories:
             first,
             recorded.captured,
             recorded.success,
+            recorded.captured_any,
         )
 
     def close(self) -> None:
@@ -129,6 +132,11 @@ def source_of(
     Of a task so many trajectories of so many frames are generated, with this seed. Raises
     ValueError on anything else, and OSError on a file that cannot be read.
     """
+    if not isinstance(what, (Problem, Dataset, str, os.PathLike)):
+        raise ValueError(
+            f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, or "
+            "the name of a task"
+        )
     if isinstance(what, Problem):
         return OneProblem(what)
     if isinstance(what, Dataset):

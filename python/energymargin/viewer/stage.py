@@ -82,8 +82,15 @@ class Stage:
         if scored.way_out is not None:
             self._bodies.put(scored.way_out.states[moment])
 
-    def draw_sets(self) -> None:
-        """Capture and success set of the present state: they may follow the effector."""
+    def hide_sets(self) -> None:
+        """Those of another state."""
+        with self._lock:
+            for surface in self._surfaces.values():
+                surface.visible = False
+
+    def draw_sets(self) -> set[str]:
+        """Capture and success set of the present state: they may follow the effector. Returns
+        the names of those that have a border in the view."""
         problem = self._problem
         captured, succeeded = sets_of(problem)
         sets = {
@@ -96,8 +103,10 @@ class Stage:
                 surface = region_surface(problem, region, self._view, flat=self._flat, layer=layer)
             with self._lock:
                 if self._gone or problem is not self._problem:  # moved on meanwhile
-                    return
+                    break
                 self._replace(name, surface, color)
+        with self._lock:
+            return set(self._surfaces)
 
     def choose(self, shown: Mapping[str, bool]) -> None:
         """What is to be seen, by the names of SHOWN."""

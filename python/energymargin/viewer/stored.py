@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +29,15 @@ class StoredScores:
             if chosen.digest != dataset.digest():
                 raise ValueError(
                     f"{path}: run {chosen.number} has scores of another dataset than this one "
-                    f"(task {chosen.task!r}, {chosen.states} states)"
+                    f"(task {chosen.task!r}, {chosen.states} states): view the one that was scored"
                 )
-            self.settings: Mapping[str, object] = chosen.settings
-            """Of the search, such as 'nodes' and 'seed'."""
+            self.search: dict[str, int] = {
+                name: chosen.settings[name] for name in ("nodes", "seed") if name in chosen.settings
+            }
+            """What another search is told to give the same scores."""
+            nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
+            self.title = f"stored{nodes}"
+            """What a column of them is called."""
             self._scores = chosen.labelled_scores().scores
 
     def at(self, number: int) -> dict[str, float]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from html import escape
 
 import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
+from energymargin._core import Problem
 from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
@@ -21,8 +22,9 @@ from energymargin.plots.styles import (
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 
-__all__ = ["drawn_text", "escape_text", "frame_text", "legend", "plain", "score_table"]
+__all__ = ["drawn_text", "escape_text", "frame_text", "legend", "plain", "score_table", "sets_text"]
 
+INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
 NAMES = {
     "capture": "capture score",
@@ -56,20 +58,26 @@ def frame_text(frames: Frames, frame: int) -> str:
         words.append("captured" if frames.captured[frame] else lost)
     if frames.success is not None:
         words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
+    if frames.captured_any is not None and frames.captured_any[frame]:
+        words.append("at least one object captured")
     return f'<div style="{STYLE}">{" &middot; ".join(words)}</div>'
 
 
 def score_table(
-    scored: Scored | None, nodes: int, rate: float, stored: Mapping[str, float] | None
+    scored: Scored | None,
+    nodes: int,
+    rate: float,
+    stored: Mapping[str, float] | None,
+    stored_as: str = "",
 ) -> str:
     """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
-    of a file of scores."""
+    of a file of scores, under the title `stored_as`."""
     live = {} if scored is None else _live(scored, nodes, rate)
     kept = {name: stored[key] for name, key in STORED.items() if stored and key in stored}
     rows = [name for name in NAMES if name in live or name in kept]
     if not rows:
         return plain("Not scored yet.")
-    columns = [("this tree", live)] + ([("stored", kept)] if stored is not None else [])
+    columns = [("this tree", live)] + ([(stored_as, kept)] if stored is not None else [])
     head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
     body = "".join(
         f'<tr><th scope="row" style="text-align:left;font-weight:normal">{NAMES[name]}</th>'
@@ -90,7 +98,7 @@ def escape_text(scored: Scored | None, moment: int = 0) -> str:
     if scored.escape.nodes == 0 and way is None:
         return plain("Stopped before a way out was looked for.")
     if way is None:
-        return plain(f"No way out was found with {scored.escape.nodes:,} nodes.")
+        return plain(f"No way out was found with {_counted(scored.escape.nodes, 'node')}.")
     if len(way.times) == 1:
         return plain("It is out already: no effort is needed.")
     return plain(
@@ -101,29 +109,50 @@ def escape_text(scored: Scored | None, moment: int = 0) -> str:
 
 def drawn_text(dots: int, edges: int) -> str:
     """How much of the tree is drawn."""
-    return plain(f"{dots:,} dots and {edges:,} edges are drawn") if dots else ""
+    return plain(f"{_counted(dots, 'dot')} and {_counted(edges, 'edge')} are drawn") if dots else ""
 
 
-def legend(scored: Scored | None) -> str:
-    """What the colours mean."""
-    most = None if scored is None else float(scored.capture.tree.costs.max())
-    marks = [
-        (BODY_COLORS["object"], "object"),
-        (BODY_COLORS["effector"], "effector"),
-        (CAPTURED_COLOR, "capture set"),
-        (SUCCEEDED_COLOR, "success set"),
-        (LOST_COLOR, "edge out of the capture set"),
+def sets_text(problem: Problem, drawn: Collection[str]) -> str:
+    """Which sets are not drawn."""
+    sets = {"capture set": problem.captured, "success set": problem.succeeded}
+    missing = [name for name, region in sets.items() if region is not None and name not in drawn]
+    if not missing:
+        return ""
+    why = "all of the view or none of it is in it, or it does not depend on the place"
+    return plain(f"Not drawn: the {' and the '.join(missing)} ({why}).")
+
+
+def legend(problem: Problem, scored: Scored | None) -> str:
+    """What the colours and marks mean, of what there is."""
+    roles = {body.role for body in problem.scene.bodies}
+    marks: list[tuple[str, str, str]] = [
+        ("&#9632;", BODY_COLORS[role], role) for role in ("object", "effector") if role in roles
     ]
-    squares = " ".join(
-        f'<span style="white-space:nowrap"><span style="color:{color}">&#9632;</span> {text}</span>'
-        for color, text in marks
+    marks.append(("&#9632;", CAPTURED_COLOR, "capture set"))
+    if problem.succeeded is not None:
+        marks.append(("&#9632;", SUCCEEDED_COLOR, "success set"))
+    if scored is not None:
+        marks += [("&#9679;", INK, "node"), ("&#9670;", INK, "node out of the capture set")]
+        marks.append(("&#9473;", LOST_COLOR, "edge to it"))
+    if scored is not None and scored.way_out is not None:
+        marks.append(("&#9473;", "black", "cheapest way out"))
+        marks.append(("&#9632;", PALE, "object at its end"))
+    words = " ".join(
+        f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
+        for mark, color, text in marks
     )
-    return f'<div style="{STYLE}">{"" if most is None else _scale(most)}{squares}</div>'
+    most = "" if scored is None else _scale(float(scored.capture.tree.costs.max()))
+    return f'<div style="{STYLE}">{most}{words}</div>'
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number:,} {thing}{'s' * (number != 1)}"
 
 
 def _live(scored: Scored, nodes: int, rate: float) -> dict[str, float]:
     values = scored.memberships.scores(min(nodes, scored.capture.nodes), rate)
-    values["effort"] = scored.escape.effort
+    if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
+        values["effort"] = scored.escape.effort
     if scored.force is not None:
         values["force"] = scored.force.force
     return values
@@ -141,7 +170,8 @@ def _value(name: str, value: float | None) -> str:
 
 def _notes(scored: Scored, nodes: int) -> str:
     grown = scored.capture.nodes
-    notes = [f"capture and success of {min(nodes, grown):,} of {grown:,} nodes"]
+    counted = "capture and success count" if "success" in scored.memberships.inside else "it counts"
+    notes = [f"{counted} {min(nodes, grown):,} of {_counted(grown, 'node')}"]
     if not scored.complete:
         notes.append("stopped early")
     if scored.force is None:

@@ -13,6 +13,7 @@ import viser
 from energymargin._core import Problem
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset
+from energymargin.settings import MOST_NODES
 from energymargin.tasks.base import whole_number
 from energymargin.viewer.page import Page
 from energymargin.viewer.serving import HOST, port_at, served_at
@@ -20,6 +21,9 @@ from energymargin.viewer.sources import Source, Trajectories, source_of
 from energymargin.viewer.stored import StoredScores
 
 __all__ = ["Viewer", "view"]
+
+
+SEARCH = {"nodes": 1000, "seed": 0}
 
 
 class Viewer(Closing):
@@ -58,6 +62,10 @@ class Viewer(Closing):
             self._server.stop()
         self._source.close()
 
+    def __repr__(self) -> str:
+        """Where it is."""
+        return f"<Viewer of {self._source.title} at {self.url}>"
+
     def _repr_html_(self) -> str:
         return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
 
@@ -79,8 +87,8 @@ def view(
     *,
     trajectory: int = 0,
     frame: int = 0,
-    nodes: int = 1000,
-    seed: int = 0,
+    nodes: int | None = None,
+    seed: int | None = None,
     scores: str | os.PathLike[str] | None = None,
     run: int | None = None,
     host: str = HOST,
@@ -90,21 +98,29 @@ def view(
     """Serves a page that shows a problem, a dataset, the file of one, or a task with parameters.
 
     It begins with a frame of a trajectory; `viewer.page.score()` scores it with so many nodes and
-    this seed, as the button of the page does. scores: a file of scores of the dataset, to see
-    beside; run: which of its runs. Other machines reach it only if `host` is an
-    address that they know, such as "0.0.0.0": then anyone may, without a password. port: None takes
-    a free one. progress(done, total): of the trajectories of a task. Raises ValueError on bad input
-    or a port that is taken, and OSError on files that cannot be read.
+    this seed, as the button of the page does; None are those of `scores`, or else 1000 and 0.
+    scores: a file of scores of the dataset, to see beside; run: which of its runs. Other machines
+    reach it only if `host` is an address that they know, such as "0.0.0.0": then anyone may,
+    without a password. port: None takes a free one. progress(done, total): of the trajectories of
+    a task. Raises ValueError on bad input or a port that is taken, and OSError on files that cannot
+    be read.
     """
-    whole_number("nodes", nodes, 1)
-    source = source_of(what, parameters, seed=seed, progress=progress)
+    if nodes is not None:
+        whole_number("nodes", nodes, 1, MOST_NODES)
+    if run is not None and scores is None:
+        raise ValueError(f"run is {run}, but there are no scores that it is of")
+    for name, number in {"trajectory": trajectory, "frame": frame}.items():
+        whole_number(name, number, 0)
+    source = source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
         stored = None if scores is None else _stored(source, scores, run)
     except BaseException:
         source.close()
         raise
-    options: dict[str, Any] = {"trajectory": trajectory, "frame": frame, "nodes": nodes}
-    return Viewer(source, host, port, seed=seed, stored=stored, **options)
+    search = SEARCH if stored is None else SEARCH | stored.search
+    given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
+    options: dict[str, Any] = {"trajectory": trajectory, "frame": frame, **search, **given}
+    return Viewer(source, host, port, stored=stored, **options)
 
 
 def _stored(source: Source, scores: str | os.PathLike[str], run: int | None) -> StoredScores:
