@@ -51,10 +51,12 @@ def make(name: str, **parameters: Any) -> Task:
     """
     entry = _entry(name)
     constructor = _loaded(entry)
+    signature = inspect.signature(constructor)
     try:
-        inspect.signature(constructor).bind(**parameters)
+        signature.bind(**parameters)
     except TypeError as error:
-        raise ValueError(f"task {name!r}: {error}") from error
+        known = ", ".join(signature.parameters) or "none"
+        raise ValueError(f"task {name!r}: {error}; its parameters: {known}") from error
     try:
         task = constructor(**parameters)
     except TypeError as error:  # such as an abstract method that is missing

@@ -31,7 +31,7 @@ class Viewer(Closing):
 
     def __init__(self, source: Source, host: str, port: int | None, **options: Any) -> None:
         """Serves it; `options` are those of Page."""
-        self.host, self._source = host, source
+        self.host, self._source, self._closed = host, source, False
         try:
             self.port = port_at(host, port)
         except ValueError:
@@ -54,6 +54,7 @@ class Viewer(Closing):
 
     def close(self) -> None:
         """Ends its searches, and no longer serves it."""
+        self._closed = True
         self.page.close()
         self._stop()
 
@@ -67,6 +68,8 @@ class Viewer(Closing):
         return f"<Viewer of {self._source.title} at {self.url}>"
 
     def _repr_html_(self) -> str:
+        if self._closed:
+            return "<p>This viewer is closed.</p>"
         return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
 
 

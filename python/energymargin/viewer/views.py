@@ -14,6 +14,7 @@ from energymargin.outlines import body_poses, placed, shape_parts
 __all__ = ["View", "is_flat", "object_places", "view_around"]
 
 AROUND = 0.08  # of the longest side, around what moves
+AROUND_ONE = 0.6  # around a state alone, of which nobody knows where it leads
 LEVEL = 0.02  # of the view: what is lifted less stays on the ground
 SIDES = (("x", "y"), ("z", "x"))  # planes of outlines that show all three axes
 
@@ -39,9 +40,9 @@ class View(NamedTuple):
 
 def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
     """A view of objects and effector in these states."""
-    corners = []
+    corners, count = [], 0
     shown = [body for body in scene.bodies if body.role != "none"]
-    for state in states:
+    for count, state in enumerate(states, start=1):
         poses = body_poses(scene, state)
         for body in shown:
             for part in shape_parts(body.shape):
@@ -50,7 +51,8 @@ def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
                 corners.append(np.concatenate([flat, height], axis=1))
     points = np.concatenate(corners)
     low, high = points.min(axis=0), points.max(axis=0)
-    around = AROUND * float((high - low).max())
+    share = AROUND if count > 1 else AROUND_ONE
+    around = share * float((high - low).max())
     floor = _ground(scene)
     return View(low - around, high + around, float(low[2]) if floor is None else floor)
 
