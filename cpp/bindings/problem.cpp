@@ -2,6 +2,7 @@
 
 #include "energymargin/problem.hpp"
 
+#include "described.hpp"
 #include "door.hpp"
 #include "energymargin/problem_io.hpp"
 
@@ -168,6 +169,12 @@ void bind_problem(py::module_& module) {
           "A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError that "
           "names "
           "the place and what was expected.")
+      .def("__repr__",
+           [](const Problem& problem) {
+             return described("Problem", {{"scene", py::cast(problem.scene)},
+                                          {"effector", py::cast(effector_name(problem.effector))},
+                                          {"rate", py::cast(problem.rate)}});
+           })
       .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },
                       [](const py::str& text) { return from_json(text); }));
 }

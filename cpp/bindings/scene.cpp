@@ -2,6 +2,7 @@
 
 #include "energymargin/scene.hpp"
 
+#include "described.hpp"
 #include "door.hpp"
 #include "energymargin/state.hpp"
 
@@ -508,6 +509,14 @@ void bind_scene(py::module_& module) {
       .def_property_readonly(
           "dimension", [](const Scene& scene) { return StateLayout(scene).dimension(); },
           "n, numbers in a state vector.")
+      .def("__repr__",
+           [](const Scene& scene) {
+             std::vector<std::string> names;
+             for (const Body& body : scene.bodies()) names.push_back(body.name);
+             return described("Scene", {{"bodies", py::cast(names)},
+                                        {"joints", py::cast(scene.joints().size())},
+                                        {"dimension", py::cast(StateLayout(scene).dimension())}});
+           })
       .def_property_readonly("bodies", [](const Scene& scene) { return scene.bodies(); })
       .def_property_readonly("joints", [](const Scene& scene) { return scene.joints(); })
       .def_property_readonly("springs", [](const Scene& scene) { return scene.springs(); })

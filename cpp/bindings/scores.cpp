@@ -1,5 +1,6 @@
 // The metrics and the batch for Python. The GIL is released around every search, and Ctrl-C ends it.
 
+#include "described.hpp"
 #include "door.hpp"
 #include "energymargin/batch.hpp"
 #include "energymargin/metrics/capture.hpp"
@@ -101,7 +102,10 @@ void bind_tree(py::module_& module) {
                     "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
       .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
       .def("path_to", &Tree::path_to, py::arg("node"), "Rows from the root to a node, both included.")
-      .def("__len__", &Tree::size);
+      .def("__len__", &Tree::size)
+      .def("__repr__", [](const Tree& tree) {
+        return described("Tree", {{"nodes", py::cast(tree.size() - 1)}, {"dimension", py::cast(tree.states.cols())}});
+      });
 }
 
 void bind_results(py::module_& module) {
@@ -146,8 +150,10 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
                     "cancel or the largest number of trees came first.")
       .def_property_readonly("nodes", &CaptureScore::nodes, "Of each tree, besides its root.")
       .def("__repr__", [](const CaptureScore& score) {
-        return "CaptureScore(capture=" + py::repr(py::cast(score.capture)).cast<std::string>() +
-               ", success=" + py::repr(py::cast(score.success)).cast<std::string>() + ")";
+        return described("CaptureScore", {{"capture", py::cast(score.capture)},
+                                          {"success", py::cast(score.success)},
+                                          {"nodes", py::cast(score.nodes())},
+                                          {"complete", py::cast(score.complete)}});
       });
   py::class_<Escape>(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.")
       .def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf if no escape was found.")
@@ -165,7 +171,9 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
       .def_property_readonly("nodes", &Escape::nodes,
                              "How many there are besides the root; so many nodes give the same bits again.")
       .def("__repr__", [](const Escape& escape) {
-        return "EscapeEffort(effort=" + py::repr(py::cast(escape.effort)).cast<std::string>() + ")";
+        return described("EscapeEffort", {{"effort", py::cast(escape.effort)},
+                                          {"nodes", py::cast(escape.nodes())},
+                                          {"complete", py::cast(escape.complete)}});
       });
   py::class_<EscapeEnergy>(module, "EscapeEnergy", "Escape energy, Definitions 1 and 2.")
       .def_readonly("energy", &EscapeEnergy::energy, "Lowest barrier found [J]; inf if no way out was, as of a cage.")
@@ -184,7 +192,9 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
                     "Whether all poses are drawn, or nothing is left to gain: False if the timeout or the cancel came "
                     "first.")
       .def("__repr__", [](const EscapeEnergy& escape) {
-        return "EscapeEnergy(energy=" + py::repr(py::cast(escape.energy)).cast<std::string>() + ")";
+        return described("EscapeEnergy", {{"energy", py::cast(escape.energy)},
+                                          {"samples", py::cast(escape.samples)},
+                                          {"complete", py::cast(escape.complete)}});
       });
   py::class_<ContactMargins>(module, "ContactMargins", "What the object's contacts with one kind of body can bear.")
       .def_readonly("engage", &ContactMargins::engage, "Sum of the normal forces [N].")
@@ -194,9 +204,8 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
       .def_readonly("effector", &ForceScore::effector, "Over the contacts with all bodies of the effector.")
       .def_readonly("ground", &ForceScore::ground, "Over the contacts with all other bodies.")
       .def_readonly("distance", &ForceScore::distance, "Least distance between object and effector [m].")
-      .def("__repr__", [](const ForceScore& score) {
-        return "ForceScore(force=" + py::repr(py::cast(score.force)).cast<std::string>() + ")";
-      });
+      .def("__repr__",
+           [](const ForceScore& score) { return described("ForceScore", {{"force", py::cast(score.force)}}); });
 }
 
 // Lets go of the GIL while the threads end: they may wait for it in a predicate.

@@ -199,3 +199,20 @@ def test_ctrl_c_ends_a_long_search(problem, score):
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         score(with_captured(problem, everywhere), nodes=100_000)
+
+
+def test_results_and_what_they_are_of_show_themselves_at_the_prompt():
+    task = em.tasks.make("push")
+    trajectory = task.rollout(1)
+    problem = task.problem(trajectory.states[2], trajectory.params, trajectory.contacts[2])
+    scene = "Scene(bodies=['table', 'wall', 'object', 'effector'], joints=0, dimension=26)"
+    assert repr(problem.scene) == scene
+    assert repr(problem) == f"Problem(scene={scene}, effector='drive', rate=5.0)"
+    cancel = em.Cancel()
+    cancel.set()
+    score = em.capture_score(problem, nodes=10, cancel=cancel)
+    assert repr(score) == (
+        f"CaptureScore(capture={score.capture!r}, success={score.success!r}, nodes=0, "
+        "complete=False)"
+    )
+    assert repr(score.tree) == "Tree(nodes=0, dimension=26)"

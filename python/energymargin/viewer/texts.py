@@ -52,7 +52,7 @@ def plain(text: str) -> str:
 
 def frame_text(frames: Frames, frame: int) -> str:
     """When a frame is, and its labels."""
-    words = [f"<b>t = {frames.times[frame]:.2f} s</b>"]
+    words = [f"<b>t = {frames.times[frame]:.2f} s</b>"] if len(frames.times) > 1 else []
     if frames.captured is not None:
         lost = f'<b style="color:{LOST_COLOR}">not captured</b>'
         words.append("captured" if frames.captured[frame] else lost)
