@@ -11,6 +11,7 @@ import pytest
 
 from energymargin import (
     Box,
+    Cancel,
     Problem,
     Scene,
     capture_score,
@@ -25,6 +26,8 @@ from energymargin import (
 )
 from energymargin.evaluation import LabelledScores
 from energymargin.scoring import ScoreTable
+from energymargin.settings import SearchSettings
+from energymargin.store import ScoreStore, score_dataset
 
 VOID = {"br", "img"}
 
@@ -114,6 +117,48 @@ def test_a_search_that_was_stopped_says_that_it_is_not_complete(problem):
     assert "Not complete" not in shown(escape_effort(problem, nodes=5)).text
 
 
+def test_a_search_that_was_stopped_before_it_began_shows_no_number(problem):
+    cancel = Cancel()
+    cancel.set()
+    for stopped in (
+        capture_score(problem, nodes=20, trees=2, cancel=cancel),
+        escape_effort(problem, nodes=20, cancel=cancel),
+        escape_energy(problem, cancel=cancel),
+    ):
+        assert "stopped before anything was searched" in shown(stopped).text
+        assert shown(stopped).rows == []
+
+
+def test_forces_that_cancel_out_are_shown_as_zero():
+    task = tasks.make("push")
+    sliding = task.rollout(seed=1)
+    score = force_score(task.problem(sliding.states[3], sliding.params))
+    assert 0 < abs(score.ground.stick) < 1e-12
+    table = values(score)
+    assert table["all else: to the friction cones' edges"] == "0 N"
+    assert table["all else: normal forces"] == f"{score.ground.engage:.4g} N"
+
+
+def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_path):
+    dataset = datasets.generate("push", trajectories=1, frames=3, seed=0)
+    settings = "least_likelihood = 0, nodes = 2, nodes_per_edge = 1, seed = {}, "
+    settings += "stop_at_escape = False"
+    with ScoreStore(tmp_path / "push.db", create=True) as empty:
+        assert "There are no runs." in shown(empty).text
+    for seed in (0, 1):
+        score_dataset(dataset, tmp_path / "push.db", ["capture", "force"], SearchSettings(2, seed))
+    with ScoreStore(tmp_path / "push.db") as store:
+        store.database.execute("DELETE FROM scores WHERE question = 3 AND stream = 2")
+        assert shown(store).rows[1:] == [
+            ["1", "push", "3 of 3", "capture, force", settings.format(0)],
+            ["2", "push", "2 of 3", "capture, force", settings.format(1)],
+        ]
+        table = values(store.run(2))
+        assert table["states scored"] == "2 of 3" and table["settings"] == settings.format(1)
+        assert table["parameters"] == "friction drawn at random, effector = drive, follow = True"
+    assert "cannot be shown" in store._repr_html_()
+
+
 def test_every_kind_of_result_is_shown_as_a_table(problem, trajectory):
     for thing, title in (
         (escape_energy(problem, samples=50), "Escape energy"),
@@ -153,6 +198,7 @@ def test_an_evaluation_shows_auc_and_ap_or_that_there_is_one_label(labelled):
     cells = shown(result)
     assert cells.rows[0] == ["score", "h = 0", "h = 1"]
     assert cells.rows[1][1].startswith(result.states["capture"][0].value())
+    assert "States: captured in their own frame and the next h;" in cells.text
     labelled_alike = LabelledScores(
         "push", labelled.trajectory, np.ones(4, bool), labelled.success, labelled.scores
     )

@@ -1,6 +1,7 @@
 """Reports of small stores, read as a browser reads them, and in one."""
 
 import base64
+import io
 import json
 import os
 import re
@@ -18,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browsers import watched_page
+from PIL import Image
 
 from energymargin import datasets, report
 from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
@@ -151,7 +153,9 @@ def test_the_table_holds_the_very_numbers_of_evaluate(document, labelled):
     for score, cells in result.states.items():
         shown = [[cell.value(), *cell.intervals()] for cell in cells.values()]
         assert document.row(score)[: len(shown)] == shown
-    assert document.row("success")[0] == [result.success.value(), *result.success.intervals()]
+    own = [result.success.value(), *result.success.intervals(), "of whole trajectories"]
+    assert document.row("success")[0] == own and len(document.row("success")) == 2
+    assert [a["colspan"] for tag, a in document.elements if "colspan" in a] == ["6"]
     assert document.row("capture")[-1] == [".97/.99"]
 
 
@@ -160,8 +164,51 @@ def test_the_page_says_what_was_scored_and_how(document, labelled):
         [f"{len(labelled.captured)}, of which {labelled.captured.sum()} lie in their capture set"]
     ]
     assert "nodes = 15" in document.row("Settings")[0][0]
-    assert 'effector = "drive"' in document.row("Parameters")[0][0]
+    assert 'friction drawn at random, effector = "drive"' in document.row("Parameters")[0][0]
     assert "No picture" not in document.text and not document.text.count("not scored")
+
+
+def test_times_are_in_words_of_everyday(own):
+    path = own / "push-scores.db"
+    for seconds, said in ((1.0304, "1.03 s"), (0.99996, "1000 ms"), (1234.5, "1234 s")):
+        changed(path, f"UPDATE scores SET seconds = {seconds}")
+        assert f"capture {said} success {said}" in written(own).text
+
+
+def test_the_page_says_what_the_label_of_a_state_is(document):
+    assert (
+        "captured in its own frame and in all of the next h ; frames past the end of its "
+        "trajectory do not count." in document.text
+    )
+
+
+def test_a_card_says_that_its_label_looks_past_the_end_of_the_trajectory(own):
+    path = own / "push-scores.db"
+    changed(path, "DELETE FROM scores WHERE question <> 1")
+    changed(path, "UPDATE states SET captured = number % 6 >= 4")
+    cut = "frames ahead were recorded"
+    for frame, said in ((5, "Only 0 of 2 frames ahead"), (4, "Only 1 of 2 frames ahead")):
+        changed(path, f"UPDATE scores SET value = 1 - (stream % 6 = {frame}) WHERE question = 1")
+        text = written(own, pictures=1, horizon=2).text
+        assert f"{said} were recorded." in text and text.count(cut) == 1
+        assert cut not in written(own, pictures=1, horizon=0).text
+
+
+def test_a_horizon_that_no_state_has_is_refused_and_the_default_is_one_that_some_have(own):
+    with pytest.raises(ValueError, match=r"horizon is 6, expected 0 to 5: .* has 6 frames"):
+        written(own, horizon=6)
+    assert "captured over the next 5 frames" in written(own, horizon=5).text
+    dataset = datasets.generate("push", trajectories=2, frames=2, seed=1)
+    (own / "push-scores.db").unlink()
+    score_dataset(dataset, own / "push-scores.db", ["force"])
+    assert "“captured over the next 1 frame”" in written(own).text
+
+
+def test_intervals_of_few_trajectories_come_with_a_caution(own, document):
+    caution = "These intervals are of 9 trajectories."
+    assert "These intervals are of" not in document.text
+    changed(own / "push-scores.db", "DELETE FROM scores WHERE stream >= 54")
+    assert caution in written(own).text
 
 
 def test_the_same_scores_make_the_same_bytes_whenever_they_were_copied(folder, own):
@@ -226,6 +273,30 @@ def test_every_score_of_a_trajectory_is_drawn_and_an_infinite_effort_too(documen
             assert mark["legendgroup"] == traces[0]["legendgroup"] == metric
         endless += infinite
     assert endless > 0
+
+
+def test_infinite_efforts_stand_in_a_band_of_their_own_and_no_mark_is_at_the_edge(document):
+    banded = 0
+    for figure in document.figures["along"]:
+        for axis in ("y", "y2", "y3"):
+            own = figure["layout"][f"yaxis{axis[1:]}"]
+            traces = [trace for trace in figure["data"] if trace["yaxis"] == axis]
+            low, high = own["range"]
+            drawn = np.concatenate([numbers(trace["y"]) for trace in traces])
+            spare = 0.01 * (high - low)
+            assert low + spare < np.nanmin(drawn) and np.nanmax(drawn) < high - spare
+            endless = [t for t in traces if t["name"].endswith(": no escape")]
+            if not endless:
+                assert "tickvals" not in own
+                continue
+            banded += 1
+            (border,) = [s for s in figure["layout"]["shapes"] if s["yref"] == axis]
+            finite = [numbers(t["y"]) for t in traces if t not in endless]
+            infinite = np.concatenate([numbers(t["y"]) for t in endless])
+            assert own["ticktext"][-1] == "∞" and "∞" not in own["ticktext"][:-1]
+            assert np.nanmax(np.concatenate(finite), initial=0) < border["y0"] < infinite.min()
+            assert own["tickvals"][-2] < border["y0"] < own["tickvals"][-1] < high
+    assert banded > 0
 
 
 def test_a_histogram_counts_every_state(document, labelled):
@@ -329,7 +400,9 @@ def test_without_the_dataset_there_are_frames_instead_of_times_and_no_pictures(o
     (own / "push.h5").unlink()
     found = written(own, pictures=1)
     assert "there is no push.h5 beside push-scores.db" in found.text
-    assert "No picture" in found.text and not found.attributes("src")
+    assert found.text.count("No pictures: there is no push.h5 beside push-scores.db.") == 1
+    assert found.text.count("there is no push.h5") == 2 and not found.attributes("src")
+    assert "Ranked above" in found.text
     axis = found.figures["along"][0]["layout"]["xaxis"]
     assert axis["title"]["text"] == "frame"
 
@@ -396,6 +469,9 @@ def test_several_objects_have_a_table_of_all_and_one_of_at_least_one(tmp_path):
         ("push-scores.db", {"output": "no/r.html"}, "no such folder"),
         ("push-scores.db", {"data": "other.h5"}, "other.h5 is not the dataset that run 1 of"),
         ("push-scores.db", {"run": 7}, "run is 7"),
+        ("push-scores.db", {"run": "1"}, "run is '1', expected a whole number"),
+        ("push-scores.db", {"options": {"draws": 9}}, "options is {'draws': 9}, expected a report"),
+        ("push-scores.db", {"options": {}}, "options is {}, expected a report.Options"),
     ],
 )
 def test_what_cannot_be_is_said_and_the_page_that_was_there_stays(
@@ -495,3 +571,43 @@ def test_the_page_works_in_a_browser_without_a_network(folder):
         said = page.locator("#along .hoverlayer").text_content()
         assert re.search(r"frame \d", said) and "captured" in said
         assert wrong == []
+
+
+def boxes_apart(page, one, other):
+    a, b = (page.locator(of).first.bounding_box() for of in (one, other))
+    return a["y"] + a["height"] <= b["y"] or b["y"] + b["height"] <= a["y"]
+
+
+@pytest.mark.parametrize("width", [1400, 500])
+def test_the_tool_bar_is_beside_the_legend_and_no_tip_covers_a_picture(folder, width):
+    with watched_page((width, 900)) as (page, wrong):
+        page.goto((folder / "report.html").as_uri())
+        page.locator("#roc").hover()
+        page.wait_for_selector("#roc .modebar--hover .modebar-btn", state="visible")
+        for name in ("roc", "pr", "along", "histogram-0"):
+            assert boxes_apart(page, f"#{name} .modebar", f"#{name} .legend")
+            assert boxes_apart(page, f"#{name} .legend", f"#{name} .nsewdrag")
+        assert page.locator("#roc .modebar-btn").count() == 4
+        page.locator("#roc .legendtoggle").first.click()
+        page.wait_for_function("document.querySelector('#roc').data[0].visible === 'legendonly'")
+        assert page.locator(".plotly-notifier .notifier-note").count() == 0
+        assert wrong == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_narrow_page_shows_that_a_table_goes_on_and_pictures_are_framed(folder, scheme):
+    def edge():
+        """Brightness of the right edge of the table, between two of its rows."""
+        with Image.open(io.BytesIO(table.screenshot())) as image:
+            return image.convert("L").getpixel((image.width - 1, image.height // 2 + 3))
+
+    with watched_page((500, 900)) as (page, _):
+        page.emulate_media(color_scheme=scheme)
+        page.goto((folder / "report.html").as_uri())
+        table = page.locator("#tables .scroll").first
+        goes_on = edge()
+        table.evaluate("one => one.scrollLeft = one.scrollWidth")
+        assert abs(goes_on - edge()) > 20
+        card, image = (page.locator(one).first.bounding_box() for one in (".card", ".card img"))
+        assert card["x"] + 5 < image["x"]
+        assert image["x"] + image["width"] + 5 < card["x"] + card["width"]

@@ -45,8 +45,12 @@ def report(
         ),
     ] = 2,
     horizon: Annotated[
-        int, typer.Option(help="Frames that the label looks ahead in histograms and pictures.")
-    ] = 2,
+        int | None,
+        typer.Option(
+            help="Frames that the label looks ahead in histograms and pictures; if not given 2, or "
+            "fewer if no trajectory has as many."
+        ),
+    ] = None,
     last: Annotated[
         int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
     ] = 5,

@@ -22,6 +22,7 @@ from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores
 from energymargin.notebook import data, problems, results
 from energymargin.scoring import ScoreTable
+from energymargin.store import Run, ScoreStore
 from energymargin.tasks.base import Trajectory
 
 __all__ = ["attach"]
@@ -38,6 +39,8 @@ SHOWN: dict[type, Callable[[Any], str]] = {
     Dataset: data.dataset,
     Evaluation: data.evaluation,
     LabelledScores: data.labelled_scores,
+    Run: data.run,
+    ScoreStore: data.score_store,
     ScoreTable: data.score_table,
     Trajectory: data.trajectory,
 }

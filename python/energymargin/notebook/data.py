@@ -12,9 +12,18 @@ from energymargin.evaluation import Evaluation, LabelledScores
 from energymargin.metrics import unit, value_text
 from energymargin.notebook.tables import MOST_ROWS, Row, grid, table
 from energymargin.scoring import ScoreTable
+from energymargin.store import Run, ScoreStore
 from energymargin.tasks.base import Trajectory
 
-__all__ = ["dataset", "evaluation", "labelled_scores", "score_table", "trajectory"]
+__all__ = [
+    "dataset",
+    "evaluation",
+    "labelled_scores",
+    "run",
+    "score_store",
+    "score_table",
+    "trajectory",
+]
 
 
 def score_table(scores: ScoreTable) -> str:
@@ -44,8 +53,8 @@ def evaluation(result: Evaluation) -> str:
         if cell is not None:
             rows.append((name, _cell(cell), *[""] * (len(result.horizons) - 1)))
     said = (
-        "AUC/AP, with the 95 % interval of AUC. States: captured over the next h frames; success: "
-        f"of whole trajectories, by their last {result.last} frames."
+        "AUC/AP, with the 95 % interval of AUC. States: captured in their own frame and the "
+        f"next h; success: of whole trajectories, by their last {result.last} frames."
     )
     if result.missing:
         said += f" {result.missing} states have no score yet and are left out."
@@ -114,12 +123,55 @@ def dataset(recorded: Dataset) -> str:
     )
 
 
+def score_store(store: ScoreStore) -> str:
+    """Its runs, a row each."""
+    rows = [
+        (one.number, one.task, _scored(one), _listed(one.metrics), _settings(one))
+        for one in store.runs()
+    ]
+    head = ("run", "task", "states scored", "scores", "settings")
+    return grid(f"Scores in {store.path.name}", head, rows, "" if rows else "There are no runs.")
+
+
+def run(one: Run) -> str:
+    """What is scored of it, and with which settings."""
+    parameters = "unknown" if one.parameters is None else _parameters(one.parameters)
+    return table(
+        f"Run {one.number} of {one.store.path.name}",
+        [
+            ("task", one.task),
+            ("parameters", parameters),
+            ("states scored", _scored(one)),
+            ("scores", _listed(one.metrics)),
+            ("settings", _settings(one)),
+            ("algorithm", one.algorithm),
+            ("time of a state", f"{one.seconds():.3g} s"),
+        ],
+    )
+
+
+def _scored(one: Run) -> str:
+    scored, states = one.counts()
+    return f"{scored} of {states}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)
+
+
+def _settings(one: Run) -> str:
+    return ", ".join(f"{name} = {_short(value)}" for name, value in one.settings.items())
+
+
 def _yes(value: bool) -> str:
     return "yes" if value else "no"
 
 
 def _parameters(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} = {_short(value)}" for name, value in values.items()) or "nothing"
+    """Of a task, or of a trajectory; what a task has not is drawn for each trajectory."""
+    named = values.items()
+    parts = [f"{n} drawn at random" if v is None else f"{n} = {_short(v)}" for n, v in named]
+    return ", ".join(parts) or "nothing"
 
 
 def _short(value: Any) -> str:

@@ -10,10 +10,14 @@ from energymargin.notebook.tables import Row, table
 __all__ = ["capture_score", "escape_effort", "escape_energy", "force_score", "tree"]
 
 NONE_FOUND = "infinite: no way out was found"
+NOTHING_SEARCHED = "It was stopped before anything was searched: there is no value."
+NOISE = 1e-12  # N, or m; what is less is left of numbers that cancel out
 
 
 def capture_score(score: CaptureScore) -> str:
     """Likelihoods with their standard errors, if there are several trees."""
+    if not (score.nodes or score.complete):
+        return table("Capture score", [], NOTHING_SEARCHED)
     rows: list[Row] = []
     for which in ("capture", "success", "capture_any", "success_any"):
         value = getattr(score, which)
@@ -36,6 +40,8 @@ def _likelihood(value: float, stderr: float | None) -> str:
 
 def escape_effort(result: EscapeEffort) -> str:
     """The effort, and when it was found."""
+    if not (result.nodes or result.complete):
+        return table("Effort of escape", [], NOTHING_SEARCHED)
     rows: list[Row] = [("effort", _energy(result.effort))]
     if math.isfinite(result.effort):
         rows.append(("path", f"{max(len(result.path) - 1, 0)} edges"))
@@ -46,6 +52,8 @@ def escape_effort(result: EscapeEffort) -> str:
 
 def escape_energy(result: EscapeEnergy) -> str:
     """The barrier, and how it was found."""
+    if not (result.samples or result.complete):
+        return table("Escape energy", [], NOTHING_SEARCHED)
     rows: list[Row] = [("energy", _energy(result.energy))]
     if math.isfinite(result.energy):
         rows.append(("path", f"{len(result.path)} states, the barrier at row {result.barrier}"))
@@ -58,14 +66,18 @@ def force_score(score: ForceScore) -> str:
     return table(
         "Force score",
         [
-            ("score", f"{score.force:.4g}"),
-            ("distance of object and effector", f"{score.distance:.4g} m"),
-            ("effector: normal forces", f"{score.effector.engage:.4g} N"),
-            ("effector: to the friction cones' edges", f"{score.effector.stick:.4g} N"),
-            ("all else: normal forces", f"{score.ground.engage:.4g} N"),
-            ("all else: to the friction cones' edges", f"{score.ground.stick:.4g} N"),
+            ("score", _without_noise(score.force)),
+            ("distance of object and effector", f"{_without_noise(score.distance)} m"),
+            ("effector: normal forces", f"{_without_noise(score.effector.engage)} N"),
+            ("effector: to the friction cones' edges", f"{_without_noise(score.effector.stick)} N"),
+            ("all else: normal forces", f"{_without_noise(score.ground.engage)} N"),
+            ("all else: to the friction cones' edges", f"{_without_noise(score.ground.stick)} N"),
         ],
     )
+
+
+def _without_noise(value: float) -> str:
+    return f"{value:.4g}" if abs(value) > NOISE else "0"
 
 
 def tree(found: Tree) -> str:

@@ -30,10 +30,10 @@ def time_facts(subject: Subject) -> list[Fact]:
     for metric, seconds in subject.seconds.items():
         scored = int((~np.isnan(subject.labelled.scores[metric])).sum())
         if scored:
-            mean = 1e3 * seconds / scored
-            found.append((metric, f"{mean:.3g} ms" if mean else "from a search above"))
+            mean = seconds / scored
+            found.append((metric, _duration(mean) if mean else "from a search above"))
             total += mean
-    return [*found, ("all of them", f"{total:.3g} ms")] if found else []
+    return [*found, ("all of them", _duration(total))] if found else []
 
 
 def version_facts(subject: Subject) -> list[Fact]:
@@ -50,7 +50,7 @@ def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
     labelled = subject.labelled
     yield "Task", labelled.task
     if subject.parameters is not None:
-        yield "Parameters", _listed(subject.parameters) or "none"
+        yield "Parameters", ", ".join(map(_parameter, subject.parameters.items())) or "none"
     last = [states[-1] for states in subject.members]
     won = int(labelled.success[last].sum())
     yield "Trajectories", f"{len(last)}, of which {won} are successful"
@@ -59,11 +59,24 @@ def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
     if labelled.captured_any is not None:
         yield "At least one object", f"is captured in {int(labelled.captured_any.sum())} states"
     yield "Scores", ", ".join(subject.metrics)
-    yield "Settings", _listed(subject.settings)
+    yield "Settings", ", ".join(map(_setting, subject.settings.items()))
     yield "Run", f"{subject.number} of {subject.path.name}"
     if data.path is not None:
         yield "Dataset", data.path.name
 
 
-def _listed(values: dict[str, object]) -> str:
-    return ", ".join(f"{name} = {json.dumps(value)}" for name, value in values.items())
+def _parameter(named: tuple[str, object]) -> str:
+    """Of a task; what it has not, is drawn for each trajectory."""
+    name, value = named
+    return _setting(named) if value is not None else f"{name} drawn at random"
+
+
+def _setting(named: tuple[str, object]) -> str:
+    name, value = named
+    return f"{name} = {json.dumps(value)}"
+
+
+def _duration(seconds: float) -> str:
+    """ "1.03 s", "12.5 ms"; never as a power of ten."""
+    value, unit = (seconds, "s") if seconds >= 1 else (1e3 * seconds, "ms")
+    return f"{value:.3g} {unit}" if value < 999.5 else f"{value:.0f} {unit}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,15 +11,23 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from energymargin.metrics import KINDS, is_likelihood, of_kind, unit
-from energymargin.report.plots import LOST_COLOR, Choice, Plot, figure, look
+from energymargin.report.plots import (
+    GUIDE_COLOR,
+    LOST_COLOR,
+    Choice,
+    Plot,
+    figure,
+    look,
+    round_numbers,
+)
 from energymargin.report.subject import Data, Subject
 
 __all__ = ["Along", "along"]
 
 GAP = 0.05  # between the axes, of the height
 MARKED = 80  # frames; the line of a longer trajectory has no marks
-ENDLESS = 1.15  # where an infinite effort is drawn, of the largest finite one
-APART = 0.14  # by how much higher that of the next metric is
+SPARE = 0.05  # below and above the finite scores, of their range
+ROW = 0.12  # of infinite efforts of one metric, of the same range
 WORST, OTHERS, ALL = "Most wrong first", "A sample of the others", "The others"
 
 
@@ -57,7 +65,7 @@ def along(subject: Subject, data: Data, wrong: NDArray[np.float64], most: int) -
             Choice(group, _title(subject, t)) for group, t in zip(groups, numbers, strict=True)
         ],
         chooser="Trajectory",
-        height=160 + 200 * len(_kinds(subject.metrics)),
+        height=_height(subject.metrics),
     )
     return Along(
         plot if numbers else None,
@@ -131,20 +139,79 @@ def _title(subject: Subject, t: int) -> str:
 def _figure(course: _Course) -> go.Figure:
     kinds = _kinds(list(course.scores))
     height = (1 + GAP) / len(kinds) - GAP
-    made = figure(hovermode="closest", xaxis=_time_axis(course, len(kinds)))
+    made = figure(_height(course.scores), hovermode="closest", xaxis=_time_axis(course, len(kinds)))
+    shapes = list(_shades(course))
     for row, (metrics, title) in enumerate(kinds):
         high = 1 - row * (height + GAP)
         domain = [max(0.0, high - height), high]
-        axis: dict[str, Any] = {"title": {"text": title}, "domain": domain, "rangemode": "tozero"}
-        if is_likelihood(metrics[0]):
-            axis["range"] = [-0.05, 1.05]
-        made.update_layout({f"yaxis{row + 1}": axis})
-        top, apart = _most(course, metrics), APART * _most(course, metrics)
+        scale, axis = _Scale.of(course, metrics), f"y{row + 1}"
+        made.update_layout(
+            {f"yaxis{row + 1}": {"title": {"text": title}, "domain": domain, **scale.layout()}}
+        )
         for metric in metrics:
-            made.add_traces(list(_traces(course, metric, f"y{row + 1}", top)))
-            top += apart * bool(np.isposinf(course.scores[metric]).any())
-    made.update_layout(shapes=list(_shades(course)))
+            made.add_traces(list(_traces(course, metric, axis, scale.row(metric))))
+        shapes += scale.border(axis)
+    made.update_layout(shapes=shapes)
     return made
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """An axis: what is finite, and above it a band of what is infinite, a row for each metric."""
+
+    low: float
+    high: float
+    endless: list[str]
+    """The metrics that have infinite scores."""
+
+    @classmethod
+    def of(cls, course: _Course, metrics: Sequence[str]) -> _Scale:
+        """Of all scores of these metrics; with zero."""
+        every = np.concatenate([course.scores[metric] for metric in metrics])
+        finite = every[np.isfinite(every)]
+        low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
+        if is_likelihood(metrics[0]) or low == high:
+            low, high = 0.0, 1.0
+        return cls(low, high, [m for m in metrics if np.isposinf(course.scores[m]).any()])
+
+    def row(self, metric: str) -> float:
+        """Where the infinite scores of a metric are drawn."""
+        place = self.endless.index(metric) if metric in self.endless else 0
+        return self._above(place + 0.5)
+
+    def layout(self) -> dict[str, Any]:
+        """Of the axis: numbers where it is finite, and one tick for all that is infinite."""
+        layout: dict[str, Any] = {
+            "range": [self.low - SPARE * (self.high - self.low), self._above(len(self.endless))]
+        }
+        if self.endless:
+            numbers = round_numbers(self.low, self.high)
+            layout["tickvals"] = [*numbers, self._above(len(self.endless) / 2)]
+            layout["ticktext"] = [*(f"{number:.3g}" for number in numbers), "∞"]
+        return layout
+
+    def border(self, axis: str) -> list[dict[str, Any]]:
+        """Between the finite and the infinite scores, if there are such."""
+        line = {
+            "type": "line",
+            "xref": "paper",
+            "x0": 0,
+            "x1": 1,
+            "yref": axis,
+            "y0": self._above(0),
+            "y1": self._above(0),
+            "line": {"color": GUIDE_COLOR, "dash": "dot", "width": 1},
+        }
+        return [line] if self.endless else []
+
+    def _above(self, rows: float) -> float:
+        """So many rows above the finite scores."""
+        return self.high + (SPARE + ROW * rows) * (self.high - self.low)
+
+
+def _height(metrics: Iterable[str]) -> int:
+    """Of the figure [px]."""
+    return 160 + 200 * len(_kinds(list(metrics)))
 
 
 def _kinds(metrics: Sequence[str]) -> list[tuple[list[str], str]]:
@@ -162,12 +229,6 @@ def _time_axis(course: _Course, rows: int) -> dict[str, Any]:
         "range": [middles[0], middles[-1]],
         "zeroline": False,
     }
-
-
-def _most(course: _Course, metrics: Sequence[str]) -> float:
-    """Where infinity is drawn, above all that is finite."""
-    finite = [v[np.isfinite(v)] for v in (course.scores[metric] for metric in metrics)]
-    return ENDLESS * float(max((v.max() for v in finite if len(v)), default=1.0)) or 1.0
 
 
 def _traces(course: _Course, metric: str, axis: str, top: float) -> Iterator[go.Scatter]:

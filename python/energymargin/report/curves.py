@@ -22,7 +22,7 @@ from energymargin.curves import (
 )
 from energymargin.evaluation import HORIZONS, LabelledScores
 from energymargin.metrics import unit
-from energymargin.report.plots import Choice, Plot, figure, look
+from energymargin.report.plots import GUIDE_COLOR, Choice, Plot, figure, look
 
 __all__ = ["curves"]
 
@@ -30,7 +30,7 @@ FEW = 400  # points of a curve that are all drawn
 FINE = 1 / 400  # of an axis; what moves by less cannot be told apart
 MARKED = 60  # points of a curve that are drawn as such
 HEIGHT = 500  # px
-GUESSING = {"color": "#8c959f", "dash": "dot", "width": 1}
+GUESSING = {"color": GUIDE_COLOR, "dash": "dot", "width": 1}
 
 
 def curves(labelled: LabelledScores, horizon: int, last: int) -> list[Plot]:
@@ -83,7 +83,7 @@ def _told_apart(labelled: LabelledScores, target: str, horizon: int, last: int) 
 
 
 def _roc(metrics: Sequence[str], found: Sequence[Roc]) -> go.Figure:
-    made = _square("false positive rate (0 to 1)", "true positive rate (0 to 1)")
+    made = _square("ROC", "false positive rate (0 to 1)", "true positive rate (0 to 1)")
     for metric, one in zip(metrics, found, strict=True):
         x, y = one.false_positive_rate, one.true_positive_rate
         made.add_trace(_line(metric, f"AUC {one.auc:.3f}", x, y, one.threshold))
@@ -92,7 +92,7 @@ def _roc(metrics: Sequence[str], found: Sequence[Roc]) -> go.Figure:
 
 
 def _pr(metrics: Sequence[str], found: Sequence[PrecisionRecall]) -> go.Figure:
-    made = _square("recall (0 to 1)", "precision (0 to 1)")
+    made = _square("Precision over recall", "recall (0 to 1)", "precision (0 to 1)")
     for metric, one in zip(metrics, found, strict=True):
         line = _line(metric, f"AP {one.ap:.3f}", one.recall, one.steps, one.threshold)
         line.line.shape = "vh"  # each step at the height of its end: below them the area is AP
@@ -102,9 +102,11 @@ def _pr(metrics: Sequence[str], found: Sequence[PrecisionRecall]) -> go.Figure:
     return made
 
 
-def _square(x: str, y: str) -> go.Figure:
+def _square(title: str, x: str, y: str) -> go.Figure:
     axis = {"range": [-0.01, 1.015], "dtick": 0.2, "zeroline": False}
     return figure(
+        HEIGHT,
+        title,
         xaxis={"title": {"text": x}, **axis},
         yaxis={"title": {"text": y}, **axis},
     )

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from energymargin.metrics import axis_label, is_likelihood, unit
-from energymargin.report.plots import CAPTURED_COLOR, LOST_COLOR, Plot, figure
+from energymargin.report.plots import CAPTURED_COLOR, LOST_COLOR, Plot, figure, round_numbers
 from energymargin.report.wrong import Judged
 
 __all__ = ["distributions"]
 
 BINS = 20
+HEIGHT = 316  # px
 FEW = 1  # percent of the scores at either end that may lie outside of the bins' range
 LOOKS = {True: (CAPTURED_COLOR, ""), False: (LOST_COLOR, "/")}  # by label
 
@@ -28,7 +28,7 @@ def distributions(every: list[Judged]) -> list[Plot]:
             name=f"histogram-{number}",
             label=f"Histogram of {one.metric} by label",
             figures=[_figure(one)],
-            height=316,
+            height=HEIGHT,
         )
         for number, one in enumerate(every)
         if len(one.compared.scores)
@@ -42,19 +42,16 @@ def _figure(one: Judged) -> go.Figure:
     low, high = (0.0, 1.0) if is_likelihood(one.metric) else _range(finite)
     edges = np.linspace(low, high, BINS + 1)
     made = figure(
-        title={
-            **{"text": one.metric, "x": 0, "xref": "paper", "font": {"size": 14}},
-            **{"y": 1, "yanchor": "top", "pad": {"t": 4}},  # above a legend of two lines
-        },
+        HEIGHT,
+        one.metric,
         barmode="overlay",
         bargap=0.05,
-        margin={"l": 62, "r": 12, "t": 80, "b": 52},
         yaxis={"title": {"text": "share of that label [%]"}, "rangemode": "tozero"},
     )
     axis: dict[str, Any] = {"title": {"text": axis_label(one.metric)}}
     endless = high + 2 * (edges[1] - edges[0])
     if np.isposinf(scores).any():
-        ticks = _ticks(low, high)
+        ticks = round_numbers(low, high)
         axis |= {"tickvals": [*ticks, endless], "ticktext": [*(f"{t:.3g}" for t in ticks), "∞"]}
     made.update_layout(xaxis=axis)
     for label in (True, False):
@@ -113,8 +110,3 @@ def _range_texts(edges: NDArray[np.float64], finite: NDArray[np.float64], unit: 
     if len(finite) and finite.max() > edges[-1]:
         texts[-1] = f"{edges[-2]:.3g} {unit} or more"
     return texts
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    """A few round numbers."""
-    return [float(t) for t in MaxNLocator(4).tick_values(low, high) if low <= t <= high]

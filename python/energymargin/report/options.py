@@ -9,10 +9,7 @@ from energymargin.tasks.base import whole_number
 
 __all__ = ["Options"]
 
-_LEAST = {
-    **{"trajectories": 1, "pictures": 0},
-    **{"horizon": 0, "last": 1, "draws": 1, "seed": 0},
-}
+_LEAST = {"trajectories": 1, "pictures": 0, "last": 1, "draws": 1, "seed": 0}
 
 
 @dataclass(frozen=True)
@@ -23,8 +20,9 @@ class Options:
     """At most so many are shown, half of them those that the scores get most wrong."""
     pictures: int = 2
     """So many states of each score and label, whose searches are grown again."""
-    horizon: int = HORIZON
-    """Frames that the label "captured" of curves, histograms and pictures looks ahead."""
+    horizon: int | None = None
+    """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
+    HORIZON ahead, or as far as the longest trajectory goes."""
     last: int = LAST_FRAMES
     """As of `evaluate`; so are the next two."""
     draws: int = DRAWS
@@ -34,3 +32,17 @@ class Options:
         """Checks each of them."""
         for name, least in _LEAST.items():
             whole_number(name, getattr(self, name), least)
+        if self.horizon is not None:
+            whole_number("horizon", self.horizon, 0)
+
+    def horizon_of(self, ahead: int) -> int:
+        """The horizon, where no state has more than `ahead` frames after its own. Raises ValueError
+        if it is longer than that."""
+        if self.horizon is None:
+            return min(HORIZON, ahead)
+        if self.horizon > ahead:
+            raise ValueError(
+                f"horizon is {self.horizon}, expected 0 to {ahead}: the longest trajectory has "
+                f"{ahead + 1} frames"
+            )
+        return self.horizon

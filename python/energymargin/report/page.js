@@ -6,7 +6,12 @@
   const BLACK = '"#000000"';
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const print = window.matchMedia("print");
-  const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  const config = {
+    responsive: true,
+    displaylogo: false,
+    showTips: false,
+    modeBarButtons: [["toImage"], ["zoom2d", "pan2d", "resetScale2d"]],
+  };
   const places = [...document.querySelectorAll(".plot")].map((div) => ({
     div,
     figures: JSON.parse(document.getElementById(`data-${div.id}`).textContent).map(JSON.stringify),
@@ -16,6 +21,7 @@
   function themed(layout, colors) {
     const own = { ...layout, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)" };
     own.font = { ...layout.font, color: colors.ink, family: getComputedStyle(document.body).fontFamily, size: 13 };
+    own.modebar = { bgcolor: "rgba(0,0,0,0)", color: colors.line, activecolor: colors.ink };
     own.hoverlabel = { ...layout.hoverlabel, bgcolor: colors.hover, font: { color: colors.ink } };
     for (const key of Object.keys(own).filter((name) => /^[xy]axis\d*$/.test(name))) {
       own[key] = { ...own[key], gridcolor: colors.grid, linecolor: colors.line, zerolinecolor: colors.grid };

@@ -15,7 +15,7 @@ from energymargin.report.along import Along
 from energymargin.report.missing import Notice
 from energymargin.report.plots import Plot
 from energymargin.report.tables import Table
-from energymargin.report.worst import Mistakes
+from energymargin.report.worst import Worst
 
 __all__ = ["Page", "rendered"]
 
@@ -31,6 +31,8 @@ class Page:
     versions: Sequence[Fact]
     result: Evaluation
     draws: int
+    enough: int
+    """Trajectories, below which the page warns of its intervals."""
     target: str
     """What the scores of states are held against, in words."""
     tables: Sequence[Table]
@@ -39,7 +41,7 @@ class Page:
     distributions: Sequence[Plot]
     pictures: int
     """How many were asked for of each score and label."""
-    mistakes: Sequence[Mistakes]
+    worst: Worst
     several: bool
     """Whether there are labels of at least one of several objects."""
     states: int

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import plotly.graph_objects as go
+from matplotlib.ticker import MaxNLocator
 from plotly.io import to_json
 
 from energymargin.metrics import ANY
@@ -14,15 +15,19 @@ from energymargin.plots.styles import metric_style
 
 __all__ = [
     "CAPTURED_COLOR",
+    "GUIDE_COLOR",
     "LOST_COLOR",
     "Choice",
     "Plot",
     "figure",
     "look",
+    "round_numbers",
 ]
 
 CAPTURED_COLOR = "#0072B2"
 LOST_COLOR = "#D55E00"
+GUIDE_COLOR = "#8c959f"  # of lines that are no data, on light and on dark ground
+BAR = 30  # px at the top of a figure, of its title and its tool bar, which covers what is there
 WIDTH = 2.0  # px, of a line
 _SYMBOLS = {  # of matplotlib, and what they are called here
     "o": "circle",
@@ -90,18 +95,31 @@ def look(metric: str) -> Look:
     return Look(style.color, symbol, dash, WIDTH)
 
 
-def figure(**layout: Any) -> go.Figure:
-    """An empty figure. Its colours of text and grid are the page's, which knows if it is dark; so
-    is what is black."""
+def figure(height: int, title: str = "", **layout: Any) -> go.Figure:
+    """An empty figure of so many pixels: at its top the title, below it the legend, and below that
+    the plot, which gives way to a legend of several lines. Its colours of text and grid are the
+    page's, which knows if it is dark; so is what is black."""
     return go.Figure(
         layout={
             "template": "none",
-            "margin": {"l": 62, "r": 12, "t": 34, "b": 52},
+            "margin": {"l": 62, "r": 12, "t": BAR + 26, "b": 52},
             "hoverlabel": {"align": "left"},
-            "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.01, "x": 0},
+            "title": {
+                **{"text": title, "x": 0, "xref": "paper", "font": {"size": 14}},
+                **{"y": 1, "yanchor": "top", "pad": {"t": 6}},
+            },
+            "legend": {
+                **{"orientation": "h", "x": 0, "xref": "paper"},
+                **{"yref": "container", "yanchor": "top", "y": 1 - BAR / height},
+            },
             **layout,
         }
     )
+
+
+def round_numbers(low: float, high: float) -> list[float]:
+    """A few from `low` to `high`, for the ticks of an axis."""
+    return [float(t) for t in MaxNLocator(4).tick_values(low, high) if low <= t <= high]
 
 
 def _dash(dashes: str | tuple[int, tuple[float, ...]]) -> str:

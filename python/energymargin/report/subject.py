@@ -18,6 +18,7 @@ from energymargin.datasets import Dataset
 from energymargin.evaluation import FORCE, LabelledScores
 from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
+from energymargin.tasks.base import whole_number
 
 __all__ = ["Data", "Subject", "read_data", "read_subject"]
 
@@ -54,6 +55,11 @@ class Subject:
         """Which frame of its trajectory each state is, shape (N,)."""
         return np.concatenate([np.arange(len(states)) for states in self.members])
 
+    @cached_property
+    def ahead(self) -> NDArray[np.int64]:
+        """How many frames of its trajectory were recorded after each state, shape (N,)."""
+        return np.concatenate([np.arange(len(states))[::-1] for states in self.members])
+
     def scores(self, metric: str) -> NDArray[np.float64]:
         """Of a metric as it is named in tables, shape (N,): there one force score is held against
         two labels."""
@@ -88,8 +94,10 @@ class Data(Closing):
 
 def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
     """A run of a file of scores; None is the only one. Raises what ScoreStore does, and ValueError
-    if there is no run."""
+    if there is no run, or `number` is no whole number."""
     path = Path(path)
+    if number is not None:
+        whole_number("run", number, 1)
     with ScoreStore(path) as store:
         if not store.runs():
             made = f"energymargin score DATASET -o {path}"

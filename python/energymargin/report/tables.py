@@ -26,6 +26,8 @@ class Entry:
 
     value: str
     below: tuple[str, ...] = ()
+    columns: int = 1
+    """Over how many it goes."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,9 @@ def _rows(result: Evaluation) -> Iterator[tuple[str, list[Entry]]]:
         yield score, [*map(_entry, cells.values()), *_paper(result.task, score)]
     for score, cell in ((SUCCESS, result.success), (SUCCESS + ANY, result.success_any)):
         if cell is not None:
-            rest = [Entry("")] * (len(result.horizons) - 1)
-            yield score, [_entry(cell), *rest, *_paper(result.task, score)]
+            below = (*cell.intervals(), "of whole trajectories")
+            entry = Entry(cell.value(), below, columns=len(result.horizons))
+            yield score, [entry, *_paper(result.task, score)]
 
 
 def _entry(cell: Cell | None) -> Entry:

@@ -12,7 +12,7 @@ from energymargin.report.pictures import picture
 from energymargin.report.subject import Data, Subject
 from energymargin.report.wrong import Judged
 
-__all__ = ["Card", "Mistakes", "mistakes"]
+__all__ = ["Card", "Mistakes", "Worst", "worst"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Card:
     image: str | None
     """A data URI; None if there is no picture."""
     why: str = ""
-    """Why there is none, or why it is not that of the score in the file."""
+    """Why there is none of this state, or why it is not that of the score in the file."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +38,30 @@ class Mistakes:
     """Why there is none, if so."""
 
 
-def mistakes(
+@dataclass(frozen=True)
+class Worst:
+    """The most wrong states of all metrics."""
+
+    metrics: list[Mistakes]
+    lacking: str
+    """Why there are no pictures at all; empty if there are."""
+
+
+def worst(
     subject: Subject,
     data: Data,
     every: Sequence[Judged],
+    *,
+    horizon: int,
     each: int,
     progress: Callable[[float], None],
-) -> list[Mistakes]:
+) -> Worst:
     """Of each metric and label up to `each` states; `progress` hears of the share that is done."""
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
     total, done = max(1, sum(len(places) for _, places in chosen)), 0
-    drawer = _Drawer(subject, data)
+    drawer = _Drawer(subject, data, horizon)
     found = []
     for one, places in chosen:
         cards = []
@@ -59,29 +70,30 @@ def mistakes(
             cards.append(drawer.card(one, place))
             done += 1
         found.append(Mistakes(one.metric, cards, _none(one)))
-    return found
+    return Worst(found, drawer.lacking)
 
 
 class _Drawer:
     """Makes the cards."""
 
-    def __init__(self, subject: Subject, data: Data) -> None:
-        self._subject, self._data = subject, data
+    def __init__(self, subject: Subject, data: Data, horizon: int) -> None:
+        self._subject, self._data, self._horizon = subject, data, horizon
         self._grower: Grower | None = None
-        self._lacking = data.lacking
+        self.lacking = data.lacking
+        """Why it can draw no picture; empty if it can."""
         if data.dataset is not None:
             try:
                 self._grower = Grower(data.dataset, subject.settings)
             except ValueError as error:
-                self._lacking = str(error)
+                self.lacking = str(error)
 
     def card(self, one: Judged, place: int) -> Card:
         """Of a state, or of the last state of a trajectory."""
         number = self._number(one, place)
         title = _title(one, place)
-        text = f"{self._where(number)}. {_why(one, place)}"
+        text = f"{self._where(number)}. {_why(one, place)}{self._cut(one, number)}"
         if self._grower is None:
-            return Card(title, text, None, f"No picture: {self._lacking}.")
+            return Card(title, text, None)
         try:
             grown = self._grower.grow(number, one.metric)
             image = picture(grown, self._grower.plane)
@@ -102,6 +114,14 @@ class _Drawer:
         if self._data.dataset is not None:
             time = f" ({self._data.dataset.trajectories[t].times[frame]:.3g} s)"
         return f"Trajectory {t}, frame {frame}{time}"
+
+    def _cut(self, one: Judged, number: int) -> str:
+        """Said of a state whose label looks past the end of its trajectory."""
+        ahead = int(self._subject.ahead[number])
+        if one.target != CAPTURED or ahead >= self._horizon:
+            return ""
+        frames = "frame" if self._horizon == 1 else "frames"
+        return f" Only {ahead} of {self._horizon} {frames} ahead were recorded."
 
     def _changed(self, one: Judged, number: int, grown: Grown) -> str:
         """Whether the tree in the picture is another one than that of the score in the file."""

@@ -22,13 +22,14 @@ from energymargin.report.options import Options
 from energymargin.report.page import Page, rendered
 from energymargin.report.subject import Data, Subject, read_data, read_subject
 from energymargin.report.tables import tables
-from energymargin.report.worst import mistakes
+from energymargin.report.worst import worst
 from energymargin.report.wrong import by_trajectory, judged
 
 __all__ = ["write"]
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
+ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow
 
 Progress = Callable[[str, float], None]
 
@@ -51,9 +52,13 @@ def write(
 
     The same files, by the same names, give the same bytes. The page is there whole, or as it was.
     Raises ValueError if `scores` is no file of scores or has no run, if there are several and none
-    is chosen, if `data` is another dataset, or `output` does not end in .html or is one of these
-    files; OSError if a file cannot be read or written.
+    is chosen, if `options` are not Options or their horizon is longer than any trajectory, if
+    `data` is another dataset, or `output` does not end in .html or is one of these files; OSError
+    if a file cannot be read or written.
     """
+    chosen = Options() if options is None else options
+    if not isinstance(chosen, Options):
+        raise ValueError(f"options is {options!r}, expected a report.Options")
     output = Path(output)
     _check_place(output, {"scores": scores, "data": data})
     with remembered_interrupts(), _replaced(output) as file:
@@ -65,14 +70,15 @@ def write(
 
         subject = read_subject(scores, run)
         with read_data(subject, data) as found:
-            page = _page(subject, found, options or Options(), output, tell)
+            page = _page(subject, found, chosen, output, tell)
         file.write_text(rendered(page), encoding="utf-8")
         raise_if_interrupted()
 
 
 def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Progress) -> Page:
     """All that the page says, computed."""
-    labelled, horizon, last = subject.labelled, options.horizon, options.last
+    labelled, last = subject.labelled, options.last
+    horizon = options.horizon_of(int(subject.ahead.max()))
     result = evaluate(
         labelled,
         draws=options.draws,
@@ -91,15 +97,18 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
         versions=version_facts(subject),
         result=result,
         draws=options.draws,
+        enough=ENOUGH,
         target=target_name(horizon=horizon),
         tables=tables(result),
         along=along(subject, data, wrong, options.trajectories),
         curves=curves(labelled, horizon, last),
         distributions=distributions(every),
         pictures=options.pictures,
-        mistakes=mistakes(
-            *(subject, data, every, options.pictures),
-            lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
+        worst=worst(
+            *(subject, data, every),
+            horizon=horizon,
+            each=options.pictures,
+            progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
         ),
         several=labelled.captured_any is not None,
         states=len(labelled.captured),
