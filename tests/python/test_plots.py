@@ -116,6 +116,25 @@ def test_the_qualitative_figure_has_a_row_a_trajectory_and_three_frames_in_each(
     ]
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"task": "push"}, "task is 'push', expected a Task"),
+        ({"trajectories": {}}, "trajectories is empty, expected some by name"),
+        ({"trajectories": ["a"]}, "trajectories is a list, expected some by name"),
+        ({"trajectories": {"a": 1}}, "trajectories has a int as 'a', expected a Trajectory"),
+        ({"frames": [99]}, "frame is 99, expected a whole number from 0 to 3"),
+        ({"frames": []}, r"frames is \[\], expected some numbers of frames"),
+        ({"frames": 1}, "frames is 1, expected some numbers of frames"),
+        ({"first_states": {}}, r"first_states is {}, expected 'a' in it, too"),
+    ],
+)
+def test_a_bad_argument_of_the_qualitative_figure_is_named(task, trajectory, arguments, message):
+    given = {"task": task, "trajectories": {"a": trajectory}, "nodes": 2} | arguments
+    with pytest.raises(ValueError, match=message):
+        plots.figure_qualitative(given.pop("task"), given.pop("trajectories"), **given)
+
+
 @pytest.fixture(scope="module")
 def several():
     """A state of four boxes and a scoop of several parts, with the tree from there, and a view."""

@@ -154,7 +154,90 @@ def test_nodes_that_are_not_lost_are_in_view_and_those_out_of_it_are_counted(blo
     unseen = int(((x < low) | (x > high)).sum())
     assert unseen > 1
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert f"outside of the capture set ({unseen} nodes out of view)" in texts
+    assert texts[-2:] == ["outside of the capture set", f"{unseen} of 101 nodes out of view"]
+
+
+def test_a_set_that_is_left_by_speed_is_said_to_be_no_matter_of_place(block):
+    slow, fast = (
+        regions.Predicate(lambda states, is_slow=is_slow: (states[:, 7] < 0.5) == is_slow)
+        for is_slow in (True, False)
+    )
+    moving = Problem(
+        block.scene,
+        block.state,
+        force=(6.0, 0.0, 0.0),
+        torque=(0, 0, 0),
+        duration=0.5,
+        captured=slow,
+        succeeded=fast,
+    )
+    tree = capture_score(moving, nodes=100, seed=0)
+    ax = plots.plot_state(moving, tree, Figure().subplots(), legend=True)
+    said = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert said[1:3] == [
+        "capture set (not by place: not drawn)",
+        "success set (not by place: not drawn)",
+    ]
+    assert "capture set (all of the view)" in legend(moving)
+
+
+def test_the_legend_has_no_cross_where_the_picture_has_none(block):
+    tree = capture_score(block, nodes=1, seed=0)
+    assert block.captured.contains(block.scene, tree.tree.states).all()
+    ax = plots.plot_state(block, tree, Figure().subplots(), legend=True)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["object", "capture set (all of the view)"]
+
+
+@pytest.mark.parametrize("layout", [None, "constrained"])
+@pytest.mark.parametrize("size", [(9.0, 3.5), (5.0, 4.0)])
+def test_the_legend_below_axes_of_the_caller_is_whole_and_covers_no_names(block, layout, size):
+    tree = capture_score(block, nodes=100, seed=0)
+    figure = Figure(figsize=size, layout=layout)
+    for ax in figure.subplots(1, 2 if size[0] > 8 else 1, squeeze=False).flat:
+        plots.plot_state(block, tree, ax, limits=((-1, 1), (-1, 1)), legend=True)
+    figure.savefig(io.BytesIO(), format="png")
+    for ax in (ax for ax in figure.axes if ax.get_legend() is not None):
+        box = ax.get_legend().get_window_extent()
+        assert not box.overlaps(ax.xaxis.get_tightbbox())
+        assert not box.overlaps(ax.bbox)
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.x1 <= figure.bbox.width
+
+
+def test_the_legend_of_a_new_figure_is_no_wider_than_it(block):
+    scene = Scene()
+    for name in ("box", *(f"an obstacle with a long name {k}" for k in range(3))):
+        role = "object" if name == "box" else "none"
+        place = (0.2 * len(scene.bodies), 0.0, 0.05)
+        scene.add_body(name, Box((0.1, 0.1, 0.1)), mass=1.0, position=place, role=role)
+    sets = {"captured": block.captured, "succeeded": block.captured}
+    crowded = Problem(scene, scene.pack(), force=(6, 0, 0), torque=(0, 0, 0), duration=0.5, **sets)
+    figure = plots.plot_state(crowded).figure
+    figure.savefig(io.BytesIO(), format="png")
+    box = figure.legends[0].get_window_extent()
+    assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+
+
+def test_the_colours_end_with_what_is_captured_or_with_the_escape(block):
+    tree = capture_score(block, nodes=100, seed=0)
+    costs, states = tree.tree.costs, tree.tree.states
+    captured = costs[block.captured.contains(block.scene, states)].max()
+    effort = escape_effort(block, nodes=20, seed=1)
+    assert captured < costs.max()
+    for escape, path, most in (
+        (None, False, captured),
+        (effort, True, max(captured, effort.effort)),
+    ):
+        ax = plots.plot_state(block, tree, Figure().subplots(), escape=escape, path=path)
+        (dots,) = (c for c in ax.collections if c.get_gid() == "nodes")
+        assert dots.get_clim() == (0.0, most)
+        assert dots.norm.vmax < costs.max()
+        (bar,) = (other for other in ax.figure.axes if other is not ax)
+        assert bar._colorbar.extend == "max"
+    ax = plots.plot_state(block, tree, Figure().subplots(), most=2 * costs.max())
+    assert ax.figure.axes[1]._colorbar.extend == "neither"
 
 
 def test_without_a_result_the_state_is_drawn_alone(drawn):
@@ -256,6 +339,9 @@ def test_a_result_of_another_problem_is_refused(block):
         ({"result": 3.0}, "result is 3.0, expected a CaptureScore or an EscapeEffort"),
         ({"escape": "it"}, "escape is 'it', expected an EscapeEffort"),
         ({"plane": ("x", "w")}, r"plane is \('x', 'w'\), expected two axes"),
+        ({"plane": 3}, "plane is 3, expected two axes"),
+        ({"limits": "auto"}, r"limits is 'auto', expected \(low, high\) of two axes \[m\]"),
+        ({"legend": "below"}, "legend is 'below', expected true or false"),
         ({"limits": ((1, 0), (0, 1))}, r"limits is .*, expected \(low, high\) of two axes \[m\]"),
         ({"ghosts": -1}, "ghosts is -1, expected a whole number"),
         ({"detail": 0}, "detail is 0, expected a whole number"),
@@ -265,6 +351,13 @@ def test_a_result_of_another_problem_is_refused(block):
 def test_a_bad_argument_is_named_with_what_was_expected(block, arguments, message):
     with pytest.raises(ValueError, match=message):
         plots.plot_state(block, **arguments)
+
+
+@pytest.mark.parametrize("projection", ["3d", "polar"])
+def test_axes_that_are_not_a_plane_are_refused(block, projection):
+    ax = Figure().add_subplot(projection=projection)
+    with pytest.raises(ValueError, match=f"ax is '{projection}', expected a matplotlib Axes with"):
+        plots.plot_state(block, ax=ax)
 
 
 def test_a_part_that_is_seen_edge_on_is_a_line():

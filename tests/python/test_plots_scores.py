@@ -1,10 +1,12 @@
 """Pictures of scores along a trajectory, against labels, and against nodes."""
 
+import io
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from energymargin import escape_effort, plots, tasks
+from energymargin import Problem, escape_effort, plots, tasks
 from energymargin.curves import precision_recall, roc
 from energymargin.evaluation import LabelledScores, evaluate
 from energymargin.store import ScoreStore, begin_run
@@ -49,6 +51,53 @@ def named(ax, name):
 
 def said(ax):
     return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def ticks(ax):
+    """What the y axis says within its view."""
+    low, high = ax.get_ylim()
+    labels = zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)
+    return {height: label.get_text() for height, label in labels if low <= height <= high}
+
+
+def band(ax):
+    """Where the line is below which all is finite, in the y axis' unit."""
+    (line,) = (line for line in ax.lines if line.get_gid() == "band")
+    low, high = ax.get_ylim()
+    return low + line.get_ydata()[0] * (high - low)
+
+
+def test_infinite_efforts_are_in_a_band_of_their_own_without_numbers(ax):
+    efforts = {"effort/est": np.array([1.0, np.inf, 3.0]), "effort/rrt": np.array([np.inf, 1, 2])}
+    plots.plot_scores(None, efforts, ax=ax)
+    ax.figure.draw_without_rendering()
+    said = ticks(ax)
+    assert [label for height, label in said.items() if height > band(ax)] == ["∞"]
+    numbers = [float(label) for height, label in said.items() if height < band(ax)]
+    assert numbers == [height for height in said if height < band(ax)]
+    assert len(numbers) > 2
+    assert band(ax) > 3.0
+
+
+def test_where_no_effort_is_finite_there_are_no_numbers(ax):
+    efforts = {"effort/est": [np.inf, np.inf], "effort/rrt": [np.nan, np.nan]}
+    plots.plot_scores(None, efforts, ax=ax)
+    ax.figure.draw_without_rendering()
+    assert list(ticks(ax).values()) == ["∞"]
+    missing = plots.plot_scores(None, {"effort/rrt": [np.nan, np.nan]}, ax=Figure().subplots())
+    missing.figure.draw_without_rendering()
+    assert not ticks(missing)
+
+
+def test_columns_share_the_band_of_infinity():
+    high = plots.Along(None, {"effort/est": np.array([9.0, 5.0])}, None)
+    endless = plots.Along(None, {"effort/est": np.array([np.inf, 1.0])}, None)
+    figure = plots.figure_scores({"high": high, "endless": endless})
+    figure.draw_without_rendering()
+    left, right = figure.axes
+    assert left.get_ylim() == right.get_ylim()
+    assert band(left) == band(right) > 9.0
+    assert list(ticks(left).values())[-1] == "∞"
 
 
 def test_infinite_efforts_are_marks_above_all_that_is_finite_a_row_a_metric(ax):
@@ -98,7 +147,8 @@ def test_scores_of_several_units_are_drawn_one_kind_at_a_time(labelled, ax):
         plots.plot_scores(*along, ax)
     assert plots.plot_scores(*along, ax, kind="effort") is ax
     assert ax.get_ylabel() == "effort of escape [J]"
-    assert {line.get_label() for line in ax.lines} <= {"effort/est", "effort/est: no escape"}
+    labels = {line.get_label() for line in ax.lines if line.get_gid() != "band"}
+    assert labels <= {"effort/est", "effort/est: no escape"}
 
 
 def test_all_kinds_are_drawn_by_one_figure_a_column_a_trajectory(labelled):
@@ -137,16 +187,100 @@ def test_a_run_of_a_store_is_drawn_as_what_it_has_and_what_is_missing_is_said(tm
     ("arguments", "message"),
     [
         ({"scores": {"grip": [1.0]}}, "scores has 'grip', expected some of capture, success"),
-        ({"scores": {}}, "scores is {}, expected arrays by metric"),
+        ({"scores": {}}, "scores is empty, expected arrays by metric"),
+        ({"scores": np.ones(3)}, "scores is a ndarray, expected arrays by metric"),
         ({"kind": "force"}, "kind is 'force', expected 'likelihood'"),
         ({"times": [0.0, 1.0]}, r"times has shape \(2,\), expected \(3,\)"),
         ({"captured": [True]}, r"captured has shape \(1,\), expected \(3,\)"),
+        ({"captured": [1, 0, 0.3]}, r"captured has 0.3, expected True and False, or 1 and 0"),
+        ({"captured": [1, 0, np.nan]}, r"captured has nan, expected True and False, or 1 and 0"),
+        ({"captured": ["yes"] * 3}, r"captured has 'yes', expected True and False"),
+        ({"times": [0.0, np.nan, 1.0]}, "times has nan at frame 1, expected finite numbers"),
+        ({"times": [0.0, 2.0, 1.0]}, "times has 1 at frame 2, expected finite numbers that rise"),
+        ({"times": "later"}, "times is 'later', expected numbers"),
+        ({"scores": {"capture": [0.5, 7.0]}}, "capture has 7, expected 0 to 1"),
+        ({"scores": {"success/any": [-0.5]}}, "success/any has -0.5, expected 0 to 1"),
+        ({"scores": {"capture": [np.inf]}}, "capture has inf, expected 0 to 1"),
+        ({"scores": {"effort/est": [1.0, -np.inf]}}, "effort/est has -inf, expected a number or"),
+        ({"scores": {"force": ["a"]}}, r"force is \['a'\], expected numbers"),
+        (
+            {"scores": {"force": np.ones((2, 2))}},
+            r"force has shape \(2, 2\), expected \(K,\), K > 0",
+        ),
+        ({"scores": {"force": 0.5}}, r"force has shape \(\), expected \(K,\), K > 0"),
+        ({"scores": {"force": []}}, r"force has shape \(0,\), expected \(K,\), K > 0"),
+        ({"legend": 1}, "legend is 1, expected true or false"),
     ],
 )
 def test_a_bad_argument_of_scores_is_named_with_what_was_expected(ax, arguments, message):
     given = {"times": None, "scores": {"capture": [0.1, 0.2, 0.3]}, **arguments}
     with pytest.raises(ValueError, match=message):
         plots.plot_scores(**given, ax=ax)
+
+
+@pytest.mark.parametrize("columns", [["a"], {"a": {"capture": [0.1]}}])
+def test_columns_that_are_not_along_trajectories_are_refused(columns):
+    with pytest.raises(ValueError, match="expected Along by title"):
+        plots.figure_scores(columns)
+
+
+def test_the_columns_of_a_figure_are_checked_as_scores_are():
+    with pytest.raises(ValueError, match="capture has 7, expected 0 to 1"):
+        plots.figure_scores({"a": plots.Along(None, {"capture": np.array([7.0])}, None)})
+
+
+PLOTS = {
+    "scores": lambda labelled, push, ax: plots.plot_scores(
+        *plots.along(labelled, 3), ax, kind="effort"
+    ),
+    "roc": lambda labelled, push, ax: plots.plot_roc(labelled, ax),
+    "precision": lambda labelled, push, ax: plots.plot_precision_recall(labelled, ax),
+    "effort": lambda labelled, push, ax: plots.plot_effort(escape_effort(push, nodes=50), ax),
+}
+
+
+@pytest.mark.parametrize("plot", PLOTS.values(), ids=PLOTS)
+def test_a_legend_is_inside_the_callers_axes_and_beside_those_made_here(labelled, push, plot):
+    brought, made = (plot(labelled, push, ax) for ax in (Figure().subplots(), None))
+    for ax in (brought, made):
+        ax.figure.savefig(io.BytesIO(), format="png")
+    legend = brought.get_legend().get_window_extent()
+    assert brought.bbox.contains(legend.x0, legend.y0)
+    assert brought.bbox.contains(legend.x1, legend.y1)
+    assert made.get_legend().get_window_extent().x0 > made.bbox.x1
+
+
+def test_a_legend_may_be_left_away(labelled, push):
+    for ax in (
+        plots.plot_roc(labelled, Figure().subplots(), legend=False),
+        plots.plot_precision_recall(labelled, Figure().subplots(), legend=False),
+        plots.plot_scores(None, {"force": [1.0]}, ax=Figure().subplots(), legend=False),
+        plots.plot_effort(escape_effort(push, nodes=2), Figure().subplots(), legend=False),
+    ):
+        assert ax.get_legend() is None
+
+
+def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tmp_path, ax):
+    from energymargin import SearchSettings, datasets
+
+    dataset = datasets.generate("push", trajectories=2, frames=3, seed=0)
+    path = tmp_path / "scores.db"
+    with ScoreStore(path, create=True) as store:
+        begin_run(store, dataset, ["capture"], SearchSettings(5, 0))
+        for scores in (store, path, str(path)):
+            plots.plot_roc(scores, Figure().subplots())
+            plots.plot_precision_recall(scores, Figure().subplots())
+            assert (
+                plots.along(scores, 1).captured.tolist()
+                == dataset.trajectories[1].captured.tolist()
+            )
+        begin_run(store, dataset, ["capture"], SearchSettings(6, 0))
+        for scores in (store, path):
+            with pytest.raises(ValueError, match=r"has 2 runs, expected one: .*\.run\(N\): .*; "):
+                plots.plot_roc(scores, ax)
+    for plot in (plots.plot_roc, plots.plot_precision_recall, lambda it: plots.along(it, 0)):
+        with pytest.raises(ValueError, match="scores is a dict, expected LabelledScores, a Run or"):
+            plot({"capture": np.arange(1000)})
 
 
 def test_the_roc_that_is_drawn_is_the_curve_and_its_legend_the_auc_of_evaluate(labelled, ax):
@@ -216,6 +350,29 @@ def test_the_effort_is_drawn_as_the_steps_of_its_history_up_to_the_last_node(pus
     assert named(ax, "known: 0.01 J").get_ydata()[0] == 0.01
 
 
+def test_no_two_of_49_searches_differ_in_colour_alone(push, ax):
+    result = escape_effort(push, nodes=20, seed=0)
+    plots.plot_effort({str(number): result for number in range(49)}, ax, legend=False)
+    looks = {(str(line._unscaled_dash_pattern), line.get_marker()) for line in ax.lines}
+    assert len(ax.lines) == len(looks) == 49
+
+
+def test_the_mark_of_a_search_that_is_out_at_the_start_is_whole(push, ax):
+    state = push.state.copy()
+    state[push.scene.slice("object").start] += 9.0
+    out = Problem(
+        push.scene, state, force=(1, 0, 0), torque=(0, 0, 0), duration=0.5, captured=push.captured
+    )
+    result = escape_effort(out, nodes=20, seed=0)
+    assert result.history[0] == (0, 0.0)
+    plots.plot_effort(result, ax)
+    ax.figure.draw_without_rendering()
+    line = named(ax, "search")
+    x, _ = ax.transData.transform(line.get_xydata()[0])
+    radius = line.get_markersize() / 2 * ax.figure.dpi / 72
+    assert x - radius > ax.bbox.x0
+
+
 def test_a_search_without_an_escape_is_said_instead_of_drawn(push, ax):
     plots.plot_effort({"short": escape_effort(push, nodes=1, seed=0)}, ax)
     assert said(ax) == ["short: no escape in 1 node"]
@@ -240,7 +397,13 @@ def test_a_bad_argument_of_efforts_is_named(results, known, message):
         plots.plot_effort(results, Figure().subplots(), known=known)
 
 
-@pytest.mark.parametrize("known", [-1.0, np.inf, "zero"])
+@pytest.mark.parametrize("known", [np.float32(0.5), np.int64(1), 0])
+def test_a_known_effort_may_be_any_kind_of_number(push, ax, known):
+    plots.plot_effort(escape_effort(push, nodes=2), ax, known=known)
+    assert named(ax, "known").get_ydata()[0] == known
+
+
+@pytest.mark.parametrize("known", [-1.0, np.inf, np.nan, "zero", True])
 def test_a_known_effort_is_a_finite_number_of_at_least_0(push, ax, known):
     with pytest.raises(ValueError, match="expected a finite number of at least 0"):
         plots.plot_effort(escape_effort(push, nodes=2), ax, known=known)

@@ -13,14 +13,15 @@ from energymargin import curves
 from energymargin.curves import CAPTURED, OneLabelError, metrics_against, target_name
 from energymargin.evaluation import HORIZON, LAST_FRAMES, LabelledScores, short
 from energymargin.metrics import ANY
+from energymargin.plots.sources import Scores, labelled_scores
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     axes_or_new,
-    legend_beside,
+    draw_legend,
     light_grid,
     metric_style,
 )
-from energymargin.store import Run
+from energymargin.tasks.base import yes_or_no
 
 __all__ = ["plot_precision_recall", "plot_roc"]
 
@@ -29,59 +30,71 @@ SIZE = (6.0, 4.0)  # inch
 
 
 def plot_roc(
-    scores: LabelledScores | Run,
+    scores: Scores,
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
     *,
     target: str = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
+    legend: bool = True,
 ) -> Axes:
     """ROC of several metrics, with AUC as of `evaluate` in the legend, and the line of chance.
 
     `metrics`: None takes all that `evaluate` holds against the target. `target`: "captured", over a
     `horizon` of frames, or "success" of whole trajectories by their `last` frames. A metric whose
-    labels are all alike, or that has no scores yet, has no curve: the legend says so.
+    labels are all alike, or that has no scores yet, has no curve: the legend says so. It is inside
+    of `ax`, or beside the axes of a new figure.
 
-    Returns `ax`, or the axes of a new figure. Raises ValueError as `curves.roc` does.
+    `scores` may be those of a run, or a file of scores, or its path, that has one run alone.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError as `curves.roc` does, or if the
+    file has several runs; FileNotFoundError if there is none.
     """
-    labelled = _labelled(scores)
+    labelled = labelled_scores(scores)
+    yes_or_no("legend", legend)
     found, lacking = _curves(
         labelled,
         metrics,
         target,
         lambda metric: curves.roc(labelled, metric, target, horizon, last),
     )
+    inside = None if ax is None else "lower right"
     ax = axes_or_new(ax, *SIZE)
     ax.plot([0, 1], [0, 1], ":", color=CHANCE_COLOR, linewidth=1.0, label="chance .500")
     for metric, curve in found.items():
         label = f"{metric} {short(curve.auc)}"
         _draw(ax, curve.false_positive_rate, curve.true_positive_rate, metric, label)
-    _finish(ax, "AUC", lacking, target_name(target, horizon, last))
+    _finish(ax, lacking, target_name(target, horizon, last))
+    if legend:
+        draw_legend(ax, inside, "AUC")
     ax.set(xlabel="false positive rate [0..1]", ylabel="true positive rate [0..1]")
     return ax
 
 
 def plot_precision_recall(
-    scores: LabelledScores | Run,
+    scores: Scores,
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
     *,
     target: str = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
+    legend: bool = True,
 ) -> Axes:
     """Precision over recall of several metrics, with AP in the legend, and the line of chance.
 
     It is drawn as steps, below which the area is AP. Arguments, result and errors as of `plot_roc`.
     """
-    labelled = _labelled(scores)
+    labelled = labelled_scores(scores)
+    yes_or_no("legend", legend)
     found, lacking = _curves(
         labelled,
         metrics,
         target,
         lambda metric: curves.precision_recall(labelled, metric, target, horizon, last),
     )
+    inside = None if ax is None else "lower left"
     ax = axes_or_new(ax, *SIZE)
     for share in sorted({curve.positives / curve.count for curve in found.values()}):
         label = f"chance {short(share)}"
@@ -89,16 +102,11 @@ def plot_precision_recall(
     for metric, curve in found.items():
         label = f"{metric} {short(curve.ap)}"
         _draw(ax, curve.recall, curve.steps, metric, label, steps=True)
-    _finish(ax, "AP", lacking, target_name(target, horizon, last))
+    _finish(ax, lacking, target_name(target, horizon, last))
+    if legend:
+        draw_legend(ax, inside, "AP")
     ax.set(xlabel="recall [0..1]", ylabel="precision [0..1]")
     return ax
-
-
-def _labelled(scores: LabelledScores | Run) -> LabelledScores:
-    labelled = scores.labelled_scores() if isinstance(scores, Run) else scores
-    if not isinstance(labelled, LabelledScores):
-        raise ValueError(f"scores is {scores!r}, expected LabelledScores or the Run of a store")
-    return labelled
 
 
 def _curves(
@@ -150,7 +158,7 @@ def _draw(
     )
 
 
-def _finish(ax: Axes, area: str, lacking: Mapping[str, str], target: str) -> None:
+def _finish(ax: Axes, lacking: Mapping[str, str], target: str) -> None:
     for metric, why in lacking.items():
         ax.plot([], [], linestyle="", label=f"{metric}: {why}")
     if lacking and len(ax.get_lines()) <= len(lacking) + 1:
@@ -158,4 +166,3 @@ def _finish(ax: Axes, area: str, lacking: Mapping[str, str], target: str) -> Non
     ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
     ax.set_title(target, fontsize=10)
     light_grid(ax)
-    legend_beside(ax, area)

@@ -12,15 +12,18 @@ from numpy.typing import NDArray
 from energymargin._core import EscapeEffort
 from energymargin.plots.styles import (
     CHANCE_COLOR,
-    PALETTE,
     axes_or_new,
+    curve_style,
+    draw_legend,
     joules,
-    legend_beside,
     light_grid,
     nodes_in_words,
 )
+from energymargin.tasks.base import yes_or_no
 
 __all__ = ["plot_effort"]
+
+BESIDE = 0.03  # of the width from one node to the most: free on both sides, where a mark may be
 
 
 def plot_effort(
@@ -28,18 +31,21 @@ def plot_effort(
     ax: Axes | None = None,
     *,
     known: float | None = None,
+    legend: bool = True,
 ) -> Axes:
     """Best effort of escape [J] against nodes, of one search or of several by name, as steps.
 
     `known` is the right answer [J], where there is one: a line. A search that found no escape is
-    named in the legend, without a line; so is one that was stopped.
+    named in the legend, without a line; so is one that was stopped. The legend is inside of `ax`,
+    or beside the axes of a new figure. Up to 49 curves look different without their colours, too.
 
     Returns `ax`, or the axes of a new figure. Raises ValueError on what is no EscapeEffort, or a
     `known` effort that is not a finite number of at least 0.
     """
     searches = _checked(results)
-    if known is not None and not (isinstance(known, (int, float)) and 0 <= known < math.inf):
-        raise ValueError(f"known is {known!r}, expected a finite number of at least 0 [J]")
+    known = None if known is None else _energy("known", known)
+    yes_or_no("legend", legend)
+    inside = None if ax is None else "best"
     ax = axes_or_new(ax, 6.0, 3.6)
     for number, (name, result) in enumerate(searches.items()):
         _draw(ax, name, result, number)
@@ -49,11 +55,13 @@ def plot_effort(
         ax.text(0.5, 0.5, "no escape found", ha="center", transform=ax.transAxes)
         if known is None:
             ax.set_yticks([])
+    most = max(2, *(result.nodes for result in searches.values()))
     ax.set_xscale("log")
-    ax.set_xlim(1, 1.1 * max(2, *(result.nodes for result in searches.values())))
+    ax.set_xlim(most**-BESIDE, most ** (1 + BESIDE))
     ax.set(xlabel="nodes of the search tree", ylabel="best effort of escape [J]")
     light_grid(ax)
-    legend_beside(ax)
+    if legend:
+        draw_legend(ax, inside)
     return ax
 
 
@@ -68,9 +76,16 @@ def _checked(results: EscapeEffort | Mapping[str, EscapeEffort]) -> dict[str, Es
     return dict(results)
 
 
+def _energy(name: str, value: float) -> float:
+    number = isinstance(value, (int, float, np.integer, np.floating))
+    if not number or isinstance(value, bool) or not 0 <= value < math.inf:
+        raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0 [J]")
+    return float(value)
+
+
 def _draw(ax: Axes, name: str, result: EscapeEffort, number: int) -> None:
     """Steps from the first escape on, which go on to the last node."""
-    style = PALETTE[number % len(PALETTE)]
+    style = curve_style(number)
     stopped = "" if result.complete else ", stopped early"
     if not result.history:
         label = f"{name}: no escape in {nodes_in_words(result.nodes)}{stopped}"

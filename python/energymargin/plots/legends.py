@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.transforms import ScaledTranslation
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
 from energymargin.plots.paths import Escape, Result, escape_in_words, escape_line
@@ -22,7 +27,7 @@ from energymargin.plots.styles import (
 __all__ = ["Notes", "draw_legend", "score_title", "state_legend", "state_title"]
 
 MOST_NAMES = 3  # of bodies without a role
-LONG = 30  # characters, with which three columns would not fit
+MOST_ROOM = 0.6  # of axes that the caller brought, for a legend below
 Notes = tuple[str, str, str]
 
 
@@ -33,9 +38,10 @@ def state_legend(
     tree: bool = True,
     escape: Escape | EscapeEffort | None = None,
 ) -> list[Patch | Line2D]:
-    """What a legend of pictures of states holds, with or without a tree and an escape.
+    """What a legend of pictures of states holds, with or without the crosses of a tree, an escape.
 
-    `notes` are put behind the names of the capture set, the success set, and what is outside.
+    `notes` are put behind the names of the capture set and of the success set; the last is an entry
+    of its own.
     """
     handles: list[Patch | Line2D] = [
         Patch(color=BODY_COLORS[role], alpha=0.7, label=label)
@@ -45,12 +51,14 @@ def state_legend(
     if problem.succeeded is not None:
         handles.append(_set_patch(SUCCEEDED_COLOR, "--", "success set" + notes[1]))
     if tree:
-        left = "outside of the capture set" + notes[2]
+        left = "outside of the capture set"
         cross = Line2D([], [], color=LOST_COLOR, marker="x", linestyle="", markersize=4, label=left)
         handles.append(cross)
     way = escape.path if isinstance(escape, EscapeEffort) else escape.states if escape else ()
     if len(way) > 1:
         handles.append(escape_line("cheapest escape"))
+    if notes[2]:
+        handles.append(Line2D([], [], linestyle="", label=notes[2]))
     return handles
 
 
@@ -108,12 +116,51 @@ def _unfinished(result: Result) -> str:
 
 
 def draw_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
-    """Below the axes, over no data."""
-    long = max(len(str(handle.get_label())) for handle in handles) > LONG
-    options: dict[str, Any] = {"handles": handles, "ncols": 2 if long else 3}
-    options |= {"frameon": False, "fontsize": LEGEND_SIZE}
+    """Below the axes, over no data. Axes that the caller brought make room for it."""
+    options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
     figure = ax.get_figure()
-    if own_figure and figure is not None:
-        figure.legend(loc="outside lower center", **options)
+    assert figure is not None
+    if own_figure:
+        outside = partial(figure.legend, loc="outside lower center", **options)
+        _as_wide_as(figure.bbox.width, outside)
     else:
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), **options)
+        _draw_below(ax, figure, options)
+
+
+def _draw_below(ax: Axes, figure: Figure | SubFigure, options: dict[str, Any]) -> None:
+    """Under the label of the x axis, no wider than the axes are now, if it can be."""
+    named = ax.xaxis.get_tightbbox()
+    down = ax.bbox.y0 - named.y0 if named is not None else 0.0  # pixels
+    lower = ScaledTranslation(0.0, -down / figure.dpi, figure.dpi_scale_trans)
+    options |= {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": ax.transAxes + lower}
+    width = ax.get_position(original=True).width * figure.bbox.width
+    legend = _as_wide_as(width, partial(ax.legend, loc="upper center", **options))
+    if figure.get_layout_engine() is None:  # else the layout makes room
+        height = legend.get_window_extent().height + 2 * LEGEND_SIZE * figure.dpi / 72
+        _make_room(ax, figure, down, height)
+
+
+def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:
+    """A legend in as many columns as fit a width [pixels], three at most and one at least."""
+    for columns in (3, 2):
+        legend = make(ncols=columns)
+        if legend.get_window_extent().width <= width:
+            return legend
+        legend.remove()
+    return make(ncols=1)
+
+
+def _make_room(ax: Axes, figure: Figure | SubFigure, named: float, legend: float) -> None:
+    """Raises the lower end of the axes, below which are names and a legend of these heights
+    [pixels]; room for the names is there, below the last row of axes as much as there is."""
+    place, spec = ax.get_position(original=True), ax.get_subplotspec()
+    last = spec is None or spec.is_last_row()
+    there = place.y0 * figure.bbox.height if last else named
+    room = max(0.0, named + legend - there) / (place.height * figure.bbox.height)
+    share = min(room, MOST_ROOM)  # of the axes' height
+    if spec is None:
+        low = place.y0 + share * place.height
+        ax.set_position((place.x0, low, place.width, place.y1 - low))
+    else:
+        ratios = (1.0 - share, share)
+        ax.set_subplotspec(spec.subgridspec(2, 1, height_ratios=ratios, hspace=0.0)[0])

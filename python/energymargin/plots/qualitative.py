@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from energymargin._core import CaptureScore, Problem, capture_score, stream
 from energymargin.outlines import Limits, view_of
 from energymargin.plots.legends import score_title, state_legend
-from energymargin.plots.states import LEAST, plot_state
-from energymargin.plots.styles import COSTS
-from energymargin.tasks.base import Task, Trajectory, plane_of
+from energymargin.plots.sets import lost_objects
+from energymargin.plots.states import plot_state
+from energymargin.plots.trees import draw_color_bar, most_cost
+from energymargin.tasks.base import Task, Trajectory, plane_of, whole_number
 
 __all__ = ["figure_qualitative"]
 
@@ -40,12 +40,19 @@ def figure_qualitative(
     numbers of the trajectories' first states in their dataset: with them the trees, and so the
     scores, are those that the dataset gets from the same nodes and seed. `pairs` writes the scores
     as (success, capture) under each frame, as the paper does, instead of above it.
+
+    Raises ValueError on what is no task or no trajectory, a frame that a trajectory does not have,
+    or first states that lack a trajectory.
     """
-    numbers = first_states or dict.fromkeys(trajectories, 0)
+    chosen = _checked(task, trajectories, frames)
+    numbers = dict.fromkeys(trajectories, 0) if first_states is None else first_states
+    lacking = [name for name in trajectories if name not in numbers]
+    if lacking:
+        raise ValueError(f"first_states is {first_states!r}, expected {lacking[0]!r} in it, too")
     rows = {
         name: [
             _panel(task, trajectory, k, nodes, stream(seed, numbers[name] + k))
-            for k in (_three(len(trajectory)) if frames is None else frames)
+            for k in chosen[name]
         ]
         for name, trajectory in trajectories.items()
     }
@@ -53,7 +60,7 @@ def figure_qualitative(
     scene = panels[0].problem.scene
     plane = plane_of(task)
     limits = view_of(scene, np.concatenate([t.states for t in trajectories.values()]), plane)
-    most = max(LEAST, *(float(panel.score.tree.costs.max()) for panel in panels))
+    most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
 
     lines = max(score_title(panel.score).count("\n") + 2 for panel in panels)
     columns = max(len(row) for row in rows.values())
@@ -66,8 +73,31 @@ def figure_qualitative(
             )
             _write_scores(ax, panel, pairs=pairs)
         row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
-    _explain(figure, axes, most, panels[0].problem)
+    _explain(figure, axes, most, panels)
     return figure
+
+
+def _checked(
+    task: Task, trajectories: Mapping[str, Trajectory], frames: Sequence[int] | None
+) -> dict[str, list[int]]:
+    """The numbers of the frames of each trajectory."""
+    if not callable(getattr(task, "problem", None)):
+        raise ValueError(f"task is {task!r}, expected a Task such as tasks.make('push')")
+    if not (isinstance(trajectories, Mapping) and trajectories):
+        kind = "empty" if isinstance(trajectories, Mapping) else f"a {type(trajectories).__name__}"
+        raise ValueError(f"trajectories is {kind}, expected some by name: {{'failed': ...}}")
+    for name, trajectory in trajectories.items():
+        if not isinstance(trajectory, Trajectory):
+            found = type(trajectory).__name__
+            raise ValueError(f"trajectories has a {found} as {name!r}, expected a Trajectory")
+    if frames is None:
+        return {name: _three(len(trajectory)) for name, trajectory in trajectories.items()}
+    if not (isinstance(frames, (Sequence, np.ndarray)) and len(frames)):
+        raise ValueError(f"frames is {frames!r}, expected some numbers of frames, or None")
+    return {
+        name: [whole_number("frame", k, 0, len(trajectory) - 1) for k in frames]
+        for name, trajectory in trajectories.items()
+    }
 
 
 class _Panel(NamedTuple):
@@ -92,11 +122,12 @@ def _write_scores(ax: Axes, panel: _Panel, *, pairs: bool) -> None:
         ax.set_xlabel(f"{ax.get_xlabel()}\n({success}, {score.capture:.2f})".lstrip())
 
 
-def _explain(figure: Figure, axes: Any, most: float, problem: Problem) -> None:
+def _explain(figure: Figure, axes: Any, most: float, panels: Sequence[_Panel]) -> None:
     """A colour bar and a legend for all panels."""
-    costs = ScalarMappable(Normalize(0.0, most), COSTS)
-    figure.colorbar(costs, ax=axes, label="cost of reaching a node [J]", shrink=0.7, pad=0.015)
-    handles = state_legend(problem)
+    highest = max(float(panel.score.tree.costs.max()) for panel in panels)
+    draw_color_bar(figure, axes, Normalize(0.0, most), highest, shrink=0.7, pad=0.015)
+    crosses = any(lost_objects(panel.problem, panel.score.tree.states).any() for panel in panels)
+    handles = state_legend(panels[0].problem, tree=crosses)
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
     )

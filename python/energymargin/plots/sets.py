@@ -38,12 +38,13 @@ def draw_set(
     line: str,
     order: int,
     detail: int,
+    seen: NDArray[np.float64],
 ) -> str:
     """Fills the places of the objects' centres for which the state, else unchanged, is in it.
 
     The view's longer side has `detail` cells. What covers the whole view, as a set that does not
     depend on the place, is not filled. Returns what a legend says of that: nothing, or that it is
-    everywhere or nowhere in view.
+    everywhere or nowhere in view, if so are the states that are `seen` there, shape (M, n).
     """
     (x0, x1), (y0, y1) = limits
     cell = max(x1 - x0, y1 - y0) / detail
@@ -52,7 +53,7 @@ def draw_set(
     y = np.arange(y0 + high / 2, y1, high)
     inside = _inside(problem, region, plane, x, y)
     if inside.all() or not inside.any():
-        return " (all of the view)" if inside.all() else " (nowhere in view)"
+        return _in_words(problem, region, everywhere=bool(inside.all()), seen=seen)
     ax.imshow(
         np.ma.masked_where(~inside, inside),
         cmap=ListedColormap([color]),
@@ -67,6 +68,16 @@ def draw_set(
         x, y, edge, levels=[0.5], colors=[color], linewidths=0.9, linestyles=line, zorder=order
     )
     return ""
+
+
+def _in_words(
+    problem: Problem, region: Region, *, everywhere: bool, seen: NDArray[np.float64]
+) -> str:
+    """Where a set is that has no edge in view; states in view may be in it, or not, by what else
+    they are."""
+    if (np.asarray(region.contains(problem.scene, seen)) != everywhere).any():
+        return " (not by place: not drawn)"
+    return " (all of the view)" if everywhere else " (nowhere in view)"
 
 
 def lost_objects(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:

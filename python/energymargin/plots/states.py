@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,15 +17,19 @@ from energymargin.plots.bodies import draw_bodies, draw_ghost
 from energymargin.plots.legends import draw_legend, state_legend, state_title
 from energymargin.plots.paths import Escape, Result, draw_escape, escape_of
 from energymargin.plots.sets import draw_set, sets_of
-from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR, axes_or_new
-from energymargin.plots.trees import draw_color_bar, draw_tree, out_of_view
-from energymargin.tasks.base import positive_number, whole_number
+from energymargin.plots.styles import (
+    CAPTURED_COLOR,
+    SUCCEEDED_COLOR,
+    axes_or_new,
+    nodes_in_words,
+)
+from energymargin.plots.trees import draw_color_bar, draw_tree, in_view, most_cost
+from energymargin.tasks.base import positive_number, whole_number, yes_or_no
 
 __all__ = ["plot_state"]
 
 AROUND = 0.25  # of the view's longer side, around what moves
 WIDTH = 6.0  # inch, of a figure made here
-LEAST = 1e-9  # J, at the end of a colour bar
 DETAIL = 400  # cells of the sets
 SAME = 1e-9  # of the numbers of two states that are the same
 PLANES = [(a, b) for a in "xyz" for b in "xyz" if a != b]
@@ -49,10 +54,12 @@ def plot_state(
     """A state, the search tree of a result from there, and the cheapest escape on top.
 
     The nodes are where the objects' centres got, coloured by cost [J] from 0 to `most`, with a
-    cross where a node left the capture set. Capture set light blue with a solid edge, success set
-    grey with a dashed one: where the objects may be while all else stays as in the state. What does
-    not depend on the place, such as a bound on a speed, is not filled; the crosses show it. Of
-    several objects each has its dots and crosses, and what is filled are the sets of all.
+    cross where a node left the capture set. `most=None` takes the cost of the costliest node in the
+    capture set, or the effort of the escape if that is more; other nodes may cost more. Capture set
+    light blue with a solid edge, success set grey with a dashed one: where the objects may be while
+    all else stays as in the state. What does not depend on the place, such as a bound on a speed,
+    is not filled; the crosses show it. Of several objects each has its dots and crosses, and what
+    is filled are the sets of all.
 
     The escape is that of an `EscapeEffort`, given as result or, beside a `CaptureScore`, as
     `escape`; else it is the cheapest node of the capture score's first tree outside of the capture
@@ -62,7 +69,7 @@ def plot_state(
     `plane` is looked at along the third axis. None takes the one across the axis along which
     nothing can move, else the two axes along which the objects of the tree get about most, or along
     which the moving bodies are longest; a task's own is `tasks.base.plane_of(task)`. `limits` are
-    the ranges of the plane's axes [m]. `legend`: None draws one below if there is no `ax`. The
+    the ranges of the plane's axes [m]. `legend` is below; None draws one if there is no `ax`. The
     bodies of `ghosts` random nodes are drawn half transparent, chosen by `seed`. `detail` is how
     many cells the sets have along the view's longer side.
 
@@ -76,30 +83,34 @@ def plot_state(
     if limits is None:
         limits = view_of(scene, _telling(problem, states, way), plane, AROUND)
     _check_looks(limits, most, ghosts, seed, detail)
+    legend = ax is None if legend is None else yes_or_no("legend", legend)
     title = state_title(result, escaping, way)
     new = ax is None
     ax = axes_or_new(ax, WIDTH, _height(limits, title))
 
-    captured, succeeded = _draw_sets(ax, problem, limits, plane, detail)
+    seen = np.all(in_view(states[:, object_centers(scene, plane)], limits), axis=1)
+    captured, succeeded = _draw_sets(ax, problem, limits, plane, detail=detail, seen=states[seen])
     draw_bodies(ax, scene, problem.state, plane, limits)
-    unseen = ""
+    crosses = False
     if result is not None:
-        costs = Normalize(0.0, most if most is not None else max(result.tree.costs.max(), LEAST))
+        costs = Normalize(0.0, _most(problem, result.tree, way) if most is None else most)
         for node in _some(len(states), ghosts, seed):
             draw_ghost(ax, scene, states[node], plane)
-        draw_tree(ax, problem, result.tree, plane, costs)
-        unseen = out_of_view(states[:, object_centers(scene, plane)], limits)
-        if color_bar:
-            draw_color_bar(ax, costs)
+        lost = draw_tree(ax, problem, result.tree, plane, costs)
+        crosses = bool(in_view(lost, limits).any())
     if way is not None:
         draw_escape(ax, problem, way, plane)
     _draw_centers(ax, problem, plane)
     _name_axes(ax, plane, limits)
     ax.set_title(title, fontsize=10)
-    if new if legend is None else legend:
-        notes = (captured, succeeded, unseen)
-        handles = state_legend(problem, notes, tree=result is not None, escape=way)
+    if legend:
+        notes = (captured, succeeded, _out_of_view(seen))
+        handles = state_legend(problem, notes, tree=crosses, escape=way)
         draw_legend(ax, handles, own_figure=new)
+    if result is not None and color_bar:  # after the legend, which may make the axes smaller
+        draw_color_bar(ax.figure, ax, costs, result.tree.costs.max(), shrink=0.85)
+    if legend and not new:  # else a layout sees what is below axes of equal scales too late
+        ax.set_anchor("SE" if color_bar else "S")
     return ax
 
 
@@ -133,7 +144,7 @@ def _check_start(name: str, tree: Tree, problem: Problem) -> None:
 
 
 def _known(plane: Plan) -> Plan:
-    if tuple(plane) in PLANES:
+    if isinstance(plane, Sequence) and tuple(plane) in PLANES:
         return plane
     raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
 
@@ -144,7 +155,10 @@ def _check_looks(limits: Limits, most: float | None, ghosts: int, seed: int, det
     whole_number("ghosts", ghosts, 0)
     whole_number("seed", seed, 0)
     whole_number("detail", detail, 2)
-    view = np.asarray(limits, dtype=float)
+    try:
+        view = np.asarray(limits, dtype=float)
+    except (TypeError, ValueError):
+        view = np.empty(0)
     if view.shape != (2, 2) or not np.isfinite(view).all() or not (np.diff(view) > 0).all():
         raise ValueError(f"limits is {limits!r}, expected (low, high) of two axes [m]")
 
@@ -169,17 +183,35 @@ def _telling(
     return telling if escape is None else np.concatenate([telling, escape.states])
 
 
+def _most(problem: Problem, tree: Tree, escape: Escape | None) -> float:
+    """The cost [J] at the end of the colours: of what is in the capture set, and of the way out."""
+    most = most_cost(problem, tree)
+    return max(most, escape.effort) if escape is not None and len(escape.states) else most
+
+
+def _out_of_view(seen: NDArray[np.bool_]) -> str:
+    """What a legend says of the nodes that are not all seen; the root is one of them."""
+    unseen = len(seen) - int(seen.sum())
+    return f"{unseen} of {nodes_in_words(len(seen))} out of view" if unseen else ""
+
+
 def _draw_sets(
-    ax: Axes, problem: Problem, limits: Limits, plane: Plan, detail: int
+    ax: Axes,
+    problem: Problem,
+    limits: Limits,
+    plane: Plan,
+    **options: Any,
 ) -> tuple[str, str]:
     """Capture and success set; returns what is to be said of where they are."""
-    look = [(SUCCEEDED_COLOR, "dashed"), (CAPTURED_COLOR, "solid")]
+    looks = [(SUCCEEDED_COLOR, "dashed"), (CAPTURED_COLOR, "solid")]
     where = []
     for order, (region, (color, line)) in enumerate(
-        zip(reversed(sets_of(problem)), look, strict=True)
+        zip(reversed(sets_of(problem)), looks, strict=True)
     ):
-        options: dict[str, Any] = {"color": color, "line": line, "order": order, "detail": detail}
-        where.append(draw_set(ax, problem, region, limits, plane, **options) if region else "")
+        look: dict[str, Any] = {"color": color, "line": line, "order": order}
+        where.append(
+            draw_set(ax, problem, region, limits, plane, **look, **options) if region else ""
+        )
     return where[1], where[0]
 
 

@@ -7,7 +7,7 @@ rest, and no two things differ in colour alone.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 
@@ -24,8 +24,9 @@ __all__ = [
     "SUCCEEDED_COLOR",
     "LineStyle",
     "axes_or_new",
+    "curve_style",
+    "draw_legend",
     "joules",
-    "legend_beside",
     "light_grid",
     "metric_style",
     "nodes_in_words",
@@ -69,6 +70,14 @@ def metric_style(metric: str) -> LineStyle:
     return METRICS.get(metric.removesuffix(ANY), PALETTE[-1])
 
 
+def curve_style(number: int) -> LineStyle:
+    """That of one curve of many: no two of 49 have both their dashes and their marker in common."""
+    row, column = divmod(number, len(PALETTE))
+    dashes = PALETTE[(column + row) % len(PALETTE)].dashes
+    marker = PALETTE[(column + 2 * row) % len(PALETTE)].marker
+    return LineStyle(PALETTE[column].color, dashes, marker)
+
+
 def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     """`ax`, or those of a new figure of pyplot, `width` by `height` inch; ValueError if neither."""
     if ax is None:
@@ -77,19 +86,26 @@ def axes_or_new(ax: Axes | None, width: float, height: float) -> Axes:
         return pyplot.figure(figsize=(width, height), layout="constrained").add_subplot()
     if not isinstance(ax, Axes):
         raise ValueError(f"ax is {ax!r}, expected a matplotlib Axes or None")
+    if ax.name != "rectilinear":
+        raise ValueError(f"ax is {ax.name!r}, expected a matplotlib Axes with straight x and y")
     return ax
 
 
-def legend_beside(ax: Axes, title: str | None = None) -> None:
-    """A legend to the right of the axes, over no data; none if there is nothing to name."""
+def draw_legend(ax: Axes, inside: str | None, title: str | None = None) -> None:
+    """A legend `inside` the axes, at that corner, or for None to the right of them, over no data.
+
+    Beside axes that the caller brought there may be no room. There is none if there is nothing to
+    name.
+    """
     handles, labels = ax.get_legend_handles_labels()
+    place: dict[str, Any] = {"loc": inside, "framealpha": 0.85}
+    if inside is None:
+        place = {"loc": "upper left", "bbox_to_anchor": (1.03, 1.0), "frameon": False}
     if handles:
         ax.legend(
             handles,
             labels,
-            loc="upper left",
-            bbox_to_anchor=(1.03, 1.0),
-            frameon=False,
+            **place,
             fontsize=LEGEND_SIZE,
             title=title,
             title_fontsize=LEGEND_SIZE,
