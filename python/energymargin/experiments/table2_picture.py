@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,9 @@ def _draw(ax: Axes, row: Row, settings: Settings) -> list[Artist]:
     number = most_wrong(row)
     (problem,) = row.dataset.problems([number])
     score = capture_score(problem, nodes=settings.nodes, seed=stream(settings.seed, number))
-    plots.plot_state(problem, score, ax, limits=VIEW, path=False, color_bar=False, ghosts=2)
+    most = float(score.tree.costs.max())
+    look: dict[str, Any] = {"limits": VIEW, "most": most, "path": False, "color_bar": False}
+    plots.plot_state(problem, score, ax, **look, ghosts=2)
     truth = "stays" if _labels(row)[number] else "lost"
     ax.set_title(
         f"{row.combination}\n{truth} within {LONG_HORIZON / FRAME_RATE:.1f} s, "

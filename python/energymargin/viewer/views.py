@@ -40,9 +40,9 @@ class View(NamedTuple):
 
 def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
     """A view of objects and effector in these states."""
-    corners, count = [], 0
+    corners, states = [], list(states)
     shown = [body for body in scene.bodies if body.role != "none"]
-    for count, state in enumerate(states, start=1):
+    for state in states:
         poses = body_poses(scene, state)
         for body in shown:
             for part in shape_parts(body.shape):
@@ -51,7 +51,7 @@ def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
                 corners.append(np.concatenate([flat, height], axis=1))
     points = np.concatenate(corners)
     low, high = points.min(axis=0), points.max(axis=0)
-    share = AROUND if count > 1 else AROUND_ONE
+    share = AROUND if len(states) > 1 else AROUND_ONE
     around = share * float((high - low).max())
     floor = _ground(scene)
     return View(low - around, high + around, float(low[2]) if floor is None else floor)
