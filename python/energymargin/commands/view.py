@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["view_command"]
 
-SIZE = "1400x900"
+SIZE = "1400x1250"  # the whole panel is seen
 
 
 def view_command(

@@ -21,6 +21,7 @@ from energymargin._core import (
     force_score,
 )
 from energymargin.plots.sets import lost_objects
+from energymargin.plots.trees import most_cost
 from energymargin.viewer.likelihoods import Memberships
 from energymargin.viewer.replay import Replay, replay
 
@@ -64,9 +65,16 @@ class Scored:
             return None
         return replay(self.problem, self.escape.tree, self.escape.path.tolist())
 
+    @cached_property
+    def most(self) -> float:
+        """Where the colours of the costs end [J]: at the costliest captured node, or at the effort
+        of the way out."""
+        effort = self.escape.effort if np.isfinite(self.escape.effort) else 0.0
+        return max(most_cost(self.problem, self.capture.tree), effort)
+
     def read_off(self) -> None:
         """Computes what is read off the trees, which may take a second: where nobody waits."""
-        _ = self.memberships, self.lost, self.way_out
+        _ = self.memberships, self.lost, self.way_out, self.most
 
 
 def score_state(

@@ -72,8 +72,7 @@ class Stage:
             self._growth.clear()
             return 0, 0
         tree = scored.capture.tree
-        most = float(tree.costs.max())
-        drawn = self._growth.draw(self._problem, tree, scored.lost, nodes, most)
+        drawn = self._growth.draw(self._problem, tree, scored.lost, nodes, scored.most)
         self.choose(self._shown)
         return drawn
 

@@ -141,8 +141,8 @@ def legend(problem: Problem, scored: Scored | None) -> str:
         f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
         for mark, color, text in marks
     )
-    most = "" if scored is None else _scale(float(scored.capture.tree.costs.max()))
-    return f'<div style="{STYLE}">{most}{words}</div>'
+    scale = "" if scored is None else _scale(scored)
+    return f'<div style="{STYLE}">{scale}{words}</div>'
 
 
 def _counted(number: int, thing: str) -> str:
@@ -179,9 +179,10 @@ def _notes(scored: Scored, nodes: int) -> str:
     return "; ".join(notes)
 
 
-def _scale(most: float) -> str:
+def _scale(scored: Scored) -> str:
     """The colours of the costs."""
     stops = ",".join(to_hex(matplotlib.colormaps[COSTS](share)) for share in np.linspace(0, 1, 7))
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
-    ends = f"<span>0</span><span>cost of a node</span><span>{most:.3g} J</span>"
+    more = " or more" if scored.capture.tree.costs.max() > scored.most else ""
+    ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"
     return f'{bar}<div style="display:flex;justify-content:space-between">{ends}</div>'
