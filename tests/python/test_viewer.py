@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from energymargin.viewer import Viewer, serving, view
@@ -105,6 +106,20 @@ def test_a_set_that_holds_all_or_nothing_of_the_view_has_no_surface():
     view = view_around(problem.scene, [problem.state])
     assert region_surface(problem, ball, view) is None
     assert region_surface(problem, ~ball, view) is None
+
+
+def test_a_spring_goes_from_point_to_point_of_its_bodies():
+    problem = problem_of("topple")
+    (spring,) = problem.scene.springs
+    with view(problem) as viewer:
+        ends = viewer.page._stage._bodies._springs.points
+    places = problem.scene.unpack(problem.state)
+    assert ends.shape == (1, 2, 3)
+    for end, body, point in zip(
+        ends[0], (spring.body_a, spring.body_b), (spring.point_a, spring.point_b), strict=True
+    ):
+        turned = Rotation.from_quat(places[body]["orientation"]).apply(np.array(point))
+        assert end == pytest.approx(places[body]["position"] + turned, abs=1e-6)
 
 
 def test_a_flat_set_is_a_slab_on_the_ground(problem):

@@ -120,7 +120,7 @@ def shown_score(page, name):
 def test_the_tree_is_there_and_goes_when_it_is_not_wanted(seen):
     page = seen[1]
     whole = picture(seen)
-    for name in ("nodes", "edges", "capture set"):
+    for name in ("nodes", "edges", "capture set", "objects"):
         page.get_by_label(name, exact=True).last.uncheck(force=True)
         becomes_other(seen, whole, 50)
         page.get_by_label(name, exact=True).last.check(force=True)

@@ -18,6 +18,7 @@ from energymargin.interrupts import since_interrupt
 from energymargin.settings import ALGORITHM
 from energymargin.store import schema
 from energymargin.store.run import Run
+from energymargin.tasks.base import whole_number
 
 __all__ = ["ScoreStore"]
 
@@ -67,6 +68,8 @@ class ScoreStore(Closing):
 
     def run(self, number: int | None = None) -> Run:
         """A run by its number, or for None the only one; ValueError if there is no such run."""
+        if number is not None:
+            whole_number("run", number, 1)
         runs = self.runs()
         found = [run for run in runs if number is None or run.number == number]
         if len(found) == 1:
@@ -175,7 +178,8 @@ class ScoreStore(Closing):
         (application,) = self._retried("PRAGMA application_id").fetchone()
         if application != schema.APPLICATION_ID:
             raise ValueError(
-                f"{self.path} is not a file of scores: it is an SQLite file of something else"
+                f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
+                "else"
             )
         version = self._version()
         if version > schema.VERSION:

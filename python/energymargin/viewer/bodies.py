@@ -21,6 +21,7 @@ __all__ = ["Bodies", "rgb", "wxyz"]
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
 GHOST = 0.25
+SPRING_WIDTH = 2.0  # pixels
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -28,6 +29,11 @@ def rgb(color: str) -> tuple[int, int, int]:
     """A colour's numbers, 0..255."""
     red, green, blue = (round(255 * part) for part in to_rgb(color))
     return red, green, blue
+
+
+def _pose_of(body: Body) -> Pose:
+    """Where a body is at first."""
+    return np.asarray(body.position), np.asarray(body.orientation)
 
 
 def wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -52,10 +58,29 @@ class Bodies:
                 )
             else:
                 self._add(number, body)
+        self._springs: Any = None
+        if scene.springs:
+            self._springs = server.scene.add_line_segments(
+                "/springs",
+                _spring_ends(scene, {body.name: _pose_of(body) for body in scene.bodies}),
+                rgb(BODY_COLORS["effector"]),
+                thickness=SPRING_WIDTH,
+                thickness_units="screen",
+            )
+            self._added.append(self._springs)
 
     def put(self, state: NDArray[np.float64]) -> None:
         """Moves them to where they are in a state, shape (n,)."""
-        _put(self._server, self._moving, body_poses(self._scene, state))
+        poses = body_poses(self._scene, state)
+        _put(self._server, self._moving, poses)
+        if self._springs is not None:
+            self._springs.points = _spring_ends(self._scene, poses)
+
+    def show_objects(self, shown: bool) -> None:
+        """Whether they are to be seen, or what is within them."""
+        for body in self._scene.bodies:
+            if body.role == "object" and body.name in self._moving:
+                self._moving[body.name].visible = shown
 
     def put_ghosts(self, state: NDArray[np.float64] | None) -> None:
         """Shows the objects once more, translucent, as they are in this state; None: nowhere."""
@@ -71,7 +96,7 @@ class Bodies:
 
     def _add(self, number: int, body: Body) -> None:
         mesh = _add_mesh(self._server, f"/bodies/{number}", body, OPACITY[body.role])
-        _place(mesh, (np.asarray(body.position), np.asarray(body.orientation)))
+        _place(mesh, _pose_of(body))
         self._added.append(mesh)
         if not body.fixed:
             self._moving[body.name] = mesh
@@ -113,6 +138,20 @@ def _add_ground(
         position=center,
         wxyz=wxyz(turned.as_quat()),
         fade_distance=60 * cells,
+    )
+
+
+def _spring_ends(scene: Scene, poses: dict[str, Pose]) -> NDArray[np.float32]:
+    """Where the springs are fastened [m], shape (N, 2, 3)."""
+    return np.array(
+        [
+            [
+                poses[body][0] + Rotation.from_quat(poses[body][1]).apply(np.array(point))
+                for body, point in ((one.body_a, one.point_a), (one.body_b, one.point_b))
+            ]
+            for one in scene.springs
+        ],
+        dtype=np.float32,
     )
 
 

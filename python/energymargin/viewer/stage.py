@@ -23,7 +23,7 @@ from energymargin.viewer.views import View, is_flat, view_around
 
 __all__ = ["SHOWN", "Stage"]
 
-SHOWN = ("nodes", "edges", "escape path", "capture set", "success set")
+SHOWN = ("nodes", "edges", "escape path", "capture set", "success set", "objects")
 SAMPLES = 20  # frames of a trajectory that the view holds
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 DISTANCE = 0.9  # of the camera, beside the view's size
@@ -112,6 +112,7 @@ class Stage:
         self._shown.update(shown)
         self._growth.show(nodes=shown["nodes"], edges=shown["edges"], path=shown["escape path"])
         self._bodies.put_ghosts(self._way_ends if shown["escape path"] else None)
+        self._bodies.show_objects(shown["objects"])
         with self._lock:
             for name, surface in self._surfaces.items():
                 surface.visible = shown[name]
