@@ -14,9 +14,10 @@ from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.efforts import plot_effort
 from energymargin.plots.legends import state_legend
 from energymargin.plots.qualitative import figure_qualitative
+from energymargin.plots.series import Along, along
 from energymargin.plots.states import plot_state
 from energymargin.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
-from energymargin.plots.trajectories import Along, along, figure_scores, plot_scores
+from energymargin.plots.trajectories import figure_scores, plot_scores
 
 __all__ = [
     "CAPTURED_COLOR",

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import AutoLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.metrics import ANY, KINDS, is_likelihood, of_kind
-from energymargin.plots.sources import Scores, labelled_scores
+from energymargin.metrics import ANY, KINDS, of_kind
+from energymargin.plots.infinity import draw_endless
+from energymargin.plots.series import Along, checked
 from energymargin.plots.styles import (
     LEGEND_SIZE,
     LOST_COLOR,
@@ -24,41 +23,7 @@ from energymargin.plots.styles import (
 )
 from energymargin.tasks.base import one_of, yes_or_no
 
-__all__ = ["Along", "along", "figure_scores", "plot_scores"]
-
-
-class Along(NamedTuple):
-    """What `plot_scores` draws of one trajectory of K frames."""
-
-    times: NDArray[np.float64] | None
-    """Of the frames [s], shape (K,), rising; None: they are counted."""
-    scores: Mapping[str, NDArray[np.float64]]
-    """By metric, shape (K,): inf where no escape was found, NaN where there is no score."""
-    captured: NDArray[np.bool_] | None
-    """Whether each frame is captured, shape (K,); None: it is not known."""
-
-
-ROW = 0.11  # of the axes' height: of a row of marks for infinity
-AROUND = 0.1  # of what is finite: free above and below it, under the band of infinity
-
-
-def along(scores: Scores, trajectory: int, times: ArrayLike | None = None) -> Along:
-    """The scores and labels of one trajectory, by its number, of a store's run or of what it has.
-
-    `scores` as of `plot_roc`. `times` of its frames [s], shape (K,), as a `Trajectory` has them; a
-    run does not know them. Raises ValueError if there is no such trajectory.
-    """
-    labelled = labelled_scores(scores)
-    states = np.flatnonzero(labelled.trajectory == trajectory)
-    if not len(states):
-        there = np.unique(labelled.trajectory)
-        known = f"one from {there[0]} to {there[-1]}" if len(there) else "none, for there are none"
-        raise ValueError(f"trajectory is {trajectory!r}, expected {known}")
-    return Along(
-        None if times is None else np.asarray(times, dtype=float),
-        {metric: values[states] for metric, values in labelled.scores.items()},
-        labelled.captured[states],
-    )
+__all__ = ["figure_scores", "plot_scores"]
 
 
 def plot_scores(
@@ -81,13 +46,13 @@ def plot_scores(
     Returns `ax`, or the axes of a new figure. Raises ValueError on an unknown kind or metric,
     arrays of other lengths, or numbers that cannot be times, labels, or scores of these metrics.
     """
-    data = _checked(times, scores, captured)
+    data = checked(times, scores, captured)
     kind = _chosen(kind, data.scores)
     yes_or_no("legend", legend)
     inside = None if ax is None else "best"
     ax = axes_or_new(ax, 6.0, 3.0)
     _draw(ax, data, kind)
-    _draw_endless([ax], [data], kind)
+    draw_endless([ax], [data], kind)
     if legend:
         draw_legend(ax, inside)
     return ax
@@ -100,7 +65,7 @@ def figure_scores(columns: Mapping[str, Along]) -> Figure:
     """
     if not (isinstance(columns, Mapping) and all(isinstance(c, Along) for c in columns.values())):
         raise ValueError(f"columns is a {type(columns).__name__}, expected Along by title: {{...}}")
-    columns = {title: _checked(*data) for title, data in columns.items()}
+    columns = {title: checked(*data) for title, data in columns.items()}
     kinds = [kind for kind in KINDS if any(of_kind(kind, c.scores) for c in columns.values())]
     if not kinds:
         raise ValueError("columns has no scores, expected those of a trajectory at least")
@@ -112,7 +77,7 @@ def figure_scores(columns: Mapping[str, Along]) -> Figure:
     for kind, row_axes in zip(kinds, axes, strict=True):
         for ax, data in zip(row_axes, columns.values(), strict=True):
             _draw(ax, data, kind)
-        _draw_endless(list(row_axes), list(columns.values()), kind)
+        draw_endless(list(row_axes), list(columns.values()), kind)
         for ax in row_axes:
             ax.label_outer()
         _shared_legend(row_axes)
@@ -136,67 +101,6 @@ def _shared_legend(axes: NDArray[Any]) -> None:
     )
 
 
-def _checked(
-    times: ArrayLike | None, scores: Mapping[str, ArrayLike], captured: ArrayLike | None
-) -> Along:
-    if not (isinstance(scores, Mapping) and scores):
-        kind = "empty" if isinstance(scores, Mapping) else f"a {type(scores).__name__}"
-        raise ValueError(f"scores is {kind}, expected arrays by metric")
-    arrays = {name: _numbers(name, values) for name, values in scores.items()}
-    name, first = next(iter(arrays.items()))
-    if first.ndim != 1 or not len(first):
-        raise ValueError(f"{name} has shape {first.shape}, expected (K,), K > 0: a number a frame")
-    frames = len(first)
-    for name, values in arrays.items():
-        _check_shape(name, values, frames)
-        _check_scores(name, values)
-    if times is not None:
-        times = _numbers("times", times)
-        _check_shape("times", times, frames)
-        _check_times(times)
-    return Along(times, arrays, None if captured is None else _labels(captured, frames))
-
-
-def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {values!r}, expected numbers") from None
-
-
-def _check_shape(name: str, values: NDArray[Any], frames: int) -> None:
-    if values.shape != (frames,):
-        raise ValueError(f"{name} has shape {values.shape}, expected ({frames},)")
-
-
-def _check_scores(name: str, values: NDArray[np.float64]) -> None:
-    """NaN is a score that is not there, and inf an effort without an escape."""
-    low, high = (0.0, 1.0) if is_likelihood(name) else (np.finfo(float).min, np.inf)
-    wrong = values[(values < low) | (values > high)]
-    if len(wrong):
-        expected = "0 to 1" if is_likelihood(name) else "a number or inf"
-        raise ValueError(
-            f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
-        )
-
-
-def _check_times(times: NDArray[np.float64]) -> None:
-    wrong = ~np.isfinite(times)
-    wrong[1:] |= ~(np.diff(times) > 0)
-    if wrong.any():
-        k = int(wrong.argmax())
-        raise ValueError(f"times has {times[k]:g} at frame {k}, expected finite numbers that rise")
-
-
-def _labels(captured: ArrayLike, frames: int) -> NDArray[np.bool_]:
-    labels = np.asarray(captured)
-    _check_shape("captured", labels, frames)
-    wrong = [label for label in labels.tolist() if label not in (0, 1)]
-    if wrong:
-        raise ValueError(f"captured has {wrong[0]!r}, expected True and False, or 1 and 0")
-    return labels.astype(bool)
-
-
 def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
     """A kind that has scores; ValueError if it has none or, of None, several have."""
     there = [name for name in KINDS if of_kind(name, scores)]
@@ -215,7 +119,7 @@ def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
 
 def _draw(ax: Axes, data: Along, kind: str) -> None:
     """All of a kind but what is infinite."""
-    frames = _frames(data)
+    frames = data.frames
     for name in of_kind(kind, data.scores):
         _draw_scores(ax, frames, data.scores[name], name)
     if data.captured is not None:
@@ -225,13 +129,6 @@ def _draw(ax: Axes, data: Along, kind: str) -> None:
         ax.set_ylim(-0.05, 1.05)
     ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=KINDS[kind].axis)
     light_grid(ax)
-
-
-def _frames(data: Along) -> NDArray[np.float64]:
-    """Where the frames are on the x axis: at their times [s], or else their numbers."""
-    if data.times is not None:
-        return data.times
-    return np.arange(len(next(iter(data.scores.values()))), dtype=float)
 
 
 def _draw_scores(
@@ -252,82 +149,6 @@ def _draw_scores(
         markerfacecolor="white" if name.endswith(ANY) else style.color,
         label="_nolegend_" if np.isposinf(values).all() else label,
     )
-
-
-def _draw_endless(axes: Sequence[Axes], columns: Sequence[Along], kind: str) -> None:
-    """A band for infinity at the top of axes that share their scale, with a row of marks a metric.
-
-    What is finite stays below it, and so do the numbers on the y axis.
-    """
-    given = [(name, values) for data in columns for name, values in data.scores.items()]
-    names = of_kind(kind, [name for name, values in given if np.isposinf(values).any()])
-    drawn = of_kind(kind, dict(given))
-    values = np.concatenate([np.empty(0), *(each for name, each in given if name in drawn)])
-    finite = values[np.isfinite(values)]
-    below = 1.0 - ROW * len(names) if len(finite) else 0.0  # of the height
-    for number, name in enumerate(names):
-        height = 1.0 - (1.0 - below) * (number + 0.5) / len(names)
-        for ax, data in zip(axes, columns, strict=True):
-            _mark_endless(ax, data, name, height)
-    if names:
-        axes[0].yaxis.set_major_locator(_Below(below))
-        axes[0].yaxis.set_major_formatter(_InfinityLast())
-    elif not len(finite):
-        axes[0].yaxis.set_major_locator(NullLocator())
-    if names and len(finite):
-        _keep_below(axes, finite, below)
-
-
-def _mark_endless(ax: Axes, data: Along, name: str, height: float) -> None:
-    """Marks at a height of the axes (0..1), which stand for infinity."""
-    endless = np.isposinf(data.scores.get(name, np.empty(0)))
-    if not endless.any():
-        return
-    style = metric_style(name)
-    ax.plot(
-        _frames(data)[endless],
-        np.full(endless.sum(), height),
-        color=style.color,
-        linestyle="",
-        marker=style.marker,
-        markersize=5,
-        markerfacecolor="white" if name.endswith(ANY) else style.color,
-        transform=ax.get_xaxis_transform(),
-        label=f"{name}: no escape",
-    )
-
-
-def _keep_below(axes: Sequence[Axes], finite: NDArray[np.float64], share: float) -> None:
-    """Scales axes such that what is finite is in that share of their height, below a thin line."""
-    low, spread = finite.min(), np.ptp(finite) or abs(finite[0]) or 1.0
-    bottom = low - AROUND * spread
-    top = bottom + (1.0 + 2 * AROUND) * spread / share
-    axes[0].update_datalim([(0.0, bottom), (0.0, top)], updatex=False)
-    for ax in axes:
-        ax.margins(y=0.0)
-        line = Line2D([0, 1], [share, share], color="0.3", linewidth=0.8, gid="band")
-        line.set_transform(ax.transAxes)
-        ax.add_line(line)
-
-
-class _Below(AutoLocator):
-    """The usual ticks in a share of an axis from its low end, and one amidst the rest of it."""
-
-    def __init__(self, share: float) -> None:
-        super().__init__()
-        self._share = share
-
-    def tick_values(self, vmin: float, vmax: float) -> list[float]:
-        end = vmin + self._share * (vmax - vmin)
-        numbers = [tick for tick in super().tick_values(vmin, vmax) if tick < end]
-        return [*numbers, (end + vmax) / 2]
-
-
-class _InfinityLast(ScalarFormatter):
-    """The last tick stands for infinity, and the others for their numbers."""
-
-    def format_ticks(self, values: list[float]) -> list[str]:
-        return [*super().format_ticks(values[:-1]), "∞"]
 
 
 def _shade(ax: Axes, times: NDArray[np.float64], shaded: NDArray[np.bool_]) -> None:
