@@ -358,6 +358,15 @@ def test_a_search_that_is_stopped_at_once_leaves_the_page_whole(problem):
         assert page.scored is whole  # what is complete is not given up for it
 
 
+def test_more_nodes_than_the_slider_has_may_be_typed(problem):
+    with view(problem, nodes=20) as viewer:
+        panel = viewer.page._panel
+        for typed, asked in ((5000, 5000), (10**9, 10**6), (0, 1)):
+            panel.nodes.value = typed
+            assert panel.asked_nodes() == asked == panel.nodes.value
+            viewer.page.wait()
+
+
 def test_what_ends_a_search_with_an_error_is_said():
     def broken(states):
         raise LookupError("no such place")

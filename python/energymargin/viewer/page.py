@@ -154,13 +154,13 @@ class Page:
         frames, first = len(self._frames.times), self._frames.first
         if self._stored is not None and first is not None:
             return {name: self._stored.along(name, first, frames) for name in LINES}
-        nodes, rate = int(value_of(self._panel.nodes)), value_of(self._panel.rate)
+        nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
         return self._kept.along(self._trajectory, frames, LINES, nodes, rate)
 
     def _nodes(self) -> int:
         """How many are shown: those that are grown, or fewer."""
         grown = 0 if self.scored is None else self.scored.capture.nodes
-        return min(int(value_of(self._panel.nodes)), grown)
+        return min(self._panel.asked_nodes(), grown)
 
     # What happens when a control is moved
 
@@ -273,7 +273,7 @@ class Page:
         with self._lock:
             trajectory, recorded = self._trajectory, self._frames
             chosen = list(range(len(recorded.times))) if frames is None else frames
-            nodes = int(value_of(self._panel.nodes))
+            nodes = self._panel.asked_nodes()
 
         def work(cancel: Cancel) -> None:
             self._error = None

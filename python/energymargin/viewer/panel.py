@@ -19,6 +19,7 @@ __all__ = ["LINES", "Panel", "set_value", "value_of"]
 
 LINES = {"capture": "#0072B2", "success": "#000000"}
 RATES = 20.0  # 1/J, for a problem whose lambda is 0
+MOST_ASKED = 1_000_000  # nodes: a quarter of a gigabyte, and minutes
 STEPS = 200  # of the slider of lambda
 SCORE, PLAY, STOP = "Score this state", "Replay the escape", "Stop"
 
@@ -65,6 +66,12 @@ class Panel:
             self.shown = {name: gui.add_checkbox(name, True) for name in SHOWN}
 
         self._rate = rate
+
+    def asked_nodes(self) -> int:
+        """How many nodes; the slider grows if more are typed beside it."""
+        if self.nodes.value > self.nodes.max:
+            self.nodes.max = min(int(self.nodes.value), MOST_ASKED)
+        return int(value_of(self.nodes))
 
     def show_rate(self, rate: float) -> None:
         """The slider of lambda at a problem's own; it stays if it was another problem's with the
