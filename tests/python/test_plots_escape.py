@@ -175,8 +175,8 @@ def test_a_set_that_is_left_by_speed_is_said_to_be_no_matter_of_place(block):
     ax = plots.plot_state(moving, tree, Figure().subplots(), legend=True)
     said = [text.get_text() for text in ax.get_legend().get_texts()]
     assert said[1:3] == [
-        "capture set (not by place: not drawn)",
-        "success set (not by place: not drawn)",
+        "capture set (not by place alone: not drawn)",
+        "success set (not by place alone: not drawn)",
     ]
     assert "capture set (all of the view)" in legend(moving)
 

@@ -76,7 +76,7 @@ def _in_words(
     """Where a set is that has no edge in view; states in view may be in it, or not, by what else
     they are."""
     if (np.asarray(region.contains(problem.scene, seen)) != everywhere).any():
-        return " (not by place: not drawn)"
+        return " (not by place alone: not drawn)"
     return " (all of the view)" if everywhere else " (nowhere in view)"
 
 

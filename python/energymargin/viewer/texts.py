@@ -118,7 +118,7 @@ def sets_text(problem: Problem, drawn: Collection[str]) -> str:
     missing = [name for name, region in sets.items() if region is not None and name not in drawn]
     if not missing:
         return ""
-    why = "all of the view or none of it is in it, or it does not depend on the place"
+    why = "all of the view or none of it is in it, or it depends on more than the place"
     return plain(f"Not drawn: the {' and the '.join(missing)} ({why}).")
 
 
