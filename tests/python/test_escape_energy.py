@@ -31,7 +31,7 @@ def test_ball_gets_out_over_the_rim_of_its_pen(pen, planner):
     found = em.escape_energy(pen, planner=planner, samples=500)
     assert found.energy == pytest.approx(WEIGHT * RIM, rel=0.02)
     assert found.history[-1][1] == found.energy
-    assert repr(found) == f"EscapeEnergy(energy={found.energy!r})"
+    assert repr(found) == f"EscapeEnergy(energy={found.energy!r}, samples=500, complete=True)"
 
 
 def test_path_shows_the_way_over_the_barrier_at_rest(pen):
