@@ -22,6 +22,9 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
 SOURCES := $(shell find cpp cmake tests/cpp tests/fuzz -type f) CMakeLists.txt python/energymargin/problem.schema.json
 
+# An installation in place knows its packages: a new one is installed again.
+PYTHON_PACKAGES := $(shell find python/energymargin -name __init__.py)
+
 SECONDS ?= 600
 # Python tests that run C++; the others are of text, tables and pictures.
 SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf tasks tasks_scripted push push_multi \
@@ -121,7 +124,7 @@ debian = @missing=$$(for package in $(1); do \
 	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=3.0' cmake
 	@touch $@
 
-.venv/built: .venv/environment $(SOURCES)
+.venv/built: .venv/environment $(SOURCES) $(PYTHON_PACKAGES)
 	@echo "Building energymargin"
 	@$(BIN)/python -m pip install -q --no-build-isolation -e '.[dev]' -Cbuild-dir=build \
 	  -Ccmake.define.ENERGYMARGIN_TESTS=ON -Ccmake.define.ENERGYMARGIN_BENCH=ON
