@@ -33,7 +33,6 @@ class Mistakes:
 
     metric: str
     cards: list[Card]
-
     none: str
     """Why there is none, if so."""
 
