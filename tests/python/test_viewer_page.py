@@ -194,7 +194,7 @@ def test_a_replay_stops_where_somebody_moves_it(seen):
     page.get_by_role("button", name="Replay the escape").click()
     until(lambda: moment.value > 1, "it moves")
     slide(page, "moment", 0.0)
-    until(lambda: not viewer.page._playing, "it stops")
+    until(lambda: not viewer.page._player.playing, "it stops")
     assert moment.value <= 1
 
 

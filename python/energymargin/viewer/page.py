@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem
 from energymargin.viewer.kept import Kept
 from energymargin.viewer.panel import LINES, Panel, set_value, value_of
+from energymargin.viewer.player import Player
 from energymargin.viewer.quiet import Quiet
 from energymargin.viewer.search import Live, Scored, score_state
 from energymargin.viewer.sources import Frames, Source
@@ -56,7 +57,6 @@ class Page:
         self._lock = threading.RLock()
         self._live, self._kept = Live(), Kept()
         self._sets_later, self._nodes_later = Quiet(), Quiet()
-        self._replays, self._playing = 0, False
         self._error: Exception | None = None
         self._trajectory, self._frame = trajectory, frame
         self._frames = source.frames(trajectory)
@@ -75,6 +75,7 @@ class Page:
             nodes=nodes,
             rate=self._problem.rate,
         )
+        self._player = Player(self._panel)
         self._panel.show_frames(self._frames, frame)
         self._show_frame()
         self._connect()
@@ -98,7 +99,7 @@ class Page:
 
     def close(self) -> None:
         """Ends what runs in the background."""
-        self._replays += 1
+        self._player.stop()
         self._live.close()
         self._nodes_later.close()
         self._sets_later.close()
@@ -124,6 +125,7 @@ class Page:
     def _show_scored(self) -> None:
         """The tree of the present frame, its scores and its way out."""
         scored = self.scored
+        self._player.stop()
         self._stage.put(self._problem)
         self._panel.show_moments(scored)
         self._panel.escape_text.content = escape_text(scored)
@@ -196,7 +198,6 @@ class Page:
         if problem is None:
             set_value(self._panel.trajectory, self._trajectory)
             return
-        self._replays += 1
         self._trajectory, self._frames = chosen, frames
         self._frame, self._problem = frame, problem
         self._stage.remove()
@@ -214,7 +215,6 @@ class Page:
         if problem is None:
             set_value(self._panel.frame, self._frame)
             return
-        self._replays += 1
         self._frame, self._problem = chosen, problem
         self._show_frame()
 
@@ -225,7 +225,7 @@ class Page:
     def _move_moment(self, event: Any) -> None:
         with self._lock:
             if event.client_id is not None:  # moved by hand: a replay would take it away again
-                self._replays += 1
+                self._player.stop()
             self._choose_moment()
 
     def _choose_moment(self) -> None:
@@ -245,25 +245,9 @@ class Page:
             self._start([self._frame])
 
     def _press_play(self) -> None:
-        """Moves along the way out in its own time, from the present moment or again; or stops."""
         with self._lock:
-            scored, self._replays = self.scored, self._replays + 1
-            if self._playing or scored is None or scored.way_out is None:
-                return
-            self._playing, number = True, self._replays
-            last = len(scored.way_out.times) - 1
-            begin = int(value_of(self._panel.moment)) % max(last, 1)
-        self._panel.playing(True)
-        try:
-            for moment in range(begin, last + 1):
-                if number != self._replays or self.scored is not scored:
-                    return
-                set_value(self._panel.moment, moment)  # which shows it
-                if moment < last:
-                    time.sleep(float(np.diff(scored.way_out.times)[moment]))
-        finally:
-            self._playing = False
-            self._panel.playing(False)
+            way = None if self.scored is None else self.scored.way_out
+        self._player.press(way)
 
     # Scores
 
