@@ -6,27 +6,14 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import COMMAND, run
 from stores import await_scores, score_count
 
 from energymargin import datasets
 from energymargin.store import ScoreStore
-
-COMMAND = str(Path(sys.executable).with_name("energymargin"))
-
-
-def run(*arguments, cwd):
-    return subprocess.run(
-        [COMMAND, *map(str, arguments)],
-        cwd=cwd,
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
 
 
 @pytest.fixture(scope="module")

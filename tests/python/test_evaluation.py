@@ -14,8 +14,8 @@ from energymargin.evaluation import (
     captured_labels,
     evaluate,
     trajectory_score,
-    weighted_auc_ap,
 )
+from energymargin.evaluation.bootstrap import thresholds, weighted_auc_ap
 
 
 def labelled(trajectory, captured, success=None, task="push", **scores):
@@ -169,7 +169,8 @@ def test_all_draws_at_once_give_what_scikit_learn_gives_for_each():
     random = np.random.default_rng(0)
     ranks, labels = random.integers(0, 12, 60), random.random(60) < 0.6
     weights = random.integers(0, 4, (20, 60))
-    auc, ap = weighted_auc_ap(ranks, labels, weights)
+    order, first = thresholds(ranks)
+    auc, ap = weighted_auc_ap(labels[order], weights[:, order], first)
     assert auc == pytest.approx([roc_auc_score(labels, ranks, sample_weight=w) for w in weights])
     assert ap == pytest.approx(
         [average_precision_score(labels, ranks, sample_weight=w) for w in weights]
@@ -178,7 +179,7 @@ def test_all_draws_at_once_give_what_scikit_learn_gives_for_each():
 
 def test_draws_with_one_label_left_are_dropped():
     weights = np.array([[1, 1], [2, 0], [0, 2]])
-    auc, ap = weighted_auc_ap(np.array([1, 0]), np.array([True, False]), weights)
+    auc, ap = weighted_auc_ap(np.array([True, False]), weights, first=np.array([0, 1]))
     assert (auc.tolist(), ap.tolist()) == ([1.0], [1.0])
 
 

@@ -10,15 +10,14 @@ import shutil
 import signal
 import sqlite3
 import subprocess
-import sys
 import time
 from contextlib import suppress
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
 from browsers import watched_page
+from command_line import COMMAND, run
 from PIL import Image
 
 from energymargin import datasets, report
@@ -31,7 +30,6 @@ from energymargin.report.wrong import ranks
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
-COMMAND = str(Path(sys.executable).with_name("energymargin"))
 SETTINGS = SearchSettings(nodes=15, seed=3)
 OPTIONS = report.Options(draws=200, pictures=1)
 METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
@@ -83,17 +81,6 @@ def numbers(array):
     if isinstance(array, dict):
         return np.frombuffer(base64.b64decode(array["bdata"]), dtype=array["dtype"])
     return np.array([np.nan if value is None else value for value in array], dtype=float)
-
-
-def run(*arguments, cwd):
-    return subprocess.run(
-        [COMMAND, *map(str, arguments)],
-        cwd=cwd,
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
 
 
 @pytest.fixture(scope="module")

@@ -367,6 +367,26 @@ def test_more_nodes_than_the_slider_has_may_be_typed(problem):
             viewer.page.wait()
 
 
+def test_the_sets_of_another_frame_are_not_shown_while_those_of_this_one_are_computed(
+    monkeypatch,
+):
+    dataset = em.datasets.generate("push", trajectories=1, frames=3, seed=1)
+    with view(dataset, nodes=10) as viewer:
+        page, later = viewer.page, []
+        page._start()  # all frames: trees are drawn at once
+        page.wait()
+        stage = page._stage
+        assert set(stage._surfaces) == {"capture set", "success set"}
+        monkeypatch.setattr(page._sets_later, "run", later.append)
+        page._panel.frame.value = 2
+        end = time.monotonic() + 30
+        while not later and time.monotonic() < end:
+            time.sleep(0.01)
+        assert stage._surfaces == {}
+        later[-1]()
+        assert set(stage._surfaces) == {"capture set", "success set"}
+
+
 def test_what_ends_a_search_with_an_error_is_said():
     def broken(states):
         raise LookupError("no such place")

@@ -11,7 +11,7 @@ whose name ends in "/any" is held against the second. The force score, one numbe
 against each.
 """
 
-from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked, weighted_auc_ap
+from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked
 from energymargin.evaluation.cells import Cell, csv_fields, short
 from energymargin.evaluation.comparing import evaluate
 from energymargin.evaluation.labelled import (
@@ -60,5 +60,4 @@ __all__ = [
     "short",
     "state_metrics",
     "trajectory_score",
-    "weighted_auc_ap",
 ]

@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DRAWS", "auc_ap", "bootstrap_weights", "intervals", "ranked", "weighted_auc_ap"]
+__all__ = [
+    "DRAWS",
+    "auc_ap",
+    "bootstrap_weights",
+    "intervals",
+    "ranked",
+    "thresholds",
+    "weighted_auc_ap",
+]
 
 DRAWS = 1000  # bootstrap draws
 MOST_WEIGHTS = 2**18  # at once: what a cache holds
@@ -42,41 +50,33 @@ def intervals(
     """
     if len(np.unique(trajectory)) < 2:
         return None, None
-    order, first = _thresholds(ranks)
+    order, first = thresholds(ranks)
     labels, trajectory = labels[order], trajectory[order]
     small = weights.astype(np.int32)  # what takes the time is memory
     block = max(1, MOST_WEIGHTS // len(trajectory))
     drawn = [
-        _auc_ap_sorted(labels, small[start : start + block].take(trajectory, axis=1), first)
+        weighted_auc_ap(labels, small[start : start + block].take(trajectory, axis=1), first)
         for start in range(0, len(weights), block)
     ]
     aucs, aps = (np.concatenate(values) for values in zip(*drawn, strict=True))
     return _interval(aucs), _interval(aps)
 
 
-def weighted_auc_ap(
-    ranks: NDArray[np.int64], labels: NDArray[np.bool_], weights: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """AUC and AP for each row of `weights`, (draws, N), the number of times each of N samples
-    counts.
-
-    The numbers of scikit-learn with `sample_weight`, for all draws at once: one by one they take a
-    minute for a table. Draws in which only one label is left are dropped.
-    """
-    order, first = _thresholds(ranks)
-    return _auc_ap_sorted(labels[order], weights.take(order, axis=1), first)
-
-
-def _thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The samples from the best score down, (N,), and where among them a new threshold starts."""
     order = np.argsort(-ranks, kind="stable")
     return order, np.flatnonzero(np.diff(ranks[order], prepend=np.inf))
 
 
-def _auc_ap_sorted(
+def weighted_auc_ap(
     labels: NDArray[np.bool_], weights: NDArray[Any], first: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """As `weighted_auc_ap`, of samples from the best score down."""
+    """AUC and AP for each row of `weights`, (draws, N), the number of times each of N samples
+    counts; labels (N,) and weights from the best score down, as `thresholds` orders them.
+
+    The numbers of scikit-learn with `sample_weight`, for all draws at once: one by one they take a
+    minute for a table. Draws in which only one label is left are dropped.
+    """
     positive, every = weights * labels, weights
     if len(first) < len(labels):
         positive, every = (np.add.reduceat(each, first, axis=1) for each in (positive, every))

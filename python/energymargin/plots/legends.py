@@ -24,7 +24,7 @@ from energymargin.plots.styles import (
     SUCCEEDED_COLOR,
 )
 
-__all__ = ["Notes", "draw_legend", "score_title", "state_legend", "state_title"]
+__all__ = ["Notes", "draw_state_legend", "score_title", "state_legend", "state_title"]
 
 MOST_NAMES = 3  # of bodies without a role
 MOST_ROOM = 0.6  # of axes that the caller brought, for a legend below
@@ -115,7 +115,7 @@ def _unfinished(result: Result) -> str:
     return "" if result.complete else "   (not complete)"
 
 
-def draw_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
+def draw_state_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
     """Below the axes, over no data. Axes that the caller brought make room for it."""
     options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
     figure = ax.get_figure()

@@ -20,22 +20,11 @@ def labelled_scores(scores: Scores) -> LabelledScores:
     if isinstance(scores, Run):
         return scores.labelled_scores()
     if isinstance(scores, ScoreStore):
-        return _only_run(scores).labelled_scores()
+        return scores.run().labelled_scores()
     if isinstance(scores, (str, os.PathLike)):
         with ScoreStore(scores) as store:
             return labelled_scores(store)
     raise ValueError(
         f"scores is a {type(scores).__name__}, expected LabelledScores, a Run or a ScoreStore, or "
         "the path of a file of scores"
-    )
-
-
-def _only_run(store: ScoreStore) -> Run:
-    runs = store.runs()
-    if len(runs) == 1:
-        return runs[0]
-    there = "; ".join(map(str, runs)) or "none"
-    raise ValueError(
-        f"scores is {str(store.path)!r}, which has {len(runs)} runs, expected one: "
-        f"choose it with ScoreStore(...).run(N): {there}"
     )

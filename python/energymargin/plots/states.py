@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from energymargin._core import EscapeEffort, Problem, Tree
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_bodies, draw_ghost
-from energymargin.plots.legends import draw_legend, state_legend, state_title
+from energymargin.plots.legends import draw_state_legend, state_legend, state_title
 from energymargin.plots.paths import Escape, Result, draw_escape, escape_of
 from energymargin.plots.sets import draw_set, sets_of
 from energymargin.plots.styles import (
@@ -106,7 +106,7 @@ def plot_state(
     if legend:
         notes = (captured, succeeded, _out_of_view(seen))
         handles = state_legend(problem, notes, tree=crosses, escape=way)
-        draw_legend(ax, handles, own_figure=new)
+        draw_state_legend(ax, handles, own_figure=new)
     if result is not None and color_bar:  # after the legend, which may make the axes smaller
         draw_color_bar(ax.figure, ax, costs, result.tree.costs.max(), shrink=0.85)
     if legend and not new:  # else a layout sees what is below axes of equal scales too late

@@ -108,10 +108,10 @@ class Page:
 
     def _show_frame(self) -> None:
         """The present frame: bodies and words at once, its sets once it is quiet."""
-        self._stage.hide_sets()
         self._panel.shown["success set"].visible = self._problem.succeeded is not None
         self._panel.what.content = frame_text(self._frames, self._frame)
         self._show_scored()
+        self._stage.clear_sets()
         self._sets_later.run(self._draw_sets)
 
     def _draw_sets(self) -> None:

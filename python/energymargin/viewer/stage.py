@@ -81,11 +81,12 @@ class Stage:
         if scored.way_out is not None:
             self._bodies.put(scored.way_out.states[moment])
 
-    def hide_sets(self) -> None:
-        """Those of another state."""
+    def clear_sets(self) -> None:
+        """Takes those of another state away."""
         with self._lock:
             for surface in self._surfaces.values():
-                surface.visible = False
+                surface.remove()
+            self._surfaces.clear()
 
     def draw_sets(self) -> set[str]:
         """Capture and success set of the present state: they may follow the effector. Returns
@@ -119,11 +120,8 @@ class Stage:
 
     def remove(self) -> None:
         """Takes everything away."""
-        with self._lock:
-            self._gone = True
-            for surface in self._surfaces.values():
-                surface.remove()
-            self._surfaces.clear()
+        self._gone = True
+        self.clear_sets()
         self._bodies.remove()
         self._growth.clear()
         self._growth.draw_path(self._problem, None)
