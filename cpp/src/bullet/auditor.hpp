@@ -1,8 +1,9 @@
 #pragma once
-// The balance of energy of a rollout, step by step.
+// The balance of energy of a rollout, part by part.
 
 #include <vector>
 
+#include "../energy.hpp"
 #include "energymargin/audit.hpp"
 #include "simulation.hpp"
 
@@ -11,27 +12,28 @@ namespace energymargin {
 //! Watches a simulation from where it is when this is made, to the end of its own life.
 class Auditor {
  public:
-  explicit Auditor(Simulation& simulation);
+  Auditor(Simulation& simulation, const Energy& energy);
   ~Auditor();
   Auditor(const Auditor&) = delete;
   Auditor& operator=(const Auditor&) = delete;
 
-  //! Before anything acts in a step, and when the step is over.
-  void begin_step();
-  void end_step();
+  //! Before anything acts in a part of a step, and when that is over.
+  void begin();
+  void end(const Advance& part);
 
-  //! Of the steps so far; without energy_change and wrench, which others know.
+  //! Of the parts so far; without energy_change and wrench, which others know.
   Audit audit() const;
 
  private:
-  void add_control(const Joint& joint, const JointState& before, const JointState& after);
-  void add_damper(const Spring& spring, double growth_before, double growth_after);
+  void add_control(const Joint& joint, const JointState& before, const JointState& after, double duration);
+  void add_damper(const Spring& spring, double growth_before, double growth_after, double duration);
 
   Simulation& simulation_;
+  const Energy& energy_;
   Motion before_;
-  State state_;                          // before the step
+  State state_;                          // before the part
   State next_;                           // after it
-  std::vector<double> growths_;          // of the springs, before the step
+  std::vector<double> growths_;          // of the springs, before the part
   std::vector<std::size_t> controlled_;  // joints with a stiffness or a damping
   Audit audit_;
 };

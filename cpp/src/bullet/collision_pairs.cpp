@@ -31,7 +31,7 @@ std::size_t CollisionPairs::bounded(btCollisionObject& object) {
 }
 
 void CollisionPairs::add(btCollisionObject& a, btCollisionObject& b) {
-  pairs_.push_back({bounded(a), bounded(b), std::min(reach_of_contact(a), reach_of_contact(b))});
+  pairs_.push_back({bounded(a), bounded(b), std::min(reach_of_contact(a), reach_of_contact(b)), 0.0, nullptr});
 }
 
 void CollisionPairs::forget() {
@@ -45,7 +45,8 @@ void CollisionPairs::update() {
   }
   touching_.clear();
   for (Pair& pair : pairs_) {
-    if (near(pair)) {
+    pair.gap = gap_of(pair);
+    if (pair.gap <= pair.reach) {
       detect(pair);
     } else if (pair.algorithm) {
       drop(pair);
@@ -55,13 +56,13 @@ void CollisionPairs::update() {
                    [](const auto* a, const auto* b) { return indices(*a) < indices(*b); });
 }
 
-bool CollisionPairs::near(const Pair& pair) const {
+double CollisionPairs::gap_of(const Pair& pair) const {
   const Bounded& a = bounded_[pair.a];
   const Bounded& b = bounded_[pair.b];
-  for (int axis = 0; axis < 3; ++axis) {
-    if (a.low[axis] > b.high[axis] + pair.reach || b.low[axis] > a.high[axis] + pair.reach) return false;
-  }
-  return true;
+  const btVector3 apart_a = a.low - b.high;
+  const btVector3 apart_b = b.low - a.high;
+  return std::max(std::max(std::max(apart_a.x(), apart_b.x()), std::max(apart_a.y(), apart_b.y())),
+                  std::max(apart_a.z(), apart_b.z()));
 }
 
 void CollisionPairs::detect(Pair& pair) {

@@ -7,7 +7,7 @@
 
 namespace energymargin {
 
-//! Collision detection for the few bodies of a scene without joints. Every pair that can collide is kept from the
+//! Collision detection for the few bodies of a scene. Every pair that can collide is kept from the
 //! start; those whose bounds are out of a contact's reach cost no more than that test.
 class CollisionPairs {
  public:
@@ -25,6 +25,10 @@ class CollisionPairs {
   //! Finds the contacts of the bodies as they stand.
   void update();
 
+  //! Distance of the bounds of the pair that was added as number `index`, as they stood in the last `update`; negative
+  //! where the bounds overlap [m].
+  double gap(std::size_t index) const { return pairs_[index].gap; }
+
   //! Those with contacts, by the indices of their bodies.
   const std::vector<btPersistentManifold*>& touching() const { return touching_; }
 
@@ -37,11 +41,12 @@ class CollisionPairs {
   struct Pair {
     std::size_t a, b;                           // in bounded_
     double reach;                               // from which on they do not touch
+    double gap = 0.0;                           // of the bounds
     btCollisionAlgorithm* algorithm = nullptr;  // of the dispatcher's pool
   };
 
   std::size_t bounded(btCollisionObject& object);
-  bool near(const Pair& pair) const;
+  double gap_of(const Pair& pair) const;
   void detect(Pair& pair);
   void drop(Pair& pair);
 

@@ -2,15 +2,13 @@
 
 namespace energymargin {
 
-void FreeBodies::step(double duration, btContactSolverInfo& info) {
-  pairs_.update();
+void FreeBodies::solve(double duration, btContactSolverInfo& info) {
   info.m_timeStep = duration;
-  solver_.solve(moving_, pairs_.touching(), info);
-  for (btRigidBody* body : moving_) {
-    btTransform moved;
-    body->predictIntegratedTransform(duration, moved);
-    body->proceedToTransform(moved);
-  }
+  solver_.solve(moving_, pairs().touching(), info);
 }
+
+void FreeBodies::read(std::vector<Velocity>& velocities) const { read_velocities(moving_, velocities); }
+
+void FreeBodies::move(double duration) { energymargin::move(moving_, duration); }
 
 }  // namespace energymargin

@@ -5,29 +5,33 @@
 
 #include <vector>
 
-#include "collision_pairs.hpp"
 #include "contact_solver.hpp"
+#include "rigid_motions.hpp"
+#include "stepper.hpp"
 
 namespace energymargin {
 
 //! Free and fixed bodies in contact. One step does what Bullet's world does in one, to the same bits but for the order
 //! of several contacts of one pair of compounds, and without what these scenes have no use for: sleep, islands, swept
 //! bounds, and a search for the few pairs that there are.
-class FreeBodies {
+class FreeBodies : public Stepper {
  public:
-  explicit FreeBodies(btCollisionDispatcher& dispatcher) : pairs_(dispatcher) {}
+  using Stepper::Stepper;
 
   void add(btRigidBody& moving) { moving_.push_back(&moving); }
-  CollisionPairs& pairs() { return pairs_; }
   ContactSolver& solver() { return solver_; }
   const ContactSolver& solver() const { return solver_; }
 
-  void step(double duration, btContactSolverInfo& info);
+  void keep() override { kept_.keep(moving_); }
+  void undo() override { kept_.undo(moving_); }
+  void solve(double duration, btContactSolverInfo& info) override;
+  void read(std::vector<Velocity>& velocities) const override;
+  void move(double duration) override;
 
  private:
-  CollisionPairs pairs_;
   ContactSolver solver_;
   std::vector<btRigidBody*> moving_;
+  RigidMotions kept_;
 };
 
 }  // namespace energymargin

@@ -12,6 +12,7 @@ namespace {
 using Input = btDiscreteCollisionDetectorInterface::ClosestPointInput;
 
 constexpr double no_closer = 1e-12;     // share of a squared distance, below which a step is none
+constexpr int most_rounds = 1000;       // as Bullet's own, which it then asks
 constexpr double clearly_apart = 1e-5;  // of the cores [m]; below it Bullet is asked
 
 // A solid without its margin.
@@ -52,14 +53,15 @@ struct Closest {
   double distance;  // of the cores [m]
 };
 
-// GJK, as Bullet does it: false if the cores are not clearly apart.
+// GJK, as Bullet does it: false if the cores are not clearly apart, or if that is not known after `most_rounds`.
 bool find_closest(const Core& a, const Core& b, const Input& input, Closest& closest) {
   btVoronoiSimplexSolver simplex;
   simplex.reset();
   btVector3& axis = closest.axis;
   axis.setValue(0.0, 1.0, 0.0);
   double squared = BT_LARGE_FLOAT;
-  for (;;) {
+  for (int round = 0;; ++round) {
+    if (round == most_rounds) return false;
     const btVector3 on_a = input.m_transformA(a.support(-axis * input.m_transformA.getBasis()));
     const btVector3 on_b = input.m_transformB(b.support(axis * input.m_transformB.getBasis()));
     const btVector3 difference = on_a - on_b;

@@ -79,15 +79,19 @@ struct Builder {
   }
 };
 
+double thinnest(const Solid& solid) {
+  return std::visit([](const auto& of) { return smallest_half_extent(of); }, solid);
+}
+
 std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, std::optional<double> margin,
                                               double room = 0.0) {
-  const double most = std::visit([](const auto& of) { return smallest_half_extent(of); }, solid);
+  const double most = thinnest(solid);
   return std::visit(Builder{pose, margin ? std::min(*margin, 0.5 * most) : margin_share * most, room}, solid);
 }
 
 // A solid at its body's centre of mass and along its axes, but for rounding, needs no compound around it.
 bool is_nowhere_else(const Part& part) {
-  const double size = std::visit([](const auto& of) { return smallest_half_extent(of); }, part.shape);
+  const double size = thinnest(part.shape);
   return part.pose.position.norm() <= rounding * size &&
          part.pose.orientation.angularDistance(Quaternion::Identity()) <= rounding;
 }
@@ -101,7 +105,7 @@ btTransform bullet_pose(const Inertial& spread, const BodyState& frame) {
 
 CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
   if (const auto* plane = std::get_if<Plane>(&body.shape)) {
-    return {std::make_unique<btStaticPlaneShape>(to_bullet(plane->normal), plane->offset)};
+    return {std::make_unique<btStaticPlaneShape>(to_bullet(plane->normal), plane->offset), {}, {}};
   }
   const Inertial spread = body.spread();
   const Quaternion turn = spread.axes.conjugate();
@@ -120,13 +124,14 @@ CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
       },
       body.shape);
   if (parts.size() == 1 && (is_nowhere_else(parts[0]) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
-    return {solid_shape(parts[0].shape, parts[0].pose, margin)};
+    return {solid_shape(parts[0].shape, parts[0].pose, margin), {}, {thinnest(parts[0].shape)}};
   }
   CollisionShape made;
   auto compound = std::make_unique<btCompoundShape>();
   const double room = gContactBreakingThreshold * reach_from(body.shape, spread.center);  // Bullet's reach of a contact
   for (const auto& [solid, pose] : parts) {
     made.parts.push_back(solid_shape(solid, pose, margin, room));
+    made.half_extents.push_back(thinnest(solid));
     const bool moved = std::holds_alternative<ConvexHull>(solid);
     compound->addChildShape(to_bullet(moved ? Pose{} : pose), made.parts.back().get());
   }

@@ -27,6 +27,7 @@ btTransform bullet_pose(const Inertial& spread, const BodyState& frame);
 struct CollisionShape {
   std::unique_ptr<btCollisionShape> shape;
   std::vector<std::unique_ptr<btCollisionShape>> parts{};
+  std::vector<double> half_extents{};  //!< the smallest of each convex piece [m]
 };
 
 //! The collision shape in a frame at the body's centre of mass, along its principal axes, as Bullet wants it. Its outer

@@ -22,6 +22,15 @@ constexpr double principal_slack = 1e-12;
 // multiplier makes it, one row undoes most of what the other did, and they need many.
 constexpr int mimic_rounds = 10;
 
+// Parts of a step in which bodies come into contact with each other; the rest of it is lost then, and nothing moves.
+constexpr int most_parts = 16;
+
+// Of a part's length it is tried to find the one that ends in contact.
+constexpr int most_tries = 4;
+
+// A part that would be shorter than this share of a step is not tried: bodies are in contact already, and stay there.
+constexpr double shortest_part = 1e-4;
+
 // Small pools: a world has few contacts, and a new world is built for every problem.
 btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo info;
@@ -81,7 +90,7 @@ Simulation::Simulation(const Scene& scene, Steps steps)
   }
   add_articulations();
   add_mimics();
-  if (articulations_.empty() && steps == Steps::own) add_pairs();
+  if (steps != Steps::bullet) add_stepper(steps);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (tree_of_[i] && !scene.bodies()[i].force.isZero(0.0)) loaded_links_.push_back(i);
   }
@@ -91,7 +100,7 @@ Simulation::Simulation(const Scene& scene, Steps steps)
 }
 
 Simulation::~Simulation() {
-  free_bodies_.reset();
+  stepper_.reset();
   for (auto& mimic : mimics_) world_.removeMultiBodyConstraint(mimic.get());
   articulations_.clear();
   for (auto& body : rigids_) world_.removeRigidBody(body.get());
@@ -101,8 +110,8 @@ void Simulation::configure(Steps steps) {
   use_plane_contacts(dispatcher_);
   use_box_contacts(dispatcher_);
   hull_contacts_.use_in(dispatcher_);
-  if (steps == Steps::own) use_round_contacts(dispatcher_);
-  solver_.use_own_rounds(steps == Steps::own);
+  if (steps != Steps::bullet) use_round_contacts(dispatcher_);
+  solver_.use_own_rounds(steps != Steps::bullet);
   for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
   for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
   if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
@@ -143,8 +152,8 @@ void Simulation::add_rigid(std::size_t index) {
   if (body.fixed()) return;
   rigid.setActivationState(DISABLE_DEACTIVATION);
   if (body.role == Role::object) objects_.push_back(&rigid);
-  const Vector3 gained = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor) * step_;
-  free_.push_back({layout_.offset(index), spread, to_bullet(gained), &rigid, only_axis(body.angular_factor)});
+  const Vector3 acceleration = (scene_.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
+  free_.push_back({layout_.offset(index), spread, to_bullet(acceleration), &rigid, only_axis(body.angular_factor)});
 }
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
@@ -167,26 +176,41 @@ void Simulation::add_articulations() {
   }
 }
 
-void Simulation::add_pairs() {
-  free_bodies_.emplace(dispatcher_);
-  for (const Free& body : free_) free_bodies_->add(*body.rigid);
+void Simulation::add_stepper(Steps steps) {
+  if (articulations_.empty()) {
+    auto bodies = std::make_unique<FreeBodies>(dispatcher_);
+    for (const Free& body : free_) bodies->add(*body.rigid);
+    contact_solver_ = &bodies->solver();
+    stepper_ = std::move(bodies);
+  } else {
+    auto bodies = std::make_unique<ArticulatedBodies>(dispatcher_, solver_, world_);
+    for (const Free& body : free_) bodies->add(*body.rigid);
+    for (const auto& articulation : articulations_) {
+      for (const auto& collider : articulation->colliders()) bodies->add(*collider);
+    }
+    stepper_ = std::move(bodies);
+  }
+  if (steps == Steps::own) continuous_.emplace(shapes_);
+  velocities_.resize(colliders_.size());
   for (std::size_t a = 0; a < colliders_.size(); ++a) {
     for (std::size_t b = a + 1; b < colliders_.size(); ++b) {
-      if (can_collide(a, b)) free_bodies_->pairs().add(*colliders_[a], *colliders_[b]);
+      if (!can_collide(a, b)) continue;
+      stepper_->pairs().add(*colliders_[a], *colliders_[b]);
+      if (continuous_) continuous_->add(*colliders_[a], *colliders_[b]);
     }
   }
 }
 
 void Simulation::watch(const Motion* before) {
-  if (free_bodies_) {
-    free_bodies_->solver().watch(before);
+  if (contact_solver_) {
+    contact_solver_->watch(before);
   } else {
     solver_.watch(before);
   }
 }
 
 const ImpulseWork& Simulation::impulse_work() const {
-  return free_bodies_ ? free_bodies_->solver().work() : solver_.work();
+  return contact_solver_ ? contact_solver_->work() : solver_.work();
 }
 
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
@@ -228,7 +252,6 @@ void Simulation::set_moment(const Free& body) {
 
 // Everything that could carry the past into the next rollout is set anew.
 void Simulation::restore(const State& state) {
-  btOverlappingPairCache* pairs = broadphase_.getOverlappingPairCache();
   for (const Free& body : free_) {
     const BodyState frame = StateLayout::read(state.data() + body.offset);
     const BodyState to = moved_to(body.spread.center, frame);
@@ -243,18 +266,26 @@ void Simulation::restore(const State& state) {
     body.rigid->setInterpolationAngularVelocity(angular_velocity);
     if (body.turning_axis) set_moment(body);
     body.rigid->clearForces();
-    pairs->cleanProxyFromPairs(body.rigid->getBroadphaseHandle(), &dispatcher_);
   }
-  for (const auto& articulation : articulations_) {
-    articulation->restore(state);
-    for (const auto& collider : articulation->colliders()) {
-      pairs->cleanProxyFromPairs(collider->getBroadphaseHandle(), &dispatcher_);
-    }
-  }
+  for (const auto& articulation : articulations_) articulation->restore(state);
   for (const auto& mimic : mimics_) mimic->forget();
   solver_.reset();
-  if (free_bodies_) free_bodies_->pairs().forget();
+  forget_contacts();
+  if (continuous_) continuous_->forget();
+  last_duration_ = 0.0;
+  unload();
   find_pulls();
+}
+
+void Simulation::forget_contacts() {
+  if (stepper_) return stepper_->pairs().forget();
+  const auto forget = [this](btCollisionObject& body) {
+    broadphase_.getOverlappingPairCache()->cleanProxyFromPairs(body.getBroadphaseHandle(), &dispatcher_);
+  };
+  for (const Free& body : free_) forget(*body.rigid);
+  for (const auto& articulation : articulations_) {
+    for (const auto& collider : articulation->colliders()) forget(*collider);
+  }
 }
 
 void Simulation::read(State& state) const {
@@ -275,12 +306,12 @@ void Simulation::read(Motion& motion) const {
   motion.bodies.assign(colliders_.size(), {none, none, none, none});
   for (const Free& body : free_) {
     motion.bodies[body_of(*body.rigid)] = {body.rigid->getLinearVelocity(), body.rigid->getAngularVelocity(),
-                                           body.speed_gained / (step_ * body.rigid->getInvMass()), none};
+                                           body.acceleration / body.rigid->getInvMass(), none};
   }
   for (std::size_t i = 0; i < spring_ends_.size(); ++i) {
     const Span now = span(i);
     const double tension = scene_.springs()[i].stiffness * (now.length - scene_.springs()[i].rest_length);
-    for_each_pull(i, now, tension, [&motion](const Pull& pull) {
+    for_each_pull(i, now, tension, [&motion](const Load& pull) {
       motion.bodies[pull.body].force += pull.force;
       motion.bodies[pull.body].torque += pull.torque;
     });
@@ -292,24 +323,69 @@ void Simulation::read(Motion& motion) const {
   }
 }
 
-// Gravity enters as a change of velocity before the step, as wrenches do: Bullet aims friction against the velocity it
-// finds, and so it acts against what the forces are about to do, also on a body at rest.
 void Simulation::step() {
-  for (const Free& body : free_) {
-    body.rigid->setLinearVelocity(body.rigid->getLinearVelocity() + body.speed_gained);
-  }
-  for (const std::size_t body : loaded_links_) {
-    apply(body, to_bullet(scene_.bodies()[body].force), btVector3(0, 0, 0));
-  }
-  for (const Pull& pull : pulls_) apply(pull.body, pull.force, pull.torque);
+  double left = step_;
+  for (int parts = 0; left > 0.0; ++parts) left -= advance(left, parts).duration;
+}
+
+// A part's length is known once its velocities are: if bodies would pass into each other, it is done again, as short as
+// they are safe.
+Advance Simulation::advance(double duration, int parts) {
   for (std::size_t i = 0; i < colliders_.size(); ++i) before_[i] = colliders_[i]->getWorldTransform().getBasis();
-  if (free_bodies_) {
-    free_bodies_->step(step_, world_.getSolverInfo());
+  Advance done{duration, 0.0};
+  if (!stepper_) {
+    accelerate(duration);
+    world_.stepSimulation(duration, 0);
   } else {
-    world_.stepSimulation(step_, 0);
+    done = advance_safely(duration, parts);
   }
   turn_normals();
   find_pulls();
+  return done;
+}
+
+Advance Simulation::advance_safely(double duration, int parts) {
+  stepper_->keep();
+  for (int tries = 1;; ++tries) {
+    accelerate(duration);
+    if (tries == 1) stepper_->pairs().update();
+    solve(duration);
+    const double share = continuous_ ? safe_share(duration) : 1.0;
+    if (share < 1.0 && tries < most_tries && parts < most_parts && share * duration > shortest_part * step_) {
+      stepper_->undo();
+      duration *= share;
+      continue;
+    }
+    stepper_->move(share * duration);
+    return {duration, (1.0 - share) * duration};
+  }
+}
+
+void Simulation::solve(double duration) {
+  btContactSolverInfo& info = world_.getSolverInfo();
+  // The solver starts from the impulses of the last part, which may have been longer or shorter.
+  info.m_warmstartingFactor = last_duration_ > 0.0 ? duration / last_duration_ : 1.0;
+  info.m_articulatedWarmstartingFactor = info.m_warmstartingFactor;
+  stepper_->solve(duration, info);
+  last_duration_ = duration;
+}
+
+double Simulation::safe_share(double duration) {
+  stepper_->read(velocities_);
+  return continuous_->safe_share(stepper_->pairs(), velocities_, duration);
+}
+
+// Gravity enters as a change of velocity before the step, as wrenches do: Bullet aims friction against the velocity it
+// finds, and so it acts against what the forces are about to do, also on a body at rest.
+void Simulation::accelerate(double duration) {
+  for (const Load& load : loads_) apply(load, duration);
+  for (const Free& body : free_) {
+    body.rigid->setLinearVelocity(body.rigid->getLinearVelocity() + body.acceleration * duration);
+  }
+  for (const std::size_t body : loaded_links_) {
+    apply({body, to_bullet(scene_.bodies()[body].force), btVector3(0, 0, 0)}, duration);
+  }
+  for (const Load& pull : pulls_) apply(pull, duration);
 }
 
 // Where Bullet does not find a point anew, as with two boxes that do not overlap, it keeps the normal of old, however
@@ -335,13 +411,18 @@ void Simulation::turn_normals() {
   }
 }
 
-void Simulation::apply(std::size_t body, const btVector3& force, const btVector3& torque) {
-  if (tree_of_[body]) {
-    articulation(body).apply(static_cast<btMultiBodyLinkCollider&>(*colliders_[body]), force, torque);
+void Simulation::load(std::size_t body, const btVector3& force, const btVector3& torque) {
+  loads_.push_back({body, force, torque});
+}
+
+void Simulation::apply(const Load& load, double duration) {
+  if (tree_of_[load.body]) {
+    articulation(load.body).apply(static_cast<btMultiBodyLinkCollider&>(*colliders_[load.body]), load.force,
+                                  load.torque);
   } else {
-    auto& rigid = static_cast<btRigidBody&>(*colliders_[body]);
-    rigid.applyCentralImpulse(force * step_);
-    rigid.applyTorqueImpulse(torque * step_);
+    auto& rigid = static_cast<btRigidBody&>(*colliders_[load.body]);
+    rigid.applyCentralImpulse(load.force * duration);
+    rigid.applyTorqueImpulse(load.torque * duration);
   }
 }
 
@@ -358,7 +439,7 @@ void Simulation::find_pulls() {
     const Span now = span(i);
     if (now.length == 0.0) continue;  // it pulls nowhere
     const double tension = spring.stiffness * (now.length - spring.rest_length) + spring.damping * now.growth;
-    for_each_pull(i, now, tension, [this](const Pull& pull) { pulls_.push_back(pull); });
+    for_each_pull(i, now, tension, [this](const Load& pull) { pulls_.push_back(pull); });
   }
 }
 
@@ -369,7 +450,7 @@ void Simulation::for_each_pull(std::size_t spring, const Span& now, double tensi
   const auto [a, b] = spring_ends_[spring];
   for (const auto& [body, end, force] : {std::tuple{a, now.end_a, pull}, std::tuple{b, now.end_b, btVector3(-pull)}}) {
     if (scene_.bodies()[body].fixed()) continue;
-    visit(Pull{body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
+    visit(Load{body, force, (end - colliders_[body]->getWorldTransform().getOrigin()).cross(force)});
   }
 }
 
@@ -399,6 +480,7 @@ btVector3 Simulation::velocity(std::size_t body, const btVector3& point) const {
 
 std::vector<Contact> Simulation::contacts() const {
   std::vector<Contact> contacts;
+  const double duration = last_duration_ > 0.0 ? last_duration_ : step_;
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
     const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
     const Body& a = scene_.bodies()[body_of(*manifold->getBody0())];
@@ -407,9 +489,9 @@ std::vector<Contact> Simulation::contacts() const {
       const btManifoldPoint& point = manifold->getContactPoint(j);
       const btVector3 tangential = (point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
                                     point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2) /
-                                   step_;
+                                   duration;
       contacts.push_back({a.name, b.name, from_bullet(point.getPositionWorldOnB()), from_bullet(point.m_normalWorldOnB),
-                          point.getDistance(), point.getAppliedImpulse() / step_, from_bullet(tangential),
+                          point.getDistance(), point.getAppliedImpulse() / duration, from_bullet(tangential),
                           a.friction * b.friction});
     }
   }

@@ -10,12 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "articulated_bodies.hpp"
 #include "articulation.hpp"
+#include "continuous_collision.hpp"
 #include "energymargin/world.hpp"
 #include "free_bodies.hpp"
 #include "hull_contacts.hpp"
 #include "mimic_row.hpp"
 #include "shapes.hpp"
+#include "stepper.hpp"
 #include "watched_solver.hpp"
 
 namespace energymargin {
@@ -53,8 +56,15 @@ struct Span {
 
 //! Who does the steps.
 enum class Steps {
-  own,     ///< FreeBodies, or Bullet with TreeRows; the contacts of RoundContacts
-  bullet,  ///< Bullet alone, for comparison: the same bits where there are no joints and no compounds
+  own,       ///< FreeBodies or ArticulatedBodies, with ContinuousCollision; the contacts of RoundContacts
+  discrete,  ///< the same without ContinuousCollision, for comparison
+  bullet,    ///< Bullet alone, for comparison: the bits of `discrete` where there are no joints and no compounds
+};
+
+//! A part of a step.
+struct Advance {
+  double duration;  // that it took [s]
+  double lost;      // of it, in which nothing moved [s]
 };
 
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
@@ -76,10 +86,17 @@ class Simulation {
   void read(State& state) const;
   void read(Motion& motion) const;
 
-  //! One step; the wrench and the targets are for this step.
-  void step();
-  void apply(std::size_t body, const btVector3& force, const btVector3& torque);
+  //! A wrench on a body at its centre of mass, until `unload`.
+  void load(std::size_t body, const btVector3& force, const btVector3& torque);
+  void unload() { loads_.clear(); }
   void set_target(std::size_t joint, double target);
+
+  //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if
+  //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
+  Advance advance(double duration, int parts);
+
+  //! One step.
+  void step();
 
   //! A spring by its index in the scene.
   Span span(std::size_t spring) const;
@@ -104,22 +121,28 @@ class Simulation {
   struct Free {
     int offset;              // in a state
     Inertial spread;         // where Bullet's frame is in the body's
-    btVector3 speed_gained;  // in one step, of gravity and the body's constant force
+    btVector3 acceleration;  // of gravity and the body's constant force
     btRigidBody* rigid;
     std::optional<int> turning_axis;  // the only axis of the world about which it can turn, if it is one
   };
 
-  struct Pull {  // of a spring at a body
+  struct Load {
     std::size_t body;
     btVector3 force, torque;
   };
 
   void configure(Steps steps);
-  void add_pairs();
+  void add_stepper(Steps steps);
+  void forget_contacts();
   void add_rigid(std::size_t index);
   void add_articulations();
   void add_mimics();
   void set_moment(const Free& body);
+  Advance advance_safely(double duration, int parts);
+  void solve(double duration);
+  double safe_share(double duration);
+  void accelerate(double duration);
+  void apply(const Load& load, double duration);
   void turn_normals();
   void find_pulls();
   template <typename Visit>
@@ -139,8 +162,12 @@ class Simulation {
   btDbvtBroadphase broadphase_;
   WatchedSolver solver_;
   btMultiBodyDynamicsWorld world_;
-  std::optional<FreeBodies> free_bodies_;             // steps a scene without joints, in the world's place
-  std::vector<CollisionShape> shapes_;                // of all bodies
+  std::vector<CollisionShape> shapes_;       // of all bodies
+  std::unique_ptr<Stepper> stepper_;         // in the world's place; null: the world
+  ContactSolver* contact_solver_ = nullptr;  // of the stepper, in a scene without joints
+  std::optional<ContinuousCollision> continuous_;
+  std::vector<Velocity> velocities_;                  // of all bodies
+  double last_duration_ = 0.0;                        // of the part before; 0: none since `restore` [s]
   std::vector<std::unique_ptr<btRigidBody>> rigids_;  // fixed and free bodies without joints, and fixed bases
   std::vector<std::unique_ptr<Articulation>> articulations_;
   std::vector<std::unique_ptr<MimicRow>> mimics_;
@@ -150,7 +177,8 @@ class Simulation {
   std::vector<Free> free_;
   std::vector<std::size_t> loaded_links_;                         // bodies of trees with a constant force
   std::vector<std::pair<std::size_t, std::size_t>> spring_ends_;  // bodies of each spring
-  std::vector<Pull> pulls_;                                       // in the next step
+  std::vector<Load> loads_;
+  std::vector<Load> pulls_;  // of springs, in the next step
   std::vector<btRigidBody*> objects_;
 };
 

@@ -112,7 +112,7 @@ double TreeRows::iterate(int round, int joint_rounds) {
   for (std::size_t i = 0; i + 1 < friction_.size(); i += 2) {
     const btMultiBodySolverConstraint& constraint = *friction_[i].constraint;
     const double radius = constraint.m_friction * normal_[static_cast<std::size_t>(constraint.m_frictionIndex)].impulse;
-    most = std::max(most, squared(resolve_cone(friction_[i], friction_[i + 1], radius)));
+    most = std::max(most, resolve_cone(friction_[i], friction_[i + 1], radius));
   }
   return most;
 }
@@ -134,7 +134,7 @@ double TreeRows::resolve(Row& row) {
   return change / row.mass;
 }
 
-// The two impulses stay within a circle.
+// The two impulses stay within a circle. Returns the square of the change of the velocity along both.
 double TreeRows::resolve_cone(Row& first, Row& second, double radius) {
   double change_second = second.wanted_change();
   double change_first = first.wanted_change();
@@ -156,7 +156,7 @@ double TreeRows::resolve_cone(Row& first, Row& second, double radius) {
   }
   first.push(change_first);
   second.push(change_second);
-  return change_first / first.mass + change_second / second.mass;
+  return squared(change_first / first.mass) + squared(change_second / second.mass);
 }
 
 void TreeRows::finish() {

@@ -21,6 +21,40 @@ constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us
 
 }  // namespace
 
+namespace {
+
+// A wrench on one object.
+class Push {
+ public:
+  Push(const btRigidBody& object, const Wrench& wrench)
+      : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)) {}
+
+  void load(Simulation& simulation) const {
+    simulation.load(static_cast<std::size_t>(object_.getUserIndex()), force_, torque_);
+  }
+
+  //! Before a part of a step.
+  void begin() {
+    velocity_ = object_.getLinearVelocity();
+    spin_ = object_.getAngularVelocity();
+  }
+
+  //! Of that part. The mean of the velocities before and after makes the work on a free body its gain of kinetic
+  //! energy, exactly.
+  double work(double duration) const {
+    const double power =
+        0.5 * (force_.dot(velocity_ + object_.getLinearVelocity()) + torque_.dot(spin_ + object_.getAngularVelocity()));
+    return power * duration;
+  }
+
+ private:
+  const btRigidBody& object_;
+  btVector3 force_, torque_;
+  btVector3 velocity_, spin_;
+};
+
+}  // namespace
+
 class World::Bullet {
  public:
   explicit Bullet(const Scene& scene) : simulation(scene), energy(scene) {}
@@ -31,37 +65,12 @@ class World::Bullet {
 
   Simulation simulation;
   Energy energy;
+
+ private:
+  void step(std::vector<Push>& pushes, Rollout& result, Auditor* auditor);
 };
 
 namespace {
-
-// A wrench on one object, step by step.
-class Push {
- public:
-  Push(btRigidBody& object, const Wrench& wrench, double step)
-      : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)), step_(step) {}
-
-  void apply() {
-    velocity_ = object_.getLinearVelocity();
-    spin_ = object_.getAngularVelocity();
-    object_.applyCentralImpulse(force_ * step_);
-    object_.applyTorqueImpulse(torque_ * step_);
-  }
-
-  //! Of the last step. The mean of the velocities before and after makes the work on a free body its gain of kinetic
-  //! energy, exactly.
-  double work() const {
-    const double power =
-        0.5 * (force_.dot(velocity_ + object_.getLinearVelocity()) + torque_.dot(spin_ + object_.getAngularVelocity()));
-    return power * step_;
-  }
-
- private:
-  btRigidBody& object_;
-  btVector3 force_, torque_;
-  double step_;
-  btVector3 velocity_, spin_;  // before the step
-};
 
 void validate_record(const std::vector<int>& record, int steps) {
   for (std::size_t i = 0; i < record.size(); ++i) {
@@ -135,23 +144,15 @@ Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches
 
 Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Limit& limit, const Watch& watch,
                                Auditor* auditor) {
-  const double step = simulation.scene().stepping().step;
   std::vector<Push> pushes;
-  for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench, step);
+  for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench);
+  for (const Push& push : pushes) push.load(simulation);
   Rollout result;
   auto next = watch.record.begin();
   while (result.steps < steps) {
     result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
     if (!result.complete) break;
-    if (auditor) auditor->begin_step();
-    for (Push& push : pushes) push.apply();
-    simulation.step();
-    for (const Push& push : pushes) {
-      const double work = push.work();
-      result.effort += std::abs(work);
-      result.work += work;
-    }
-    if (auditor) auditor->end_step();
+    step(pushes, result, auditor);
     ++result.steps;
     if (next != watch.record.end() && *next == result.steps) {
       result.recorded.push_back({result.steps, result.effort, {}});
@@ -167,17 +168,30 @@ Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Lim
   return result;
 }
 
+void World::Bullet::step(std::vector<Push>& pushes, Rollout& result, Auditor* auditor) {
+  double left = simulation.scene().stepping().step;
+  for (int parts = 0; left > 0.0; ++parts) {
+    if (auditor) auditor->begin();
+    for (Push& push : pushes) push.begin();
+    const Advance part = simulation.advance(left, parts);
+    for (const Push& push : pushes) {
+      const double work = push.work(part.duration);
+      result.effort += std::abs(work);
+      result.work += work;
+    }
+    if (auditor) auditor->end(part);
+    left -= part.duration;
+  }
+}
+
 Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
   simulation.restore(state);
-  Auditor auditor(simulation);
+  Auditor auditor(simulation, energy);
   Rollout result = rollout(wrenches, steps, limit, {}, &auditor);
   result.energy = energy(result.state);
   result.audit = auditor.audit();
   result.audit->energy_change = result.energy - energy(state);
   result.audit->wrench = result.work;
-  // Velocities are half a step behind the positions, and so is the work of what depends on positions.
-  result.audit->integration -=
-      0.5 * simulation.scene().stepping().step * (energy.power(result.state) - energy.power(state));
   return result;
 }
 
@@ -207,9 +221,10 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   simulation.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_looks == 0) limit.require();
+    simulation.unload();
     for (const auto& [body, wrenches] : drives) {
-      simulation.apply(body, to_bullet(Vector3(wrenches.row(i - 1).head<3>())),
-                       to_bullet(Vector3(wrenches.row(i - 1).tail<3>())));
+      simulation.load(body, to_bullet(Vector3(wrenches.row(i - 1).head<3>())),
+                      to_bullet(Vector3(wrenches.row(i - 1).tail<3>())));
     }
     for (const auto& [joint, positions] : targets) simulation.set_target(joint, positions[i - 1]);
     simulation.step();

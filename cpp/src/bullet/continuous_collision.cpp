@@ -1,0 +1,77 @@
+#include "continuous_collision.hpp"
+
+#include <algorithm>
+
+namespace energymargin {
+namespace {
+
+std::size_t index_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
+
+// Of the core's points from the body's origin, or a little more.
+double core_reach(const btConvexShape& shape, const btTransform& in_body) {
+  btVector3 farthest(0, 0, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    btVector3 along(0, 0, 0);
+    for (const double sign : {-1.0, 1.0}) {
+      along[axis] = sign;
+      const btVector3 local = along * in_body.getBasis();
+      farthest[axis] =
+          std::max(farthest[axis], along.dot(in_body(shape.localGetSupportVertexWithoutMarginNonVirtual(local))));
+    }
+  }
+  return farthest.length();
+}
+
+}  // namespace
+
+// None of a plane.
+std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& object) const {
+  const CollisionShape& of = shapes_[index_of(object)];
+  std::vector<ConvexPiece> pieces;
+  for (std::size_t i = 0; i < of.half_extents.size(); ++i) {
+    const bool part = of.shape->isCompound();
+    const auto& compound = static_cast<const btCompoundShape&>(*of.shape);
+    const auto& shape = static_cast<const btConvexShape&>(part ? *of.parts[i] : *of.shape);
+    const btTransform in_body = part ? compound.getChildTransform(static_cast<int>(i)) : btTransform::getIdentity();
+    pieces.push_back({&shape, in_body, core_reach(shape, in_body), of.half_extents[i]});
+  }
+  return pieces;
+}
+
+void ContinuousCollision::add(const btCollisionObject& a, const btCollisionObject& b) {
+  BodyPair pair{&a, &b};
+  for (const ConvexPiece& of_a : pieces(a)) {
+    pair.reach_a = std::max(pair.reach_a, of_a.reach);
+    for (const ConvexPiece& of_b : pieces(b)) {
+      pair.reach_b = std::max(pair.reach_b, of_b.reach);
+      pair.pieces.emplace_back(of_a, of_b);
+    }
+  }
+  pairs_.push_back(std::move(pair));
+}
+
+void ContinuousCollision::forget() {
+  for (BodyPair& pair : pairs_) {
+    for (PiecePair& pieces : pair.pieces) pieces.forget();
+  }
+}
+
+double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::vector<Velocity>& velocities,
+                                       double duration) {
+  double share = 1.0;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    BodyPair& pair = pairs_[i];
+    if (pair.pieces.empty()) continue;
+    const Velocity& a = velocities[index_of(*pair.a)];
+    const Velocity& b = velocities[index_of(*pair.b)];
+    const double motion = (a.linear - b.linear).length() + a.angular.length() * pair.reach_a +
+                          b.angular.length() * pair.reach_b;  // at most, towards each other [m/s]
+    if (pairs.gap(i) > motion * duration) continue;
+    const Path path_a{pair.a->getWorldTransform(), a.linear * duration, a.angular * duration};
+    const Path path_b{pair.b->getWorldTransform(), b.linear * duration, b.angular * duration};
+    for (PiecePair& pieces : pair.pieces) share = std::min(share, pieces.safe_share(path_a, path_b));
+  }
+  return share;
+}
+
+}  // namespace energymargin

@@ -1,0 +1,45 @@
+#pragma once
+// Keeps bodies from passing through each other between two steps.
+
+#include <btBulletDynamicsCommon.h>
+
+#include <vector>
+
+#include "collision_pairs.hpp"
+#include "piece_pair.hpp"
+#include "shapes.hpp"
+#include "stepper.hpp"
+
+namespace energymargin {
+
+//! Says how long bodies can go on as they move before one is too deep in another.
+class ContinuousCollision {
+ public:
+  //! `shapes` are those of the scene's bodies.
+  explicit ContinuousCollision(const std::vector<CollisionShape>& shapes) : shapes_(shapes) {}
+
+  //! The next pair of those in `CollisionPairs`, in the same order.
+  void add(const btCollisionObject& a, const btCollisionObject& b);
+
+  //! Forgets in which directions bodies were apart.
+  void forget();
+
+  //! The share, from 0 to 1, of the next `duration` [s] for which all bodies can go on with `velocities`, each at the
+  //! index of its body in the scene. `pairs` has the bounds of the bodies as they stand.
+  double safe_share(const CollisionPairs& pairs, const std::vector<Velocity>& velocities, double duration);
+
+ private:
+  struct BodyPair {
+    const btCollisionObject *a, *b;
+    double reach_a = 0.0;  // of the bodies' points from their origins [m]
+    double reach_b = 0.0;
+    std::vector<PiecePair> pieces{};  // none: behind a plane all is solid
+  };
+
+  std::vector<ConvexPiece> pieces(const btCollisionObject& object) const;
+
+  const std::vector<CollisionShape>& shapes_;
+  std::vector<BodyPair> pairs_;
+};
+
+}  // namespace energymargin

@@ -1,0 +1,160 @@
+#include "piece_pair.hpp"
+
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+
+#include <algorithm>
+
+namespace energymargin {
+namespace {
+
+// What pieces may overlap.
+constexpr double share_of_margins = 0.7;
+constexpr double share_of_thickness = 0.3;  // of the thinner one's half extent
+
+// Shares of what they may overlap.
+constexpr double in_contact = 0.5;  // where a motion ends
+constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a step
+
+constexpr double fine_turn = 0.2;  // rad, between two looks at pieces that turn
+constexpr int most_looks = 64;
+
+// By GJK between the cores, which are the pieces without their margins; with `depth` also where these overlap.
+btPointCollector closest_points(const ConvexPiece& a, const btTransform& pose_a, const ConvexPiece& b,
+                                const btTransform& pose_b, btConvexPenetrationDepthSolver* depth) {
+  btVoronoiSimplexSolver simplex;
+  btGjkPairDetector detector(a.shape, b.shape, &simplex, depth);
+  btGjkPairDetector::ClosestPointInput input;
+  input.m_transformA = pose_a;
+  input.m_transformB = pose_b;
+  btPointCollector found;
+  detector.getClosestPoints(input, found, nullptr);
+  return found;
+}
+
+btVector3 support(const ConvexPiece& piece, const btTransform& pose, const btVector3& direction) {
+  return pose(piece.shape->localGetSupportVertexWithoutMarginNonVirtual(direction * pose.getBasis()));
+}
+
+}  // namespace
+
+btTransform Path::at(double share) const {
+  if (share == 0.0) return start;
+  btTransform pose;
+  btTransformUtil::integrateTransform(start, linear, angular, share, pose);
+  return pose;
+}
+
+struct PiecePair::Ways {
+  const Path& a;
+  const Path& b;
+  double turn;  // of both [rad]
+
+  Ways(const Path& a_, const Path& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
+};
+
+PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
+    : a_(a),
+      b_(b),
+      margins_(a.shape->getMarginNonVirtual() + b.shape->getMarginNonVirtual()),
+      allowed_(std::min(share_of_margins * margins_, share_of_thickness * std::min(a.half_extent, b.half_extent))) {}
+
+double PiecePair::safe_share(const Path& a, const Path& b) {
+  const Ways ways(a, b);
+  if (known_ && stay_apart(ways, gap(ways, 0.0))) return 1.0;
+  const btPointCollector closest = closest_points(a_, a.start * a_.in_body, b_, b.start * b_.in_body, nullptr);
+  if (closest.m_hasResult) {
+    known_ = true;
+    normal_ = closest.m_normalOnBInWorld;
+  } else if (!find_normal(ways)) {
+    return 1.0;
+  }
+  const double now = closest.m_hasResult ? double(closest.m_distance) : gap(ways, 0.0);
+  if (stay_apart(ways, now)) return 1.0;
+  return closest.m_hasResult ? advance(ways, now) : linear_share(ways, now);
+}
+
+// Where the cores overlap: the direction in which they were apart, or else the shortest way out.
+bool PiecePair::find_normal(const Ways& ways) {
+  if (known_) return true;
+  btGjkEpaPenetrationDepthSolver depth;
+  const btPointCollector found = closest_points(a_, ways.a.start * a_.in_body, b_, ways.b.start * b_.in_body, &depth);
+  known_ = found.m_hasResult;
+  normal_ = found.m_normalOnBInWorld;
+  return known_;
+}
+
+// Their distance along the normal.
+double PiecePair::gap(const Ways& ways, double share) const {
+  return normal_.dot(support(a_, ways.a.at(share) * a_.in_body, -normal_) -
+                     support(b_, ways.b.at(share) * b_.in_body, normal_)) -
+         margins_;
+}
+
+// The least distance that a motion from `now` may lead to.
+double PiecePair::least(double now) const {
+  if (now > -in_contact * allowed_) return -allowed_;
+  return std::min(now, std::max(now - deeper * allowed_, -allowed_));
+}
+
+// The distance at which a motion from `now` ends.
+double PiecePair::contact(double now) const { return std::min(-in_contact * allowed_, 0.5 * (now + least(now))); }
+
+// Whether the normal tells that they never come too close.
+bool PiecePair::stay_apart(const Ways& ways, double now) const {
+  const double bound = least(now);
+  if (now - approach(ways) >= bound) return true;
+  const int looks = 1 + std::min(most_looks, static_cast<int>(ways.turn / fine_turn));
+  for (int i = 1; i <= looks; ++i) {
+    if (gap(ways, static_cast<double>(i) / looks) < bound) return false;
+  }
+  return true;
+}
+
+// How much closer they can come along the normal on the whole way [m].
+double PiecePair::approach(const Ways& ways) const {
+  return normal_.dot(ways.b.linear - ways.a.linear) + ways.a.angular.cross(normal_).length() * a_.reach +
+         ways.b.angular.cross(normal_).length() * b_.reach;
+}
+
+// The same for as long as neither turns by more than `fine_turn` from where they are at `share`: what comes of turning
+// is a point's arm along normal x turning, or a little more once the arm has turned.
+double PiecePair::fine_approach(const Ways& ways, double share) const {
+  const auto turning = [](const ConvexPiece& piece, const Path& path, double at, const btVector3& direction) {
+    const btVector3 across = direction.cross(path.angular);
+    const btTransform pose = path.at(at);
+    const btVector3 arm = support(piece, pose * piece.in_body, across) - pose.getOrigin();
+    return across.dot(arm) + across.length() * fine_turn * piece.reach;
+  };
+  return normal_.dot(ways.b.linear - ways.a.linear) + turning(a_, ways.a, share, -normal_) +
+         turning(b_, ways.b, share, normal_);
+}
+
+// In each round as far as they can come together at most.
+double PiecePair::advance(const Ways& ways, double now) {
+  const double bound = least(now);
+  double distance = now;
+  double share = 0.0;
+  for (int i = 0; i < most_looks && distance > contact(now); ++i) {
+    const double closer = fine_approach(ways, share);
+    const double fine = ways.turn > 0.0 ? fine_turn / ways.turn : 1.0;
+    share += closer > 0.0 ? std::min(fine, (distance - bound) / closer) : fine;
+    if (share >= 1.0) return 1.0;
+    const btPointCollector closest =
+        closest_points(a_, ways.a.at(share) * a_.in_body, b_, ways.b.at(share) * b_.in_body, nullptr);
+    if (!closest.m_hasResult) break;
+    normal_ = closest.m_normalOnBInWorld;
+    distance = closest.m_distance;
+  }
+  return share;
+}
+
+// Along a normal that stays.
+double PiecePair::linear_share(const Ways& ways, double now) const {
+  const double end = gap(ways, 1.0);
+  return end >= least(now) ? 1.0 : std::clamp((now - least(now)) / (now - end), 0.0, 1.0);
+}
+
+}  // namespace energymargin

@@ -1,0 +1,58 @@
+#pragma once
+// Two convex pieces that move, and how far they can.
+
+#include <btBulletDynamicsCommon.h>
+
+namespace energymargin {
+
+//! A convex piece of a body.
+struct ConvexPiece {
+  const btConvexShape* shape;
+  btTransform in_body;
+  double reach;        // of its core's points from the body's origin; its core is what is left without its margin [m]
+  double half_extent;  // the smallest [m]
+};
+
+//! A body on its way through a part of a step.
+struct Path {
+  btTransform start;
+  btVector3 linear, angular;  // over the whole of it [m], [rad]
+
+  btTransform at(double share) const;
+};
+
+//! Two pieces may overlap a little: by less than their margins, so that the direction in which they are apart is known,
+//! and by less than a third of the thinner one's half extent, so that they are pushed out to the side where they came
+//! from.
+class PiecePair {
+ public:
+  PiecePair(const ConvexPiece& a, const ConvexPiece& b);
+
+  //! Forgets in which direction they were apart.
+  void forget() { known_ = false; }
+
+  //! The share, from 0 to 1, of their ways that they can go without passing into each other: conservative advancement
+  //! (Mirtich 1996), where a direction that keeps them apart on the whole way does not tell it at once.
+  double safe_share(const Path& a, const Path& b);
+
+ private:
+  struct Ways;
+
+  bool find_normal(const Ways& ways);
+  double gap(const Ways& ways, double share) const;
+  bool stay_apart(const Ways& ways, double now) const;
+  double approach(const Ways& ways) const;
+  double fine_approach(const Ways& ways, double share) const;
+  double advance(const Ways& ways, double now);
+  double linear_share(const Ways& ways, double now) const;
+  double least(double now) const;
+  double contact(double now) const;
+
+  ConvexPiece a_, b_;
+  double margins_;    // of both [m]
+  double allowed_;    // overlap [m]
+  btVector3 normal_;  // from b to a, in which they were apart, if `known_`
+  bool known_ = false;
+};
+
+}  // namespace energymargin
