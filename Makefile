@@ -121,7 +121,7 @@ debian = @missing=$$(for package in $(1); do \
 	@echo "Setting up .venv"
 	@$(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install -q --upgrade pip
-	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=3.0' cmake
+	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=3.1' cmake
 	@touch $@
 
 .venv/built: .venv/environment $(SOURCES) $(PYTHON_PACKAGES)

@@ -18,12 +18,6 @@ std::string escaped(const py::handle& text) {
   return py::bytes(text.attr("encode")("utf-8", "backslashreplace")).cast<std::string>();
 }
 
-std::string shown(const py::handle& value) {
-  const py::str text = py::repr(value);
-  if (py::len(text) <= 60) return escaped(text);
-  return escaped(text[py::slice(0, 57, 1)]) + "...";
-}
-
 std::string shape_text(const Numbers& numbers) {
   std::ostringstream out;
   out << "(";
@@ -43,6 +37,12 @@ Numbers numbers(const std::string& name, const ArrayLike& array) {
   return Numbers::ensure(seen);
 }
 
+// A float such as 1e3 is told how to write it: as 1000.
+std::string expected_whole(const WholeNumber& number, const std::string& range) {
+  const bool whole = py::isinstance<py::float_>(number.value) && number.value.attr("is_integer")().cast<bool>();
+  return "a whole number" + (whole ? ", as " + shown(py::int_(number.value)) : " " + range);
+}
+
 template <typename Value>
 Value named(const std::string& what, const std::string& name, const std::vector<std::pair<const char*, Value>>& names) {
   std::string known;
@@ -54,6 +54,12 @@ Value named(const std::string& what, const std::string& name, const std::vector<
 }
 
 }  // namespace
+
+std::string shown(const py::handle& value) {
+  const py::str text = py::repr(value);
+  if (py::len(text) <= 60) return escaped(text);
+  return escaped(text[py::slice(0, 57, 1)]) + "...";
+}
 
 py::array array_of(const py::handle& value) {
   try {
@@ -89,7 +95,7 @@ std::uint64_t seed(const std::string& name, const WholeNumber& number) {
   const std::uint64_t value = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;
   if (PyErr_Occurred() == nullptr) return value;
   PyErr_Clear();
-  reject(name, shown(number.value), "a whole number from 0 to 2^64 - 1");
+  reject(name, shown(number.value), expected_whole(number, "from 0 to 2^64 - 1"));
 }
 
 int count(const std::string& name, const WholeNumber& number, int least) {
@@ -97,7 +103,7 @@ int count(const std::string& name, const WholeNumber& number, int least) {
   const long value = index ? PyLong_AsLong(index.ptr()) : 0;
   const bool fits = PyErr_Occurred() == nullptr && value >= least && value <= std::numeric_limits<int>::max();
   PyErr_Clear();
-  if (!fits) reject(name, shown(number.value), "a whole number of at least " + std::to_string(least));
+  if (!fits) reject(name, shown(number.value), expected_whole(number, "of at least " + std::to_string(least)));
   return static_cast<int>(value);
 }
 

@@ -42,6 +42,9 @@ struct BodyDicts {
   py::dict value;
 };
 
+//! A value as Python shows it, cut to 60 characters.
+std::string shown(const py::handle& value);
+
 //! What numpy makes of a value, null if it cannot; KeyboardInterrupt and its like go through.
 py::array array_of(const py::handle& value);
 

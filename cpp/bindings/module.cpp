@@ -1,3 +1,4 @@
+#include "arguments.hpp"
 #include "door.hpp"
 
 PYBIND11_MODULE(_core, module) {
@@ -8,4 +9,7 @@ PYBIND11_MODULE(_core, module) {
   energymargin::door::bind_regions(module);
   energymargin::door::bind_problem(module);
   energymargin::door::bind_scores(module);
+  py::module_ regions = module.attr("regions");
+  energymargin::door::name_refused_arguments(module);
+  energymargin::door::name_refused_arguments(regions);
 }

@@ -56,6 +56,9 @@ std::optional<Region> any_of(const std::string& name, const Scene& scene, const 
 }
 
 std::string file_path(const py::object& path) {
+  if (!py::isinstance<py::str>(path) && !py::isinstance<py::bytes>(path) && !py::hasattr(path, "__fspath__")) {
+    throw py::type_error("path is " + shown(path) + ", expected a str or a pathlib.Path");
+  }
   const std::string text = word("path", py::module_::import("os").attr("fsdecode")(path));
   if (text.find('\0') != std::string::npos) throw std::invalid_argument("path has a zero byte, expected none");
   return text;

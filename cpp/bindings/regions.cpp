@@ -146,7 +146,12 @@ void bind_regions(py::module_& module) {
           "__and__", [](const Region& a, const Region& b) { return a & b; }, py::is_operator())
       .def(
           "__or__", [](const Region& a, const Region& b) { return a | b; }, py::is_operator())
-      .def("__invert__", [](const Region& a) { return ~a; });
+      .def("__invert__", [](const Region& a) { return ~a; })
+      .def("__bool__", [](const Region&) -> bool {
+        throw py::type_error(
+            "a Region is neither true nor false: combine regions with &, | and ~, not with and, or "
+            "and not; for None write `region is None`");
+      });
   py::module_ primitives = module.def_submodule("regions", "Sets of states, in the world's frame or another body's.");
   bind_primitives(primitives);
 }

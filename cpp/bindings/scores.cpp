@@ -101,7 +101,9 @@ void bind_tree(py::module_& module) {
       .def_readonly("controls", &Tree::controls,
                     "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
       .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
-      .def("path_to", &Tree::path_to, py::arg("node"), "Rows from the root to a node, both included.")
+      .def(
+          "path_to", [](const Tree& tree, const WholeNumber& node) { return tree.path_to(count("node", node, 0)); },
+          py::arg("node"), "Rows from the root to a node, both included.")
       .def("__len__", &Tree::size)
       .def("__repr__", [](const Tree& tree) {
         return described("Tree", {{"nodes", py::cast(tree.size() - 1)}, {"dimension", py::cast(tree.states.cols())}});
@@ -270,7 +272,9 @@ void bind_scores(py::module_& module) {
   bind_batch(module);
   module.def(
       "stream",
-      [](const WholeNumber& seed_given, std::uint64_t number) { return stream(seed("seed", seed_given), number); },
+      [](const WholeNumber& seed_given, const WholeNumber& number) {
+        return stream(seed("seed", seed_given), seed("number", number));
+      },
       py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
   module.attr("FEWEST_TREES") = fewest_trees;
   module.def(

@@ -58,7 +58,7 @@ class SharedWorld {
 
 Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumber& steps_given,
                    const std::map<std::string, ArrayLike>& drives, const std::map<std::string, ArrayLike>& targets,
-                   const std::optional<std::vector<int>>& record_given, const TimeoutArgument& timeout,
+                   const std::optional<std::vector<WholeNumber>>& record_given, const TimeoutArgument& timeout,
                    const CancelArgument& cancel) {
   const Limit given = limit_of(timeout, cancel);
   Script script;
@@ -74,8 +74,10 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
     throw std::invalid_argument("steps is " + std::to_string(steps) + ", expected at most " +
                                 std::to_string(most_steps));
   }
-  std::vector<int> record = record_given.value_or(std::vector<int>{});
-  if (!record_given) {
+  std::vector<int> record;
+  if (record_given) {
+    for (const WholeNumber& at : *record_given) record.push_back(count("record", at, 0));
+  } else {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
   std::vector<Frame> frames = simulated(steps, given, [&](const Limit& limit) {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
+from energymargin.arguments import shown
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
@@ -182,6 +183,8 @@ def score(
     computed, and ScoreError at the end if the simulation of a problem failed.
     """
     limit = Limit(timeout, cancel)
+    if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
+        raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
     metrics = chosen_metrics(problems, metrics)
     check_metrics(metrics)
     settings = SearchSettings(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape)

@@ -689,7 +689,7 @@ class World:
         """
         Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
         """
-    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
+    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
         One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
         """
@@ -701,6 +701,8 @@ class Region:
     A set of states; combine with & | ~. Built by the functions of em.regions.
     """
     def __and__(self, arg0: Region) -> Region:
+        ...
+    def __bool__(self) -> bool:
         ...
     def __invert__(self) -> Region:
         ...
@@ -862,7 +864,7 @@ class Tree:
         ...
     def _repr_html_(self) -> str:
         ...
-    def path_to(self, node: typing.SupportsInt | typing.SupportsIndex) -> list[int]:
+    def path_to(self, node: int) -> list[int]:
         """
         Rows from the root to a node, both included.
         """
@@ -1224,7 +1226,7 @@ def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHul
     """
     Mass properties of a solid shape of a mass [kg], of even density.
     """
-def stream(seed: int, number: typing.SupportsInt | typing.SupportsIndex) -> int:
+def stream(seed: int, number: int) -> int:
     """
     The seed of one of a seed's own streams.
     """

@@ -210,7 +210,9 @@ def _draw_sets(
     ):
         look: dict[str, Any] = {"color": color, "line": line, "order": order}
         where.append(
-            draw_set(ax, problem, region, limits, plane, **look, **options) if region else ""
+            draw_set(ax, problem, region, limits, plane, **look, **options)
+            if region is not None
+            else ""
         )
     return where[1], where[0]
 

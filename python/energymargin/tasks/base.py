@@ -394,6 +394,9 @@ def whole_number(name: str, value: int, least: int, most: int | None = None) -> 
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if whole and value >= least and (most is None or value <= most):
         return int(value)
+    given: object = value
+    if isinstance(given, float) and given.is_integer():
+        raise ValueError(f"{name} is {value!r}, expected a whole number, as {int(value)}")
     expected = f"of at least {least}" if most is None else f"from {least} to {most}"
     raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
 
