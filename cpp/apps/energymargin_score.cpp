@@ -16,6 +16,7 @@
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/metrics/interval.hpp"
+#include "energymargin/plausibility.hpp"
 #include "energymargin/problem_io.hpp"
 
 namespace {
@@ -249,6 +250,14 @@ Json force(const energymargin::Problem& problem) {
           {"distance", score.distance}};
 }
 
+// A file's own words may be in an error, and a failure or a warning is one line.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  return text;
+}
+
 Json score(const Arguments& arguments) {
   if (arguments.metric != "capture" && arguments.metric != "effort" && arguments.metric != "force" &&
       arguments.metric != "escape_energy") {
@@ -256,6 +265,9 @@ Json score(const Arguments& arguments) {
                                 "', expected capture, effort, force or escape_energy");
   }
   const energymargin::Problem problem = energymargin::load(arguments.file);
+  for (const energymargin::Doubt& doubt : energymargin::implausible(problem)) {
+    std::cerr << "warning: " << one_line(doubt.text) << "\n";
+  }
   if (arguments.metric == "capture") return capture(problem, arguments);
   if (arguments.metric == "effort") return effort(problem, arguments);
   if (arguments.metric == "escape_energy") return escape_energy(problem, arguments);
@@ -273,14 +285,6 @@ std::string run(const Arguments& arguments) {
 void print(const std::string& text) {
   std::cout << text << std::flush;
   if (!std::cout) throw std::runtime_error("the output cannot be written");
-}
-
-// A file's own words may be in an error, and a failure is one line.
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
-  return text;
 }
 
 bool has(const std::vector<std::string>& words, const std::string& word) {

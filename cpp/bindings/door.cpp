@@ -4,6 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "warnings.hpp"
+
 namespace energymargin::door {
 namespace {
 
@@ -189,6 +191,7 @@ Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>
   if (quaternion_xyzw) return quaternion(prefix + "orientation", *quaternion_xyzw);
   if (!yaw) return otherwise;
   if (!std::isfinite(*yaw)) reject(prefix + "yaw", std::to_string(*yaw), "a finite angle in rad");
+  warn_of_angle(prefix + "yaw", *yaw);
   return Quaternion(Eigen::AngleAxisd(*yaw, Vector3::UnitZ()));
 }
 

@@ -5,6 +5,7 @@
 #include "described.hpp"
 #include "door.hpp"
 #include "energymargin/problem_io.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -17,7 +18,9 @@ succeeded: the success set Z_suc. Where there are several objects, a dict of reg
 them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
 escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
 it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
-state, for the force score. Raises ValueError on bad values and on a state in deep penetration.)";
+state, for the force score. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
+Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look
+like another unit, and of a start that falls or is outside of the capture set.)";
 
 constexpr const char* force_weights_doc = R"(Weights of the force score, Section V-B.
 
@@ -100,7 +103,8 @@ void bind_problem(py::module_& module) {
       .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
                        const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, const Number& rate,
-                       const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts) {
+                       const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts,
+                       bool start_outside) {
              Problem problem{scene,
                              vector("state", state, -1),
                              vector3("force", force),
@@ -116,12 +120,14 @@ void bind_problem(py::module_& module) {
                              force_weights,
                              contacts};
              validate(problem);
+             warn(implausible(problem, start_outside), problem.scene);
              return problem;
            }),
            py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"), py::arg("torque"), py::arg("duration"),
            py::arg("captured"), py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
            py::arg("effector") = "coast", py::arg("rate") = 5.0,
-           py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none())
+           py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none(),
+           py::arg("start_outside") = false)
       .def_property_readonly(
           "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
       .def_readonly("state", &Problem::state, "z_init, shape (n,).")
@@ -148,9 +154,15 @@ void bind_problem(py::module_& module) {
           "as those of a mesh: 'embedded', into the file, or 'files', into OBJ files beside it. Raises ValueError if a "
           "region is a Predicate, OSError if a file cannot be written.")
       .def_static(
-          "load", [](const py::object& path) { return load(file_path(path)); }, py::arg("path"),
+          "load",
+          [](const py::object& path, bool start_outside) {
+            Problem problem = load(file_path(path));
+            warn(implausible(problem, start_outside), problem.scene);
+            return problem;
+          },
+          py::arg("path"), py::kw_only(), py::arg("start_outside") = false,
           "Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place "
-          "in it and what was expected.")
+          "in it and what was expected. Warns as the constructor does.")
       .def_static("schema", &schema, "The JSON Schema (draft-07) of problem files.")
       .def(
           "edge_start",

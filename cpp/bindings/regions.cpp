@@ -3,6 +3,7 @@
 #include "door.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/region.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -74,6 +75,7 @@ void bind_primitives(py::module_& module) {
       "AnnularSector",
       [](std::string body, const ArrayLike& center, const Number& radius, const Number& half_width,
          const Number& start_angle, const Number& sweep, const Frame& frame) -> Region {
+        warn_of_angle("start_angle", real("start_angle", start_angle));
         return regions::AnnularSector{std::move(body),
                                       vector2("center", center),
                                       real("radius", radius),

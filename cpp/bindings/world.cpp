@@ -7,6 +7,7 @@
 
 #include "door.hpp"
 #include "interrupt.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -80,6 +81,8 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   } else {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
+  const std::vector<Doubt> doubts = shared.ask([&](World& world) { return implausible_start(world, start); });
+  warn(doubts, shared.world().scene());
   std::vector<Frame> frames = simulated(steps, given, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) { return world.simulate(start, script, steps, record, limit); });
   });
@@ -199,7 +202,11 @@ void bind_world(py::module_& module) {
       module, "World",
       "One simulation of a Scene. Every answer is a pure function of its arguments; threads may share "
       "a world, which answers one at a time.")
-      .def(py::init<const Scene&>(), py::arg("scene"))
+      .def(py::init([](const Scene& scene) {
+             warn(implausible(scene), scene);
+             return std::make_unique<SharedWorld>(scene);
+           }),
+           py::arg("scene"))
       .def(
           "rollout",
           [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration,

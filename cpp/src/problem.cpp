@@ -5,13 +5,10 @@
 
 #include "check.hpp"
 #include "energymargin/membership.hpp"
+#include "penetration.hpp"
 
 namespace energymargin {
 namespace {
-
-// A share of the smaller body's smallest half extent. A simulation that hits a wall at 1.5 m/s is 6 mm in it after one
-// step.
-constexpr double deep = 0.25;
 
 void require_bounds(const std::string& name, const Vector3& bounds) {
   if (!(bounds.allFinite() && (bounds.array() >= 0.0).all())) {
@@ -44,13 +41,12 @@ void require_roles(const Scene& scene, Effector effector) {
 void require_no_deep_penetration(const Scene& scene, const State& state) {
   const Contact contact = World(scene).deepest_contact(state);
   if (contact.distance == 0.0) return;
-  const double size = std::min(smallest_half_extent(scene.body(contact.body_a).shape),
-                               smallest_half_extent(scene.body(contact.body_b).shape));
-  if (-contact.distance > deep * size) {
+  const double most = most_penetration(scene, contact);
+  if (-contact.distance > most) {
     reject("state",
            "one in which '" + contact.body_a + "' and '" + contact.body_b + "' penetrate each other by " +
                text(-contact.distance) + " m",
-           "at most " + text(deep * size) + " m");
+           "at most " + text(most) + " m");
   }
 }
 

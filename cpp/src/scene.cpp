@@ -6,6 +6,7 @@
 
 #include "check.hpp"
 #include "energymargin/kinematics.hpp"
+#include "energymargin/plausibility.hpp"
 #include "energymargin/state.hpp"
 
 namespace energymargin {
@@ -25,6 +26,10 @@ void validate_body(const Body& body) {
       reject("mass", text(body.mass), "0: a plane is fixed");
     }
     require_not_negative("mass", body.mass);
+    const double extent = 2.0 * smallest_half_extent(body.shape);
+    if (std::isfinite(extent) && extent > plausible::refused_extent) {
+      reject("its least extent", text(extent) + " m", "at most " + text(plausible::refused_extent) + " m");
+    }
     if (body.inertial) {
       require_finite("inertial: center", body.inertial->center);
       require_unit("inertial: axes", body.inertial->axes);
@@ -79,6 +84,12 @@ void validate_joint(const Joint& joint) {
     reject("stiffness, damping or held", "given", "none of them: the joint is fixed");
   }
   validate(joint, joint.state, "");
+  for (const double limit : {joint.lower, joint.upper}) {
+    if (joint.type != JointType::revolute || !std::isfinite(limit)) continue;
+    if (std::abs(limit) > plausible::refused_angle) {
+      reject("limits", text(limit), "angles of at most " + text(plausible::refused_angle) + " rad, or inf for none");
+    }
+  }
   require_finite("target", joint.target);
   require_finite("target_velocity", joint.target_velocity);
   require_not_negative("stiffness", joint.stiffness);
@@ -146,6 +157,9 @@ Inertial Body::spread() const {
 Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravity), stepping_(stepping) {
   require_finite("gravity", gravity);
   require_positive("step", stepping.step);
+  if (stepping.step > plausible::refused_step) {
+    reject("step", text(stepping.step), "at most " + text(plausible::refused_step) + " s");
+  }
   require_at_least("solver_iterations", stepping.iterations, 1);
   require_not_negative("solver_tolerance", stepping.tolerance);
   if (stepping.friction_directions != 1 && stepping.friction_directions != 2) {

@@ -52,6 +52,7 @@ from energymargin._core import (
     stream,
 )
 from energymargin.meshes import Mesh
+from energymargin.plausibility import PlausibilityWarning
 from energymargin.scoring import ScoreError, ScoreTable, score
 from energymargin.settings import SearchSettings
 
@@ -78,6 +79,7 @@ __all__ = [
     "Mimic",
     "Part",
     "Plane",
+    "PlausibilityWarning",
     "Problem",
     "Rollout",
     "Scene",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
 from energymargin.limits import Limit
+from energymargin.plausibility import warn
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -23,6 +24,7 @@ THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
 MAX_POINTS = 128  # a ball of them has 95 % of its volume
 CONVEX = 0.99  # share of its hull's volume from which on a mesh is convex
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
+LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
 
 
@@ -65,6 +67,7 @@ def Mesh(
     whole = _joined(pieces)
     vertices = np.asarray(whole.vertices, float)
     _require_volume(vertices, path)
+    _warn_of_size(vertices, scale, path)
     shells = _shells(pieces)
     solid = _solid(_joined(shells)) if shells else None
     if not decompose:
@@ -95,6 +98,16 @@ def needs_extra() -> Iterator[None]:
         raise ImportError(
             f"meshes and URDF files need {error.name}: pip install energymargin[urdf]"
         ) from error
+
+
+def _warn_of_size(vertices: NDArray[np.float64], scale: Any, path: Path) -> None:
+    extent = float(np.ptp(vertices, axis=0).max())
+    if extent > LARGEST:
+        text = (
+            f"scale is {scale!r}, which makes {path.name} {extent:.3g} m long: lengths are in "
+            f"metres; a file in millimetres needs 0.001."
+        )
+        warn([("scale", text)], text, stacklevel=3)
 
 
 def _scale(scale: Any) -> NDArray[np.float64]:

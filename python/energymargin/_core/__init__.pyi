@@ -747,7 +747,9 @@ class Problem:
     them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
     escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
     it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
-    state, for the force score. Raises ValueError on bad values and on a state in deep penetration.
+    state, for the force score. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
+    Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look
+    like another unit, and of a start that falls or is outside of the capture set.
     """
     @staticmethod
     def from_json(text: str, folder: typing.Any = None) -> Problem:
@@ -755,9 +757,9 @@ class Problem:
         A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError that names the place and what was expected.
         """
     @staticmethod
-    def load(path: typing.Any) -> Problem:
+    def load(path: typing.Any, *, start_outside: bool = False) -> Problem:
         """
-        Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place in it and what was expected.
+        Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place in it and what was expected. Warns as the constructor does.
         """
     @staticmethod
     def schema() -> dict[str, typing.Any]:
@@ -766,7 +768,7 @@ class Problem:
         """
     def __getstate__(self) -> str:
         ...
-    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None) -> None:
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, start_outside: bool = False) -> None:
         ...
     def __repr__(self) -> str:
         ...

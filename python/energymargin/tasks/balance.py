@@ -129,6 +129,7 @@ class BalanceTask(ScriptedTask):
             effector=self._effector,
             rate=RATE,
             contacts=contacts,
+            start_outside=True,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:

@@ -194,6 +194,7 @@ class GraspTask(FrictionTask):
             effector=self._effector,
             rate=RATE,
             contacts=contacts,
+            start_outside=True,
         )
 
     def _scene_of(self, params: Params) -> Scene:

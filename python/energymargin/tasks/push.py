@@ -158,6 +158,7 @@ class PushTask(FrictionTask):
             effector=self._effector,
             rate=RATE,
             contacts=contacts,
+            start_outside=True,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:

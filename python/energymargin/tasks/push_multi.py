@@ -150,6 +150,7 @@ class PushMultiTask(FrictionTask):
             effector=self._effector,
             rate=RATE,
             contacts=contacts,
+            start_outside=True,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params) -> dict[str, regions.Region]:

@@ -141,6 +141,7 @@ class PushRealTask(ScriptedTask):
             effector=self._effector,
             rate=RATE,
             contacts=contacts,
+            start_outside=True,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params) -> regions.Region:

@@ -129,6 +129,7 @@ class ToppleTask(FrictionTask):
             rate=RATE,
             force_weights=FORCE_WEIGHTS,
             contacts=contacts,
+            start_outside=True,
         )
 
     def captured(self, state: NDArray[np.float64], params: Params | None = None) -> regions.Region:

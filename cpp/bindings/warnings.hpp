@@ -1,0 +1,21 @@
+//! What looks wrong, as Python's warnings.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "door.hpp"
+#include "energymargin/plausibility.hpp"
+
+namespace energymargin::door {
+
+//! Warns of each doubt, once for all states of a scene. Throws what a filter makes an error.
+void warn(const std::vector<Doubt>& doubts, const Scene& scene);
+
+//! Warns of an angle of a pose that looks like degrees.
+void warn_of_angle(const std::string& name, double angle);
+
+//! Warns of a density that looks like one in g/cm^3.
+void warn_of_density(const std::string& name, double density);
+
+}  // namespace energymargin::door
