@@ -81,11 +81,14 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   } else {
     for (int i = 1; i <= steps; ++i) record.push_back(i);
   }
-  const std::vector<Doubt> doubts = shared.ask([&](World& world) { return implausible_start(world, start); });
-  warn(doubts, shared.world().scene());
+  std::vector<Doubt> doubts;
   std::vector<Frame> frames = simulated(steps, given, [&](const Limit& limit) {
-    return shared.ask_until(limit, [&](World& world) { return world.simulate(start, script, steps, record, limit); });
+    return shared.ask_until(limit, [&](World& world) {
+      doubts = implausible_start(world, start);
+      return world.simulate(start, script, steps, record, limit);
+    });
   });
+  warn(doubts, shared.world().scene());
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
   recording.states.resize(static_cast<Eigen::Index>(frames.size()), shared.world().layout().dimension());

@@ -1,5 +1,5 @@
 #pragma once
-// How deep in each other two bodies may be at a start.
+// What a penetration is measured by.
 
 #include <algorithm>
 
@@ -8,14 +8,10 @@
 
 namespace energymargin {
 
-// A share of the smaller body's smallest half extent. A simulation that hits a wall at 1.5 m/s is 6 mm in it after one
-// step.
-constexpr double deep = 0.25;
-
-//! Of the two bodies of a contact [m].
-inline double most_penetration(const Scene& scene, const Contact& contact) {
-  return deep * std::min(smallest_half_extent(scene.body(contact.body_a).shape),
-                         smallest_half_extent(scene.body(contact.body_b).shape));
+//! The smaller one of the smallest half extents of the two bodies of a contact [m].
+inline double smaller_half_extent(const Scene& scene, const Contact& contact) {
+  return std::min(smallest_half_extent(scene.body(contact.body_a).shape),
+                  smallest_half_extent(scene.body(contact.body_b).shape));
 }
 
 }  // namespace energymargin

@@ -208,14 +208,15 @@ std::vector<Doubt> implausible(const Problem& problem, bool start_outside) {
 }
 
 std::vector<Doubt> implausible_start(World& world, const State& state) {
+  validate(world.scene(), state);
   const Contact contact = world.deepest_contact(state);
   Doubts doubts;
   if (contact.distance == 0.0) return doubts;
-  const double most = most_penetration(world.scene(), contact);
+  const double most = plausible::overlap * smaller_half_extent(world.scene(), contact);
   if (-contact.distance <= most) return doubts;
   doubt(doubts, "the overlap of '" + contact.body_a + "' and '" + contact.body_b + "' at the start",
         text(-contact.distance) + " m",
-        "more than the " + text(most) + " m that contacts take: they are thrown apart by forces that mean nothing");
+        "more than " + text(most) + " m, half of the thinner one: they are thrown apart by forces that mean nothing");
   return doubts;
 }
 

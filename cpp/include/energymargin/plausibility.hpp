@@ -31,13 +31,15 @@ constexpr double refused_extent = 1e5;  //!< where contacts of doubles are worse
 constexpr double density = 25e3;       //!< [kg/m^3]
 constexpr double robot_density = 1e6;  //!< of effectors and links [kg/m^3]
 constexpr double least_density = 5.0;  //!< that is given [kg/m^3]
-constexpr double least_implied_density =
-    0.1;  //!< of a mass; air has 1.2, and a hollow body is less than solid [kg/m^3]
+// A mass may be that of a hollow body; air has 1.2.
+constexpr double least_implied_density = 0.1;  //!< [kg/m^3]
 // Contacts and springs between such bodies need many more iterations than the solver makes.
 constexpr double mass_ratio = 1e4;
 // An object falls 1 cm in 45 ms, and lands at 0.44 m/s. One that moves is in flight.
 constexpr double gap = 0.01;     //!< [m]
 constexpr double at_rest = 0.1;  //!< [m/s]
+// A share of the smaller body's smallest half extent: its middle is in the other one, and no contact knows the way out.
+constexpr double overlap = 1.0;
 
 }  // namespace plausible
 

@@ -1,0 +1,86 @@
+// What is legal and looks wrong, as plain values.
+
+#include "energymargin/plausibility.hpp"
+
+#include <gtest/gtest.h>
+
+#include "expect.hpp"
+#include "scenes.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+// A box of 4 cm on a table, `height` above it.
+Problem on_table(double mass, double height = 0.0) {
+  Scene scene;
+  Body table;
+  table.name = "table";
+  table.shape = Plane{};
+  scene.add_body(table);
+  scene.add_body(body("box", Box{{0.04, 0.04, 0.04}}, mass, {0.0, 0.0, 0.02 + height}, Role::object));
+  Problem problem{scene, pack(scene), {1.0, 1.0, 0.0}, Vector3::Zero(), 0.2, regions::Disc{"box"}};
+  validate(problem);
+  return problem;
+}
+
+std::vector<std::string> abouts(const std::vector<Doubt>& doubts) {
+  std::vector<std::string> found;
+  for (const Doubt& doubt : doubts) found.push_back(doubt.about);
+  return found;
+}
+
+TEST(Plausibility, BoxOnATableIsNotDoubted) { EXPECT_TRUE(implausible(on_table(0.1)).empty()); }
+
+TEST(Plausibility, EachDoubtSaysWhatItIsOfAndTheValue) {
+  const std::vector<Doubt> doubts = implausible(on_table(200.0, 0.05));
+  ASSERT_EQ(doubts.size(), 2u);
+  EXPECT_EQ(doubts[0].about, "body 'box': mass");
+  EXPECT_EQ(doubts[0].text.rfind("body 'box': mass is 200 kg, ", 0), 0u) << doubts[0].text;
+  EXPECT_NE(doubts[1].text.find("0.05 m"), std::string::npos) << doubts[1].text;
+}
+
+TEST(Plausibility, DoubtIsOfTheSameInAllStatesOfAScene) {
+  const Problem low = on_table(0.1, 0.05);
+  Problem high = low;
+  high.state[2] += 0.1;
+  EXPECT_NE(implausible(low).front().text, implausible(high).front().text);
+  EXPECT_EQ(abouts(implausible(low)), abouts(implausible(high)));
+}
+
+TEST(Plausibility, StartOutsideIsDoubtedUnlessItIsMeant) {
+  Problem outside = on_table(0.1);
+  outside.captured = regions::Disc{"box", {1.0, 0.0}, 0.1};
+  EXPECT_EQ(abouts(implausible(outside)), std::vector<std::string>{"state"});
+  EXPECT_TRUE(implausible(outside, true).empty());
+}
+
+TEST(Plausibility, MassOfABodyWhoseForceHoldsItStandsForAMachine) {
+  Scene scene;
+  Body heavy = body("heavy", Box{{0.1, 0.1, 0.1}}, 1e5, Vector3::Zero());
+  EXPECT_FALSE(heavy.fixed());
+  heavy.force = {0.0, 0.0, 1e5 * 9.81};
+  scene.add_body(heavy);
+  scene.add_body(body("box", Box{{0.1, 0.1, 0.1}}, 1.0, {1.0, 0.0, 0.0}));
+  EXPECT_TRUE(implausible(scene).empty());
+}
+
+TEST(Plausibility, OverlapThatIsDeeperThanContactsTakeIsDoubted) {
+  const Problem problem = on_table(0.1);
+  World world(problem.scene);
+  EXPECT_TRUE(implausible_start(world, problem.state).empty());
+  State deep = problem.state;
+  deep[2] -= 0.025;
+  ASSERT_EQ(implausible_start(world, deep).size(), 1u);
+  EXPECT_NE(implausible_start(world, deep).front().text.find("0.025 m"), std::string::npos);
+}
+
+TEST(Plausibility, AngleBeyondAFullTurnIsDoubtedAndOneBeyondAllTurnsIsRefused) {
+  EXPECT_FALSE(implausible_angle("yaw", -3.14));
+  EXPECT_TRUE(implausible_angle("yaw", -90.0));
+  EXPECT_TRUE(rejects([] { implausible_angle("yaw", 1e5); }, {"yaw", "100000", "10000 rad"}));
+}
+
+}  // namespace
+}  // namespace energymargin
