@@ -112,13 +112,14 @@ void doubt_mass_ratio(Doubts& doubts, const Scene& scene) {
         "too much for the solver's iterations, and the light one may be pressed through: is one in grams?");
 }
 
-// The nearest other body to one, and how far it is; a distance of inf if there is none.
+// The nearest other body to one, and how far it is: inf if there is none, and the first one that is near enough.
 std::pair<std::string, double> nearest(World& world, const State& state, const Body& body) {
   std::pair<std::string, double> found{"", std::numeric_limits<double>::infinity()};
   for (const Body& other : world.scene().bodies()) {
     if (other.name == body.name) continue;
     const double distance = world.distance(state, body.name, other.name);
     if (distance < found.second) found = {other.name, distance};
+    if (distance < plausible::gap) break;
   }
   return found;
 }
