@@ -349,3 +349,30 @@ def test_a_file_with_other_cells_is_a_recording_or_refused(tmp_path, data):
 def test_any_mapping_leads_to_a_recording_or_is_refused(tmp_path, mapping):
     (tmp_path / "columns.json").write_text(json.dumps(mapping))
     require_recording_or_refusal(tmp_path / "a.csv", TEXT.encode(), tmp_path / "columns.json")
+
+
+def test_a_million_columns_are_refused_in_one_line(path):
+    path.write_text(",".join(f"c{n}" for n in range(10**6)))
+    with pytest.raises(ValueError, match=r"line 1: the header has 'c0', expected frame") as refused:
+        read_csv(path)
+    assert len(str(refused.value)) < 1000
+    with pytest.raises(
+        ValueError, match=r"no column 'x', .*c99, \.\.\. \(1000000 in all\)"
+    ) as named:
+        read_csv(path, {"columns": dict.fromkeys(HEADER[1:], "x")})
+    assert len(str(named.value)) < 1000
+
+
+def test_a_header_is_searched_for_doubles_in_linear_time():
+    class Name(str):
+        compared = 0
+        __hash__ = str.__hash__
+
+        def __eq__(self, other):
+            Name.compared += 1
+            return super().__eq__(other)
+
+    header = [Name(f"c{n}") for n in range(1000)]
+    with pytest.raises(ValueError, match="the header has 'c0'"):
+        Columns().found(header, len(header))
+    assert Name.compared <= 5 * len(header)

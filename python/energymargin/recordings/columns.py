@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -14,6 +15,8 @@ import numpy as np
 from energymargin.recordings.fields import BODIES, FIELDS, HEADERS, UNITS, kind_of, of_body
 
 __all__ = ["Column", "Columns"]
+
+MOST_NAMED = 100  # columns that an error lists
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ class Columns:
                     f"there is no header, expected {','.join(FIELDS[:5])},... in the first line; "
                     "or say which column is what: columns="
                 )
-            doubled = sorted({name for name in header if header.count(name) > 1})
+            doubled = sorted(name for name, count in Counter(header).items() if count > 1)
             used = doubled if not self.columns else [n for n in doubled if n in self._names()]
             if used:
                 raise ValueError(f"the header has {used[0]!r} more than once")
@@ -169,7 +172,7 @@ def _place(name: str, header: Sequence[str] | None) -> int:
     if header is None:
         raise ValueError(f"columns names {name!r}, but the file is to have no header")
     if name not in header:
-        raise ValueError(f"there is no column {name!r}, expected one of {', '.join(header)}")
+        raise ValueError(f"there is no column {name!r}, expected one of {_some(header)}")
     return list(header).index(name)
 
 
@@ -210,6 +213,11 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f", ... ({len(names)} in all)" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more
 
 
 def _or(words: Any) -> str:
