@@ -99,8 +99,8 @@ def view_command(
             return
         if not is_local(host):
             say(
-                f"[yellow]Everyone who reaches {escape(host)} can see this page and start searches "
-                "on this machine; there is no password.[/]"
+                f"[yellow]Everyone who reaches {escape(host)} and has the address of this page can "
+                "see it and start searches on this machine; the connection is not encrypted.[/]"
             )
         viewer.page.score()
         say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")

@@ -8,13 +8,13 @@ from contextlib import contextmanager
 from typing import Any
 
 import rich
-import viser
 
 from energymargin._core import Problem
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset
 from energymargin.settings import MOST_NODES
 from energymargin.tasks.base import whole_number
+from energymargin.viewer.guard import Guard, guarded_server
 from energymargin.viewer.page import Page
 from energymargin.viewer.serving import HOST, port_at, served_at
 from energymargin.viewer.sources import Source, Trajectories, source_of
@@ -37,8 +37,14 @@ class Viewer(Closing):
         except ValueError:
             source.close()
             raise
-        with _hushed():
-            self._server = viser.ViserServer(host=host, port=self.port, verbose=False)
+        guard = Guard(host)
+        self._token = guard.token
+        try:
+            with _hushed():
+                self._server = guarded_server(host, self.port, guard)
+        except RuntimeError:
+            source.close()
+            raise
         try:
             self.port = served_at(self._server.get_port(), self.port, port)
             self.page = Page(self._server, source, **options)
@@ -48,9 +54,9 @@ class Viewer(Closing):
 
     @property
     def url(self) -> str:
-        """Where a browser of this machine finds it."""
+        """Where a browser of this machine finds it: with the token that it needs."""
         host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
-        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/{self._token}/"
 
     def close(self) -> None:
         """Ends its searches, and no longer serves it."""
@@ -103,10 +109,10 @@ def view(
     It begins with a frame of a trajectory; `viewer.page.score()` scores it with so many nodes and
     this seed, as the button of the page does; None are those of `scores`, or else 1000 and 0.
     scores: a file of scores of the dataset, to see beside; run: which of its runs. Other machines
-    reach it only if `host` is an address that they know, such as "0.0.0.0": then anyone may,
-    without a password. port: None takes a free one. progress(done, total): of the trajectories of
-    a task. Raises ValueError on bad input or a port that is taken, and OSError on files that cannot
-    be read.
+    reach it only if `host` is an address that they know, such as "0.0.0.0". Whoever has the whole
+    address, with its token, may use the page, and nobody else. port: None takes a free one.
+    progress(done, total): of the trajectories of a task. Raises ValueError on bad input or a port
+    that is taken, and OSError on files that cannot be read.
     """
     if nodes is not None:
         whole_number("nodes", nodes, 1, MOST_NODES)
