@@ -13,6 +13,7 @@ import subprocess
 import time
 from contextlib import suppress
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -510,20 +511,49 @@ def test_the_command_says_in_one_line_what_is_wrong_and_what_it_wrote(own):
     assert done.returncode == 0 and "Wrote push-scores.html, " in done.stderr
 
 
-def test_ctrl_c_leaves_the_page_that_was_there(own):
-    (own / "push-scores.html").write_text("before")
+def files_of(folder):
+    """All but SQLite's files beside an open store."""
+    names = (path for path in folder.iterdir() if not path.name.endswith(("-shm", "-wal")))
+    return {path.name: path.read_bytes() for path in names}
+
+
+def being_written(folder):
+    """The command that makes a report, at work on the new file."""
     process = subprocess.Popen(
-        [COMMAND, "report", "push-scores.db", "--draws", "50000"], cwd=own, stderr=subprocess.PIPE
+        [COMMAND, "report", "push-scores.db", "--draws", "50000"],
+        cwd=folder,
+        stderr=subprocess.PIPE,
     )
-    deadline = time.monotonic() + 60
-    while not list(own.glob(".push-scores.html.*")):
+    descriptors, deadline = Path(f"/proc/{process.pid}/fd"), time.monotonic() + 60
+    while not any(f"{folder}/#" in target_of(link) for link in descriptors.iterdir()):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.01)
+    return process
+
+
+def target_of(link):
+    with suppress(FileNotFoundError):  # closed meanwhile
+        return os.readlink(link)
+    return ""
+
+
+def test_ctrl_c_leaves_the_page_that_was_there(own):
+    (own / "push-scores.html").write_text("before")
+    before = files_of(own)
+    process = being_written(own)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=30)
     assert process.returncode == 130 and b"stopped" in said
-    assert (own / "push-scores.html").read_text() == "before"
-    assert not list(own.glob(".push-scores.html.*"))
+    assert files_of(own) == before
+
+
+def test_a_report_that_is_killed_leaves_nothing_behind(own):
+    (own / "push-scores.html").write_text("before")
+    before = files_of(own)
+    process = being_written(own)
+    process.kill()
+    process.communicate(timeout=30)
+    assert files_of(own) == before
 
 
 def test_a_ctrl_c_that_is_swallowed_on_the_way_still_stops_it(own):

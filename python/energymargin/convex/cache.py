@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import tempfile
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from energymargin.replacing import replaced
 
 __all__ = ["cache_folder", "key", "load", "store"]
 
@@ -50,9 +51,8 @@ def store(name: str, points: Sequence[NDArray[np.float64]]) -> None:
     file = _file(name)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-            np.savez(Path(folder) / "points.npz", *points)
-            os.replace(Path(folder) / "points.npz", file)
+        with replaced(file) as new, new.open("wb") as stream:
+            np.savez(stream, *points)
     except OSError as error:
         log.warning("convex parts are not kept for next time: %s", error)
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import errno
 import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import h5py
+
+from energymargin.replacing import replaced
 
 __all__ = ["written"]
 
@@ -27,31 +31,30 @@ def written(path: Path) -> Iterator[h5py.File]:
     """
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    reserve = path.with_name(f"{temporary.name}.reserve")
-    try:
-        _reserve(reserve, path)
-        with h5py.File(temporary, "w", libver=_LIBRARY, rdcc_nbytes=_CACHE) as file:
-            try:
-                yield file
-                file.flush()
-            except BaseException as error:
-                reserve.unlink()
-                if os.strerror(errno.ENOSPC) in str(error):
-                    raise _full(path) from error
-                raise
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-        reserve.unlink(missing_ok=True)
+    with (
+        replaced(path, named=True) as new,  # HDF5 needs a name
+        _reserved(path) as reserve,
+        h5py.File(new, "w", libver=_LIBRARY, rdcc_nbytes=_CACHE) as file,
+    ):
+        try:
+            yield file
+            file.flush()
+        except BaseException as error:
+            reserve.close()
+            if os.strerror(errno.ENOSPC) in str(error):
+                raise _full(path) from error
+            raise
 
 
-def _reserve(reserve: Path, path: Path) -> None:
-    try:
-        with reserve.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, _RESERVE)
-    except OSError as error:
-        raise _full(path) if error.errno == errno.ENOSPC else error from None
+@contextmanager
+def _reserved(path: Path) -> Iterator[IO[bytes]]:
+    """Room beside `path`, which is free again once this file without a name is closed."""
+    with tempfile.TemporaryFile(dir=path.parent) as reserve:
+        try:
+            os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
+        except OSError as error:
+            raise _full(path) if error.errno == errno.ENOSPC else error from None
+        yield reserve
 
 
 def _full(path: Path) -> OSError:

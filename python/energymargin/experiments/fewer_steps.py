@@ -11,7 +11,6 @@ import csv
 import io
 import json
 import multiprocessing
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -32,6 +31,7 @@ from energymargin.experiments.fewer_steps_options import OPTIONS, PLAIN
 from energymargin.experiments.quality import quality
 from energymargin.experiments.table1 import check_tasks
 from energymargin.interrupts import held_interrupts
+from energymargin.replacing import replaced
 from energymargin.tasks.base import whole_number
 
 __all__ = ["QUICK", "FewerSteps", "Point", "Run", "Settings", "reproduce"]
@@ -293,9 +293,8 @@ def _run(job: Job, folder: Path) -> Run:
         scores=scores,
     )
     path = job.path(folder)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(json.dumps(asdict(run)))
-    os.replace(temporary, path)
+    with replaced(path) as file:
+        file.write_text(json.dumps(asdict(run)))
     return run
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -32,6 +31,7 @@ from energymargin._core import (
     stream,
 )
 from energymargin.executors.threads import thread_count
+from energymargin.replacing import replaced
 from energymargin.tasks.base import whole_number
 
 __all__ = [
@@ -364,9 +364,8 @@ def _kept(path: Path, settings: Settings) -> Cell | None:
 
 def _keep(path: Path, settings: Settings, cell: Cell) -> None:
     """In one step: nobody ever sees half a file."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(json.dumps({"made_by": _made_by(settings), **asdict(cell)}))
-    os.replace(temporary, path)
+    with replaced(path) as file:
+        file.write_text(json.dumps({"made_by": _made_by(settings), **asdict(cell)}))
 
 
 def _grown(

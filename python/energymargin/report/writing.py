@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from energymargin.curves import target_name
 from energymargin.evaluation import evaluate
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
+from energymargin.replacing import replaced
 from energymargin.report.about import facts, time_facts, version_facts
 from energymargin.report.along import along
 from energymargin.report.curves import curves
@@ -61,7 +61,7 @@ def write(
         raise ValueError(f"options is {options!r}, expected a report.Options")
     output = Path(output)
     _check_place(output, {"scores": scores, "data": data})
-    with remembered_interrupts(), _replaced(output) as file:
+    with remembered_interrupts(), replaced(output) as file:
 
         def tell(what: str, share: float) -> None:
             raise_if_interrupted()
@@ -137,19 +137,3 @@ def _same(one: Path, other: Path) -> bool:
     if one.exists() and other.exists():
         return one.samefile(other)
     return one.resolve() == other.resolve()
-
-
-@contextmanager
-def _replaced(path: Path) -> Iterator[Path]:
-    """A file that is at `path` once the `with` block has ended well. Raises OSError at once if it
-    cannot be written there."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        try:
-            temporary.touch()
-        except OSError as error:
-            raise type(error)(error.errno, error.strerror, str(path)) from error
-        yield temporary
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

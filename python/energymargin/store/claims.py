@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from energymargin.closing import Closing
 from energymargin.executors import Row
+from energymargin.processes import is_running
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
 
@@ -162,7 +163,7 @@ class Scorer(Closing):
         gone = [
             (number,)
             for number, host, process, until in scorers
-            if until < now or (host == here and not _runs(process))
+            if until < now or (host == here and not is_running(process))
         ]
         self._database.executemany("DELETE FROM scorers WHERE id = ?", gone)
 
@@ -170,14 +171,3 @@ class Scorer(Closing):
 def _share(others: int) -> float:
     """Where to begin beside so many others: 0, 1/2, 1/4, 3/4, ..."""
     return int(f"{others:b}"[::-1], 2) / (1 << others.bit_length())
-
-
-def _runs(process: int) -> bool:
-    """Whether a process of this machine is still there."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass  # it is another user's
-    return True

@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import OF_STATE, Run
 
@@ -62,16 +63,10 @@ def export(
         raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
     if not output.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
-    temporary = output.with_name(f".{output.name}.{os.getpid()}")
-    try:
-        with ScoreStore(path) as store:
-            table = _Table(_runs(store, run))
-            write = _write_csv if output.suffix == ".csv" else _write_parquet
-            rows = write(table, temporary)
-        os.replace(temporary, output)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return rows
+    with ScoreStore(path) as store, replaced(output) as file:
+        table = _Table(_runs(store, run))
+        write = _write_csv if output.suffix == ".csv" else _write_parquet
+        return write(table, file)
 
 
 _OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}

@@ -1,0 +1,18 @@
+"""Processes of this machine."""
+
+from __future__ import annotations
+
+import os
+
+__all__ = ["is_running"]
+
+
+def is_running(process: int) -> bool:
+    """Whether a process of this number is there, be it another user's."""
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
