@@ -138,7 +138,8 @@ def run_all(
                 room = session.room()
                 if room and not source.empty:
                     session.add(source.take(room))
-                deliver(session.take(POLL if session.pending else 0))
+                # Without room, as on a cluster that has no workers yet, there is only waiting.
+                deliver(session.take(POLL if session.pending or not room else 0))
                 complete = source.empty and not session.pending
         finally:
             deliver(session.stop())

@@ -114,6 +114,31 @@ def test_two_scorers_at_once_leave_every_score_once(folder, undisturbed):
     require_complete(folder / "two.db", undisturbed)
 
 
+def test_a_store_that_is_renamed_is_an_error_of_the_command_and_loses_nothing(folder):
+    path, new = folder / "old.db", folder / "renamed.db"
+    process = start(folder, path.name, "--threads", 1)
+    await_scores(process, path, 10)
+    there = score_count(path)
+    path.rename(new)
+    _, stderr = process.communicate(timeout=120)
+    assert process.returncode == 2, stderr
+    assert f"old.db: was renamed to {new} while it was written" in " ".join(stderr.split())
+    assert "states are scored in" not in stderr
+    assert score_count(new) >= there and not path.exists()
+
+
+def test_ctrl_c_ends_a_driver_that_waits_for_a_first_worker(folder):
+    with Cluster() as cluster:
+        process = start(folder, "waiting.db", "--scheduler", cluster.address)
+        said = ""
+        while "no workers at" not in said:
+            said = process.stderr.readline()
+            assert said, "it ended"
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        assert process.returncode == 130
+
+
 def test_a_cluster_that_loses_a_worker_gives_the_same_bits(folder, undisturbed):
     with Cluster(workers=2) as cluster:
         process = start(folder, "cluster.db", "--scheduler", cluster.address)

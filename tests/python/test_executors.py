@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from clusters import Cluster
 
 import energymargin as em
 from energymargin.executors import Dask, Processes, Threads
+from energymargin.executors.chunks import POLL, PoolSession
 
 NODES, SEED = 60, 5
 
@@ -69,6 +71,50 @@ def test_a_cluster_gives_the_same_bits_as_threads(problems, table, cluster):
         executor = Dask(client)
         assert same(table, em.score(problems, nodes=NODES, seed=SEED, executor=executor))
         assert client.status == "running"
+
+
+@dataclass(frozen=True)
+class Watched(Dask):
+    """A cluster whose session notes how long it was let wait for rows, and with what pending."""
+
+    waits: list = field(default_factory=list)
+
+    def session(self, settings):
+        waits = self.waits
+
+        class Session(PoolSession):
+            def take(self, timeout):
+                waits.append((timeout, self.pending))
+                return super().take(timeout)
+
+        return Session(self.pool(), settings)
+
+
+def test_without_workers_a_driver_waits_and_goes_on_once_there_is_one(problems):
+    with Cluster() as cluster:
+        executor = Watched(cluster.address)
+        cancel, scored = em.Cancel(), []
+
+        def begin():
+            some = problems[:2]
+            scored.append(em.score(some, ["force"], executor=executor, cancel=cancel))
+
+        driver = threading.Thread(target=begin)
+        driver.start()
+        try:
+            deadline = time.monotonic() + 60
+            while len(executor.waits) < 5:
+                assert driver.is_alive() and time.monotonic() < deadline
+                time.sleep(0.01)
+            assert all(wait == (POLL, 0) for wait in executor.waits)
+            cluster.start_worker()
+            driver.join(60)
+            assert not driver.is_alive()
+        finally:
+            cancel.set()
+            driver.join()
+    (table,) = scored
+    assert np.array_equal(table["force"], em.score(problems[:2], ["force"])["force"])
 
 
 def test_a_part_of_the_metrics_and_other_indices_are_handed_on(problems, table):

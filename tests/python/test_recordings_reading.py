@@ -351,13 +351,13 @@ def test_any_mapping_leads_to_a_recording_or_is_refused(tmp_path, mapping):
     require_recording_or_refusal(tmp_path / "a.csv", TEXT.encode(), tmp_path / "columns.json")
 
 
-def test_a_million_columns_are_refused_in_one_line(path):
-    path.write_text(",".join(f"c{n}" for n in range(10**6)))
+def test_a_hundred_thousand_columns_are_refused_in_one_line(path):
+    path.write_text(",".join(f"c{n}" for n in range(10**5)))
     with pytest.raises(ValueError, match=r"line 1: the header has 'c0', expected frame") as refused:
         read_csv(path)
     assert len(str(refused.value)) < 1000
     with pytest.raises(
-        ValueError, match=r"no column 'x', .*c99, \.\.\. \(1000000 in all\)"
+        ValueError, match=r"no column 'x', .*c99, \.\.\. \(100000 in all\)"
     ) as named:
         read_csv(path, {"columns": dict.fromkeys(HEADER[1:], "x")})
     assert len(str(named.value)) < 1000

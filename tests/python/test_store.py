@@ -1,4 +1,5 @@
 import os
+import re
 import signal
 import sqlite3
 import threading
@@ -473,3 +474,88 @@ def test_a_file_whose_tables_are_others_is_refused(dataset, tmp_path):
         file.execute("ALTER TABLE datasets RENAME COLUMN states TO stages")
     with pytest.raises(ValueError, match=r"scores\.db is damaged: its tables are not those"):
         ScoreStore(path)
+
+
+def test_statistics_of_sqlite_are_no_damage(dataset, table, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(dataset, path, metrics=["force"])
+    with sqlite3.connect(path) as file:
+        file.execute("ANALYZE")
+        assert file.execute("SELECT count(*) FROM sqlite_stat1").fetchone()[0] > 0
+    assert score_dataset(dataset, path, metrics=["force"])
+    assert np.array_equal(scores(path)["force"], table["force"])
+
+
+def renamed_after(count, path, new):
+    """A progress that gives the file another name once so many states are scored."""
+
+    def progress(done, _total):
+        if done >= count and not new.exists():
+            os.rename(path, new)
+
+    return progress
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_file_that_is_renamed_while_it_is_scored_is_said_and_has_all_scores(
+    dataset, tmp_path, count
+):
+    path, new = tmp_path / "scores.db", tmp_path / "new.db"
+    done = 0
+    rename = renamed_after(count, path, new)
+
+    def progress(scored, total):
+        nonlocal done
+        done = scored
+        rename(scored, total)
+
+    words = rf"was renamed to {re.escape(str(new))} while it was written"
+    with pytest.raises(FileNotFoundError, match=words) as said:
+        score_dataset(dataset, path, ["capture"], SearchSettings(nodes=20), progress=progress)
+    assert said.value.filename == str(path)
+    with ScoreStore(new) as store:
+        assert store.run().counts()[0] >= done >= count
+    os.rename(new, path)
+    assert score_dataset(dataset, path, ["capture"], SearchSettings(nodes=20))
+    expected = em.score(dataset.problems(), ["capture"], nodes=20)
+    assert np.array_equal(scores(path)["capture"], expected["capture"])
+
+
+def test_a_file_whose_place_another_takes_is_not_mistaken_for_it(dataset, tmp_path):
+    path, new = tmp_path / "scores.db", tmp_path / "new.db"
+    other = tmp_path / "other.db"
+    with ScoreStore(other, create=True):
+        pass
+
+    def progress(done, _total):
+        if done and other.exists():
+            os.rename(path, new)
+            os.rename(other, path)
+
+    with pytest.raises(FileNotFoundError, match="was renamed to"):
+        score_dataset(dataset, path, ["force"], progress=progress)
+    with ScoreStore(path) as store:
+        assert store.runs() == []
+    with ScoreStore(new) as store:
+        assert store.run().counts()[0] > 0
+
+
+def test_a_file_that_is_removed_while_it_is_scored_is_said(dataset, tmp_path):
+    path = tmp_path / "scores.db"
+
+    def progress(done, _total):
+        if done:
+            path.unlink(missing_ok=True)
+
+    with pytest.raises(FileNotFoundError, match=r"was removed while it was written, and what"):
+        score_dataset(dataset, path, ["force"], progress=progress)
+
+
+def test_a_process_that_changes_its_folder_goes_on(dataset, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "inner").mkdir()
+
+    def progress(_done, _total):
+        monkeypatch.chdir(tmp_path / "inner")
+
+    assert score_dataset(dataset, "scores.db", ["force"], progress=progress)

@@ -17,6 +17,7 @@ from energymargin.datasets import Dataset
 from energymargin.interrupts import since_interrupt
 from energymargin.settings import ALGORITHM
 from energymargin.store import schema
+from energymargin.store.place import OpenPlace
 from energymargin.store.run import Run
 from energymargin.tasks.base import whole_number
 
@@ -46,6 +47,7 @@ class ScoreStore(Closing):
         from a newer version.
         """
         self.path = Path(path)
+        self._place = OpenPlace(self.path)
         if not self.path.exists():
             if not create:
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
@@ -58,6 +60,7 @@ class ScoreStore(Closing):
         try:
             with self._named():
                 self._open(create)
+            self._place.begin()
         except BaseException:
             self.database.close()
             raise
@@ -114,7 +117,7 @@ class ScoreStore(Closing):
 
         Raises OSError if the disk is full, PermissionError if the file cannot be written,
         TimeoutError if another process holds it for longer than `patience` [s], KeyboardInterrupt
-        if it does so after Ctrl-C.
+        if it does so after Ctrl-C; FileNotFoundError as `require_in_place`, once all is kept.
         """
         with self._named():
             self._retried("BEGIN IMMEDIATE", patience)
@@ -125,6 +128,16 @@ class ScoreStore(Closing):
                 if self.database.in_transaction:
                     self.database.execute("ROLLBACK")
                 raise
+        self.require_in_place()
+
+    def require_in_place(self) -> None:
+        """Raises FileNotFoundError if the file was renamed or removed since it was opened. The file
+        of the new name then has all that was written."""
+        change = self._place.change()
+        if change:
+            # SQLite does not do so when it closes a file of another name, whose log it would lose.
+            self.database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            raise FileNotFoundError(errno.ENOENT, change, str(self.path))
 
     def close(self) -> None:
         """Closes the file."""

@@ -98,7 +98,13 @@ def has_its_tables(database: sqlite3.Connection) -> bool:
 
 
 def _tables(database: sqlite3.Connection) -> set[tuple[str, str]]:
-    return set(database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
+    """All but SQLite's own, such as the statistics of ANALYZE."""
+    return set(
+        database.execute(
+            "SELECT name, sql FROM sqlite_master "
+            r"WHERE sql IS NOT NULL AND name NOT LIKE 'sqlite\_%' ESCAPE '\'"
+        )
+    )
 
 
 def state_digest(dataset: str, number: int) -> bytes:

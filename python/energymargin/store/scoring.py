@@ -55,7 +55,8 @@ def score_dataset(
     Then, or on KeyboardInterrupt, or any other error, all that was finished is in the store, and
     the same call goes on from it: the scores are those of an undisturbed run, to the last bit. So
     they are on any executor, and with several such calls at once, in one process or in several:
-    they share the work.
+    they share the work. If the file is renamed meanwhile, FileNotFoundError says so, and the file
+    of the new name has all that was finished.
 
     `dataset`, or its file, is read in blocks; `metrics` None takes all that there are; `settings`
     None is SearchSettings(), `executor` None is Threads(). `progress(done, total)` counts all
@@ -117,6 +118,7 @@ def score_run(
         counted = _Counted(run, scorer, progress)
         missing = _Missing(dataset, run, scorer, counted)
         complete = run_all(missing, executor, settings, missing.deliver, limit)
+    run.store.require_in_place()
     counted.tell()
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
@@ -224,8 +226,8 @@ class _Missing:
 
     def deliver(self, rows: Sequence[Row]) -> None:
         """Keeps the rows, and what went wrong."""
-        self._scorer.beat()
         if not rows:
+            self._scorer.beat()
             return
         good = [row for row in rows if not row.error]
         bad = [row.index for row in rows if row.error]
