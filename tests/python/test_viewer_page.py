@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import contextmanager
 
@@ -15,6 +16,7 @@ from PIL import Image
 
 import energymargin as em
 from energymargin.viewer import serving, view
+from energymargin.viewer.replay import Replay
 
 SLIDERS = ("trajectory", "frame", "nodes", "lambda", "moment")  # from the top of the panel
 VIEWPORT = {"width": 720, "height": 420}
@@ -188,14 +190,48 @@ def test_a_number_that_is_typed_out_of_range_is_put_back(seen):
     assert viewer.page._frame == 1
 
 
+@contextmanager
+def long_replay(page):
+    """The way out there and back again so often that no machine sees its end while a test runs."""
+    scored = page.scored
+    short = scored.way_out
+    there = np.arange(len(short.times))
+    moments = np.resize(np.concatenate([there, there[::-1]]), 10_000)
+    times = 0.03 * np.arange(len(moments))  # five minutes
+    vars(scored)["way_out"] = Replay(times, short.states[moments], short.costs[moments])
+    page._show_scored()
+    try:
+        yield
+    finally:
+        page._player.stop()
+        page._player.join()
+        vars(scored)["way_out"] = short
+        page._show_scored()
+
+
 def test_a_replay_stops_where_somebody_moves_it(seen):
     viewer, page = seen
     moment = viewer.page._panel.moment
-    page.get_by_role("button", name="Replay the escape").click()
-    until(lambda: moment.value > 1, "it moves")
-    slide(page, "moment", 0.0)
-    until(lambda: not viewer.page._player.playing, "it stops")
-    assert moment.value <= 1
+    with long_replay(viewer.page):
+        for _ in range(3):
+            page.get_by_role("button", name="Replay the escape").click()
+            until(lambda: moment.value > 5, "it moves")
+            slide(page, "moment", 0.0)
+            until(lambda: not viewer.page._player.playing, "it stops")
+            until(lambda: moment.value <= 1, "it is where it was moved to")
+            page.wait_for_timeout(100)
+            assert moment.value <= 1
+
+
+def test_a_replay_stops_at_once_however_long_a_moment_is(seen):
+    viewer, _ = seen
+    player, way = viewer.page._player, viewer.page.scored.way_out
+    replay = threading.Thread(target=player.press, args=[way._replace(times=1e6 * way.times)])
+    replay.start()
+    until(lambda: player.playing, "it begins")
+    player.stop()
+    replay.join(PATIENCE)
+    assert not replay.is_alive() and not player.playing
 
 
 def test_lambda_and_nodes_change_the_score_at_once(seen):

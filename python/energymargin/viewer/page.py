@@ -58,6 +58,7 @@ class Page:
         self._live, self._kept = Live(), Kept()
         self._sets_later, self._nodes_later = Quiet(), Quiet()
         self._error: Exception | None = None
+        self._taken: float | None = None  # the moment that somebody chose by hand
         self._trajectory, self._frame = trajectory, frame
         self._frames = source.frames(trajectory)
         if not 0 <= frame < len(self._frames.times):
@@ -100,6 +101,7 @@ class Page:
     def close(self) -> None:
         """Ends what runs in the background."""
         self._player.stop()
+        self._player.join()
         self._live.close()
         self._nodes_later.close()
         self._sets_later.close()
@@ -170,6 +172,7 @@ class Page:
         panel = self._panel
         panel.trajectory.on_update(self._then(self._choose_trajectory))
         panel.frame.on_update(self._then(self._choose_frame))
+        panel.moment.on_update(self._take_moment)
         panel.moment.on_update(self._move_moment)
         panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
         panel.rate.on_update(self._then(self._show_scores))
@@ -222,10 +225,17 @@ class Page:
         with self._lock:
             self._show_nodes()
 
+    async def _take_moment(self, event: Any) -> None:
+        """Moved by hand: a replay would take it away again. A coroutine is called right after the
+        move, before the replay's next one; what is drawn has to wait for other work."""
+        if event.client_id is not None:
+            self._player.stop()
+            self._taken = value_of(self._panel.moment)
+
     def _move_moment(self, event: Any) -> None:
         with self._lock:
-            if event.client_id is not None:  # moved by hand: a replay would take it away again
-                self._player.stop()
+            if event.client_id is not None and self._taken is not None:
+                set_value(self._panel.moment, self._taken)  # if the replay was about to move it
             self._choose_moment()
 
     def _choose_moment(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 
 import numpy as np
 
@@ -20,34 +19,45 @@ class Player:
         """At rest."""
         self._panel = panel
         self._lock = threading.Lock()
-        self._number = 0  # of the replay that may go on
-        self.playing = False
+        self._over = threading.Event()  # of the replay that is the last one
+        self._at_rest = threading.Event()
+        self._at_rest.set()
+
+    @property
+    def playing(self) -> bool:
+        """Whether a replay runs."""
+        return not self._at_rest.is_set()
 
     def press(self, way: Replay | None) -> None:
         """Replays a way out from the present moment, or again from its end; stops one that runs.
         Returns once it is over."""
         with self._lock:
-            self._number += 1
+            self._over.set()
             if self.playing or way is None:
                 return
-            self.playing, number = True, self._number
-        self._panel.playing(True)
+            over = self._over = threading.Event()
+            self._at_rest.clear()
         try:
-            self._play(way, number)
+            self._panel.playing(True)
+            self._play(way, over)
         finally:
-            self.playing = False
             self._panel.playing(False)
+            self._at_rest.set()
+
+    def join(self) -> None:
+        """Waits until none runs."""
+        self._at_rest.wait()
 
     def stop(self) -> None:
-        """Ends the replay, if there is one, where it is."""
+        """Ends the replay, if there is one, where it is: at once, but for a move that has begun."""
         with self._lock:
-            self._number += 1
+            self._over.set()
 
-    def _play(self, way: Replay, number: int) -> None:
+    def _play(self, way: Replay, over: threading.Event) -> None:
         last = len(way.times) - 1
         waits = [*np.diff(way.times), 0.0]
         for moment in range(int(value_of(self._panel.moment)) % max(last, 1), last + 1):
-            if number != self._number:
+            if over.is_set():
                 return
             set_value(self._panel.moment, moment)  # which shows it
-            time.sleep(waits[moment])
+            over.wait(waits[moment])
