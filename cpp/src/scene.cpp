@@ -118,12 +118,11 @@ double mobility(const Body& body, const Vector3& point) {
 }
 
 template <typename Named>
-std::size_t find(const std::vector<Named>& all, const std::string& name, const std::string& what) {
+std::size_t find(const std::unordered_map<std::string, std::size_t>& indices, const std::vector<Named>& all,
+                 const std::string& name, const std::string& what) {
+  if (const auto found = indices.find(name); found != indices.end()) return found->second;
   std::string names;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i].name == name) return i;
-    names += (i == 0 ? "'" : ", '") + all[i].name + "'";
-  }
+  for (const Named& one : all) names += (names.empty() ? "'" : ", '") + one.name + "'";
   reject(what, "'" + name + "'", all.empty() ? "a " + what + ", but the scene has none" : "one of " + names);
 }
 
@@ -171,49 +170,71 @@ Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravit
 std::size_t Scene::add_body(Body body) {
   if (body.name.empty()) reject("name", "empty", "a name that no other body of the scene has");
   if (body.name == "joints") reject("name", "'joints'", "another name: a state calls its joints so");
-  for (const Body& other : bodies_) {
-    if (other.name == body.name) reject("name", "'" + body.name + "'", "a name that no other body of the scene has");
+  if (body_indices_.count(body.name)) {
+    reject("name", "'" + body.name + "'", "a name that no other body of the scene has");
   }
   validate_body(body);
+  body_indices_[body.name] = bodies_.size();
+  joints_to_.emplace_back();
+  joints_below_.emplace_back();
   bodies_.push_back(std::move(body));
   return bodies_.size() - 1;
 }
 
 std::size_t Scene::add_joint(Joint joint) {
   const std::string where = "joint '" + joint.name + "': ";
+  std::size_t parent = 0;
+  std::size_t child = 0;
   try {
     validate_joint(joint);
     if (stepping_.friction_directions != 2)
       reject("friction_directions of the scene", "1", "2 for a scene with joints");
-    for (const Joint& other : joints_) {
-      if (other.name == joint.name) reject("name", "'" + joint.name + "'", "a name that no other joint has");
-    }
-    const std::size_t parent = index(joint.parent);
-    const std::size_t child = index(joint.child);
+    if (joint_indices_.count(joint.name)) reject("name", "'" + joint.name + "'", "a name that no other joint has");
+    parent = index(joint.parent);
+    child = index(joint.child);
     require_hangable(bodies_[child], "child");
     if (!bodies_[parent].fixed()) require_hangable(bodies_[parent], "parent");
     if (joint_to(child)) reject("child", "'" + joint.child + "'", "a body that no other joint carries");
-    for (std::optional<std::size_t> above = parent; above;) {
-      if (*above == child) reject("parent", "'" + joint.parent + "'", "a body that the child does not carry");
-      const auto up = joint_to(*above);
-      above = up ? std::optional(index(joints_[*up].parent)) : std::nullopt;
-    }
+    if (carries(child, parent)) reject("parent", "'" + joint.parent + "'", "a body that the child does not carry");
     if (joint.mimic && !joints_[joint_index(joint.mimic->joint)].moves()) {
       reject("mimic", "of '" + joint.mimic->joint + "'", "of a joint that moves, and follows no other");
     }
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(where + error.what());
   }
+  joint_indices_[joint.name] = joints_.size();
+  joints_to_[child] = joints_.size();
+  joints_below_[parent].push_back(joints_.size());
   joints_.push_back(std::move(joint));
-  place_links();
+  place_links(joints_.size() - 1);
   return joints_.size() - 1;
 }
 
-void Scene::place_links() {
-  const Kinematics kinematics(*this);
-  const State state = pack(*this);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (joint_to(i)) bodies_[i].state = kinematics(state.data(), i);
+// Whether a body is another one, or hangs on it. Most bodies that are hung carry nothing: then there is no way up to
+// go.
+bool Scene::carries(std::size_t above, std::size_t body) const {
+  if (above == body) return true;
+  if (joints_below_[above].empty()) return false;
+  while (const auto up = joint_to(body)) {
+    body = index(joints_[*up].parent);
+    if (body == above) return true;
+  }
+  return false;
+}
+
+// Places the link that a joint carries and all that hangs on it; the other links stay where they are.
+void Scene::place_links(std::size_t joint) {
+  for (std::vector<std::size_t> left{joint}; !left.empty();) {
+    const Joint& next = joints_[left.back()];
+    left.pop_back();
+    const std::size_t child = index(next.child);
+    JointState state = next.state;
+    if (const auto& mimic = next.mimic) {
+      const JointState& source = joints_[joint_index(mimic->joint)].state;
+      state = {mimic->multiplier * source.position + mimic->offset, mimic->multiplier * source.velocity};
+    }
+    bodies_[child].state = carried(next, state, bodies_[index(next.parent)].state);
+    left.insert(left.end(), joints_below_[child].begin(), joints_below_[child].end());
   }
 }
 
@@ -258,22 +279,13 @@ void Scene::disable_collisions(const std::string& body_a, const std::string& bod
   disabled_.insert(std::minmax(body_a, body_b));
 }
 
-std::size_t Scene::index(const std::string& name) const { return find(bodies_, name, "body"); }
+std::size_t Scene::index(const std::string& name) const { return find(body_indices_, bodies_, name, "body"); }
 
-std::size_t Scene::joint_index(const std::string& name) const { return find(joints_, name, "joint"); }
+std::size_t Scene::joint_index(const std::string& name) const { return find(joint_indices_, joints_, name, "joint"); }
 
-std::optional<std::size_t> Scene::joint_to(std::size_t body) const {
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    if (joints_[i].child == bodies_[body].name) return i;
-  }
-  return std::nullopt;
-}
+std::optional<std::size_t> Scene::joint_to(std::size_t body) const { return joints_to_[body]; }
 
-bool Scene::jointed(std::size_t body) const {
-  const std::string& name = bodies_[body].name;
-  return std::any_of(joints_.begin(), joints_.end(),
-                     [&](const Joint& joint) { return joint.parent == name || joint.child == name; });
-}
+bool Scene::jointed(std::size_t body) const { return joints_to_[body] || !joints_below_[body].empty(); }
 
 std::vector<std::size_t> Scene::with_role(Role role) const {
   std::vector<std::size_t> found;

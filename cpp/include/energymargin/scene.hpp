@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -156,7 +157,8 @@ class Scene {
   std::vector<std::size_t> with_role(Role role) const;
 
  private:
-  void place_links();
+  bool carries(std::size_t above, std::size_t body) const;
+  void place_links(std::size_t joint);
 
   Vector3 gravity_;
   Stepping stepping_;
@@ -164,6 +166,9 @@ class Scene {
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
   std::set<std::pair<std::string, std::string>> disabled_;  // the lesser name first
+  std::unordered_map<std::string, std::size_t> body_indices_, joint_indices_;
+  std::vector<std::optional<std::size_t>> joints_to_;   // the joint that carries each body
+  std::vector<std::vector<std::size_t>> joints_below_;  // the joints that hang on each body
 };
 
 }  // namespace energymargin
