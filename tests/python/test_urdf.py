@@ -544,6 +544,148 @@ def test_all_that_is_not_simulated_is_listed_at_once(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("link/origin", '<link name="base">', '<link name="base"><origin xyz="0 0 9"/>'),
+        ("robot/limit", '<link name="base">', '<limit lower="0"/><link name="base">'),
+        ("joint/mass", "<dynamics", '<mass value="9"/><dynamics'),
+    ],
+)
+def test_a_misplaced_element_is_ignored_there_and_nowhere_else(tmp_path, name, old, new):
+    text = ARM.replace(old, new, 1)
+    with pytest.raises(ValueError, match=rf"not simulated: {name} \(1\); ignore=\('{name}',\)"):
+        built(tmp_path, text)
+    scene, plain = built(tmp_path, text, ignore=(name,)), built(tmp_path)
+    assert body(scene, "arm").position == pytest.approx([0, 0, 0.05])
+    for ours, expected in zip(scene.bodies, plain.bodies, strict=True):
+        assert (ours.name, ours.mass) == (expected.name, expected.mass)
+        assert np.array_equal(ours.position, expected.position)
+        assert np.array_equal(ours.orientation, expected.orientation)
+    assert [j.limits for j in scene.joints] == [j.limits for j in plain.joints] == [(-1.0, 2.0)]
+
+
+@pytest.mark.parametrize(
+    ("name", "places"),
+    [
+        ("origin", "<inertial>, <collision>, <joint>"),
+        ("origin.xyz", "<inertial>, <collision>, <joint>"),
+        ("limit", "<joint>"),
+        ("link", "<robot>"),
+    ],
+)
+def test_what_is_simulated_is_not_ignored_by_its_bare_name(tmp_path, name, places):
+    message = rf"ignore has '{name}', .*simulated in {places}; expected 'parent/{name}'"
+    with pytest.raises(ValueError, match=message):
+        built(tmp_path, ignore=(name,))
+
+
+def test_what_is_simulated_is_ignored_with_its_parent(tmp_path):
+    scene = built(tmp_path, ignore=("joint/origin.xyz", "joint/limit.effort"))
+    assert np.array_equal(body(scene, "arm").position, [0, 0, 0])
+    assert body(scene, "arm").inertial.center == pytest.approx([0.2, 0, 0])
+    (shoulder,) = scene.joints
+    assert (shoulder.limits, shoulder.torque_limit) == ((-1.0, 2.0), math.inf)
+
+
+# An element and an attribute of namespaces that the file does not declare.
+FOREIGN = ARM.replace(
+    "</robot>", '<sensor:camera><link name="x"/></sensor:camera></robot>'
+).replace('<link name="base">', '<link name="base" xsi:kind="a">')
+
+
+def test_an_undeclared_namespace_is_one_warning_that_names_what_is_left_out(tmp_path):
+    path = tmp_path / "foreign.urdf"
+    path.write_text(FOREIGN)
+    with pytest.warns(UserWarning) as caught:
+        scene = from_urdf(path)
+    (warning,) = caught
+    assert "undeclared" in str(warning.message) and warning.filename == __file__
+    assert "link.xsi:kind (1), sensor:camera (1); ignore=(" in str(warning.message)
+    assert names(scene) == names(built(tmp_path))
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_undeclared_namespace_that_is_ignored_is_no_warning(tmp_path):
+    scene = built(tmp_path, FOREIGN, ignore=("link.xsi:kind", "sensor:camera"))
+    assert names(scene) == names(built(tmp_path))
+
+
+def test_a_declared_namespace_is_refused_by_a_name_that_can_be_ignored(tmp_path):
+    text = ARM.replace("</robot>", '<a:b xmlns:a="http://a"/></robot>')
+    with pytest.raises(ValueError, match=r"ignore=\('http://a:b',\)"):
+        built(tmp_path, text)
+    assert names(built(tmp_path, text, ignore=("http://a:b",))) == names(built(tmp_path))
+
+
+@pytest.mark.parametrize("namespace", ["", ' xmlns:xacro="http://www.ros.org/wiki/xacro"'])
+def test_xacro_is_refused_whether_or_not_its_namespace_is_declared(tmp_path, namespace):
+    text = f'<robot name="r"{namespace}>{link("a")}<xacro:hand name="b"/></robot>'
+    with pytest.raises(ValueError, match=r"xacro:hand \(1\).*xacro turns such a file into URDF"):
+        built(tmp_path, text)
+
+
+@pytest.mark.parametrize("element", ["a", "link", "visual"])
+def test_elements_that_are_nested_without_end_are_refused(tmp_path, element):
+    deep = f"<{element}>" * 200_000 + f"</{element}>" * 200_000
+    with pytest.raises(ValueError, match="nested deeper than 100 in line 1"):
+        built(tmp_path, f'<robot name="r">{deep}</robot>')
+
+
+def test_an_undefined_entity_is_refused(tmp_path):
+    text = '<!DOCTYPE robot SYSTEM "none.dtd">' + ARM.replace("</robot>", "&arm;</robot>")
+    with pytest.raises(ValueError, match="undefined entity &arm;"):
+        built(tmp_path, text)
+
+
+# Long chains
+
+
+def chain_of(count, kind="revolute", inside=INERTIAL + BOX):
+    """Links 0, 1, ... in a row; all but the first have `inside`."""
+    links = [link("0"), *(link(str(i), inside) for i in range(1, count))]
+    joints = [joint(f"j{i}", str(i), str(i + 1), kind=kind) for i in range(count - 1)]
+    return f'<robot name="r">{"".join(links + joints)}</robot>'
+
+
+@pytest.mark.parametrize("how", ["timeout", "cancel"])
+def test_a_long_chain_ends_at_its_limit_and_leaves_the_scene_as_it_was(tmp_path, how):
+    cancel = em.Cancel()
+    cancel.set()
+    limit = {"timeout": 0.01} if how == "timeout" else {"cancel": cancel}
+    scene = em.Scene()
+    with pytest.raises(TimeoutError if how == "timeout" else em.Cancelled, match="before"):
+        built(tmp_path, chain_of(5000), scene, **limit)
+    assert names(scene) == ([], [], [])
+
+
+def test_a_scene_takes_a_chain_of_five_thousand_links():
+    """Hours, if each joint would place all links anew."""
+    scene, count = em.Scene(), 5000
+    for i in range(count):
+        scene.add_body(str(i), em.Box((0.1, 0.1, 0.1)), mass=1.0)
+    for i in range(count - 1):
+        scene.add_joint(f"j{i}", parent=str(i), child=str(i + 1), origin=(0.3, 0, 0))
+    assert scene.bodies[-1].position == pytest.approx([0.3 * (count - 1), 0, 0])
+
+
+def test_a_chain_of_links_in_any_order_is_where_the_joints_put_it(tmp_path):
+    text = chain_of(40)
+    start, end = text.index("<joint"), text.index("</robot>")
+    parts = [part + "</joint>" for part in text[start:end].split("</joint>")[:-1]]
+    for order in (parts, parts[::-1], parts[::2] + parts[1::2]):
+        scene = built(tmp_path, text[:start] + "".join(order) + text[end:])
+        for i, link_of in enumerate(scene.bodies):
+            assert link_of.position == pytest.approx([0.3 * i, 0, 0])
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+def test_frames_in_a_long_row_are_part_of_the_link_that_carries_them(tmp_path, base):
+    (only,) = built(tmp_path, chain_of(1500, "fixed", BOX), base=base).bodies
+    assert len(only.shape.parts) == 1500
+    assert only.shape.parts[-1].position == pytest.approx([0.3 * 1499, 0, 0])
+
+
+@pytest.mark.parametrize(
     ("element", "hint"), [("capsule", "a cylinder with a sphere"), ("plane", "Scene.add_plane")]
 )
 def test_an_unknown_shape_is_refused_with_another_way(tmp_path, element, hint):

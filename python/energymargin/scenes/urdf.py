@@ -27,12 +27,16 @@ class _Plan:
     joints: list[dict[str, Any]]
     apart: list[tuple[str, str]]
 
-    def add_to(self, scene: Scene) -> Scene:
+    def add_to(self, scene: Scene, limit: Limit) -> Scene:
+        """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
         for keywords in self.bodies:
+            limit.require(f"body {keywords['name']!r} was added")
             scene.add_body(**keywords)
         for keywords in self.joints:
+            limit.require(f"joint {keywords['name']!r} was added")
             scene.add_joint(**keywords)
         for body_a, body_b in self.apart:
+            limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)
         return scene
 
@@ -86,23 +90,27 @@ def from_urdf(
     packages: folders in which to look for package:// and relative paths, before ROS_PACKAGE_PATH
     and the folders above the file. How links look, and how fast joints may be, is no part of a
     scene. What else the library does not do is an error, unless `ignore` names it: elements by tag,
-    attributes as "tag.attribute", which are then left out everywhere.
+    attributes as "tag.attribute", which are then left out everywhere. What is simulated in one
+    parent and not in another is named with it, as "link/origin", and left out there alone. What is
+    in a namespace that the file does not declare is left out with a warning.
 
-    Raises FileNotFoundError, ImportError without the extra [urdf], and ValueError that names what
-    is wrong, and as `Mesh` does; a given scene is then as it was.
+    Raises FileNotFoundError, ImportError without the extra [urdf], ValueError that names what is
+    wrong, TimeoutError or Cancelled at the limit, and as `Mesh` does; a given scene is then as it
+    was.
     """
     limit = Limit(timeout, cancel)
     _check_choices(base, inertia, ignore=ignore, packages=packages)
     root = pose(position, orientation)
     with needs_extra():
         from energymargin.scenes.urdf_read import read
-    robot = read(Path(path), tuple(ignore), free=base == "free")
+    robot = read(Path(path), tuple(ignore), limit, free=base == "free")
     roles, frictions, disabled = roles or {}, frictions or {}, _pairs(disable_collisions)
     apart_names = [name for pair in disabled for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=apart_names)
     shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages), limit)
     bodies = []
     for name, link in robot.links.items():
+        limit.require(f"link {name!r} was made a body")
         fixed = base == "fixed" and name == robot.root
         said = frictions.get(name, friction if link.friction is None else link.friction)
         own = {"name": prefix + name, "role": roles.get(name, role), "friction": said}
@@ -113,12 +121,15 @@ def from_urdf(
         joint_keywords(robot.joints, joints or {}, prefix),
         apart(robot, disabled, prefix, self_collision=self_collision),
     )
-    scene = Scene() if scene is None else scene
-    _check_names(scene, plan)
-    probe = plan.add_to(_empty(scene))  # so that an error leaves the given scene as it was
+    if scene is not None:
+        _check_names(scene, plan)
+    made = plan.add_to(Scene() if scene is None else _empty(scene), limit)
     if self_collision:
-        require_no_overlap(probe, prefix)
-    return plan.add_to(scene)
+        limit.require("links that overlap were looked for")
+        require_no_overlap(made, prefix)
+    limit.require("the scene was made")
+    # Only now, so that an error leaves the given scene as it was.
+    return made if scene is None else plan.add_to(scene, Limit())
 
 
 def _check_choices(base: str, inertia: str, **several: Any) -> None:

@@ -23,26 +23,27 @@ def apart(
     Links that fixed joints hold together cannot collide.
     """
     jointed = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
-    lumps = _lumps(robot)
-    never = {frozenset(pair) for pair in disabled}
-    return [
-        (prefix + a, prefix + b)
-        for a, b in combinations(robot.links, 2)
-        if frozenset((a, b)) not in jointed
-        and (not self_collision or lumps[a] == lumps[b] or frozenset((a, b)) in never)
-    ]
+    never = {frozenset(pair): pair for pair in disabled}
+    groups = _lumps(robot) if self_collision else [list(robot.links)]
+    for group in groups:
+        never.update((frozenset(pair), pair) for pair in combinations(group, 2))
+    return [(prefix + a, prefix + b) for links, (a, b) in never.items() if links not in jointed]
 
 
-def _lumps(robot: Robot) -> dict[str, str]:
-    """For each link one of those that fixed joints hold together with it, the same for all."""
+def _lumps(robot: Robot) -> list[list[str]]:
+    """The links in groups that fixed joints hold together."""
     up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
-    lumps = {}
+    tops: dict[str, str] = {}
     for name in robot.links:
-        top = name
-        while top in up:
-            top = up[top]
-        lumps[name] = top
-    return lumps
+        way = [name]
+        while way[-1] in up and way[-1] not in tops:
+            way.append(up[way[-1]])
+        top = tops.get(way[-1], way[-1])
+        tops.update(dict.fromkeys(way, top))
+    lumps: dict[str, list[str]] = {}
+    for name in robot.links:
+        lumps.setdefault(tops[name], []).append(name)
+    return list(lumps.values())
 
 
 def require_no_overlap(robot: Scene, prefix: str) -> None:

@@ -6,11 +6,15 @@ What it does not do is refused by name; what is no physics, how things look, is 
 from __future__ import annotations
 
 import math
+import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+
+from energymargin.limits import Limit
+from energymargin.scenes.urdf_xml import UNDECLARED, parsed
 
 __all__ = ["checked"]
 
@@ -24,6 +28,10 @@ class _Element:
     one: tuple[str, ...] = ()
     maybe: tuple[str, ...] = ()
     many: tuple[str, ...] = ()
+
+    @property
+    def children(self) -> tuple[str, ...]:
+        return (*self.one, *self.maybe, *self.many)
 
 
 GRAMMAR = {
@@ -61,6 +69,7 @@ NUMBERS = {
     **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
     **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
 }
+XACRO = "xacro:"  # its elements make others, so they are never left out for want of a declaration
 LOOKS = ("visual", "material")
 # What asks for nothing at this value.
 NOTHING = {
@@ -79,48 +88,84 @@ HINTS = {
 }
 
 
-def checked(path: Path, ignore: Collection[str]) -> ET.Element:
+def checked(path: Path, ignore: Collection[str], limit: Limit) -> ET.Element:
     """The root of a URDF file in which all is understood, without what is to be ignored.
 
-    `ignore`: elements by tag, attributes as "tag.attribute". Raises FileNotFoundError, and
-    ValueError that names all that the library does not do, or the first mistake.
+    `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
+    "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone. Warns
+    once of elements and attributes whose namespace the file does not declare, and leaves them out.
+    Raises FileNotFoundError, ValueError that names all that the library does not do, or the first
+    mistake, and TimeoutError or Cancelled at the limit.
     """
-    root = _parsed(path)
-    _strip(root, {*LOOKS, *ignore})
+    _require_places(ignore)
+    root = parsed(path, limit)
+    if root.tag != "robot":
+        tag = root.tag.removeprefix(UNDECLARED)
+        raise ValueError(f"{path} is no URDF file: its root is <{tag}>, expected <robot>")
+    undeclared: Counter[str] = Counter()
+    _strip(root, "", {*LOOKS, *ignore}, undeclared)
     unknown: Counter[str] = Counter()
     _walk(root, "robot", unknown)
     if unknown:
-        found = ", ".join(f"{what} ({count})" for what, count in unknown.items())
         hints = "".join(
             f", {hint}" for word, hint in HINTS.items() if any(word in what for what in unknown)
         )
         raise ValueError(
-            f"{path} asks for what is not simulated: {found}; "
+            f"{path} asks for what is not simulated: {_counted(unknown)}; "
             f"ignore={tuple(unknown)!r} does without{hints}"
+        )
+    if undeclared:
+        warnings.warn(
+            f"{path} leaves namespaces undeclared, and what is in them is left out: "
+            f"{_counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
+            stacklevel=4,  # of who calls from_urdf
         )
     return root
 
 
-def _parsed(path: Path) -> ET.Element:
-    try:
-        root = ET.parse(path).getroot()
-    except ET.ParseError as error:
-        raise ValueError(f"{path} is no XML file: {error}") from error
-    if root.tag != "robot":
-        raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>")
-    return root
+def _counted(names: Counter[str]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in names.items())
 
 
-def _strip(element: ET.Element, left_out: Collection[str]) -> None:
-    """Takes out elements and attributes, and what asks for nothing."""
+def _require_places(ignore: Collection[str]) -> None:
+    """Raises ValueError on a name without its parent that would leave out what is simulated."""
+    for name in ignore:
+        tag, _, attribute = name.partition(".")
+        rule = GRAMMAR.get(tag)
+        if rule is None or (attribute and attribute not in (*rule.needs, *rule.takes)):
+            continue
+        parents = [f"<{parent}>" for parent, of in GRAMMAR.items() if tag in of.children]
+        raise ValueError(
+            f"ignore has {name!r}, which is simulated in {', '.join(parents) or 'each file'}; "
+            f"expected 'parent/{name}', which leaves it out in that parent alone"
+        )
+
+
+def _strip(
+    element: ET.Element, parent: str, left_out: Collection[str], undeclared: Counter[str]
+) -> None:
+    """Takes out elements and attributes, and what asks for nothing; counts the undeclared."""
     for name in list(element.attrib):
-        if f"{element.tag}.{name}" in left_out or _nothing(element, name):
+        what = f"{element.tag}.{name}"
+        foreign = name.startswith(UNDECLARED)
+        if foreign:
+            what = f"{element.tag}.{name.removeprefix(UNDECLARED)}"
+        ignored = what in left_out or f"{parent}/{what}" in left_out
+        if foreign and not ignored:
+            undeclared[what] += 1
+        if foreign or ignored or _nothing(element, name):
             del element.attrib[name]
     for child in list(element):
-        if child.tag in left_out:
+        foreign = child.tag.startswith(UNDECLARED)
+        child.tag = child.tag.removeprefix(UNDECLARED)
+        ignored = child.tag in left_out or f"{element.tag}/{child.tag}" in left_out
+        foreign = foreign and not child.tag.startswith(XACRO)
+        if foreign and not ignored:
+            undeclared[child.tag] += 1
+        if foreign or ignored:
             element.remove(child)
             continue
-        _strip(child, left_out)
+        _strip(child, element.tag, left_out, undeclared)
         neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
         if neutral:
             element.remove(child)
@@ -149,11 +194,12 @@ def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
             unknown[f"{element.tag}.{name}"] += 1
     _check_counts(element, rule, where)
     for child in element:
-        if child.tag in (*rule.one, *rule.maybe, *rule.many):
+        if child.tag in rule.children:
             named = child.tag in ("link", "joint")
             _walk(child, f"{child.tag} {child.get('name')!r}" if named else where, unknown)
         else:
-            unknown[child.tag.replace("{", "").replace("}", ":")] += 1
+            misplaced = child.tag in GRAMMAR  # the same tag is simulated elsewhere
+            unknown[f"{element.tag}/{child.tag}" if misplaced else child.tag] += 1
 
 
 def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:

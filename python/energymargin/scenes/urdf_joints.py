@@ -41,10 +41,15 @@ def joint_keywords(joints: Mapping[str, Joint], said: Control, prefix: str) -> l
     _check(joints, said)
     moving = [joint for joint in joints.values() if joint.mimic is None]
     following = [joint for joint in joints.values() if joint.mimic is not None]
+    followers: dict[str, list[Joint]] = {joint.name: [] for joint in moving}
+    for joint in following:
+        if joint.mimic:
+            followers[joint.mimic[0]].append(joint)
     keywords = {}
     for joint in moving:
         own = said.get(joint.name, {})
-        keywords[joint.name] = {**_frames(joint, prefix), **_drive(joint, following, own), **own}
+        drive = _drive(joint, followers[joint.name], own)
+        keywords[joint.name] = {**_frames(joint, prefix), **drive, **own}
     for joint in following:
         source, multiplier, offset = joint.mimic or ("", 1.0, 0.0)
         _check_reach(joint, said.get(joint.name, {}), keywords[source]["limits"])
@@ -96,8 +101,8 @@ def _drive(joint: Joint, followers: list[Joint], own: Mapping[str, Any]) -> dict
     lower, upper = _given(joint.name, own["limits"]) if "limits" in own else _limits(joint)
     damping = joint.damping
     for other in followers:
-        if other.mimic and other.mimic[0] == joint.name:
-            damping += other.mimic[1] ** 2 * other.damping  # the same power at the same motion
+        multiplier = other.mimic[1] if other.mimic else 0.0
+        damping += multiplier**2 * other.damping  # the same power at the same motion
     return {
         "limits": (lower, upper),
         "start": min(max(0.0, lower), upper),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Box, Cylinder, Sphere
+from energymargin.limits import Limit
 from energymargin.meshes import needs_extra
 from energymargin.scenes.poses import Pose
 from energymargin.scenes.urdf_frames import without_frames
@@ -22,25 +23,28 @@ from energymargin.scenes.urdf_model import TYPES, Geometry, Joint, Link, MeshFil
 __all__ = ["read"]
 
 
-def read(path: Path, ignore: Collection[str], *, free: bool) -> Robot:
+def read(path: Path, ignore: Collection[str], limit: Limit, *, free: bool) -> Robot:
     """The model of a file, without its frames: they are merged into the links that carry them.
 
-    Raises FileNotFoundError, and ValueError that names what is wrong, or what is not simulated.
+    Raises FileNotFoundError, ValueError that names what is wrong, or what is not simulated, and
+    TimeoutError or Cancelled at the limit.
     """
-    element = checked(path, ignore)
+    element = checked(path, ignore, limit)
     with needs_extra():
         import yourdfpy
     text = io.BytesIO(ET.tostring(element, encoding="utf-8"))
+    limit.require(f"{path} was read")
     parsed = yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
     frictions = {
         link.get("name"): float(value.get("value", ""))
         for link in element.findall("link")
         for value in link.findall("contact/lateral_friction")
     }
+    limit.require(f"{path} was read")
     links = _by_name("link", [_link(link, frictions.get(link.name)) for link in parsed.links])
     joints = _by_name("joint", [_joint(joint) for joint in parsed.joints])
-    robot = Robot(_root(links, joints), links, _followed(joints))
-    return without_frames(robot, free=free)
+    robot = Robot(_root(links, joints), links, _followed(joints, limit))
+    return without_frames(robot, limit, free=free)
 
 
 def _by_name(what: str, items: list[Any]) -> dict[str, Any]:
@@ -127,26 +131,37 @@ def _root(links: dict[str, Link], joints: dict[str, Joint]) -> str:
     roots = [name for name in links if name not in carried]
     if len(roots) != 1:
         raise ValueError(f"the robot has {len(roots)} root links, expected one: {roots}")
-    for name in links:
-        above, seen = name, {name}
-        while above in carried:
-            above = joints[carried[above]].parent
-            if above in seen:
-                raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
-            seen.add(above)
+    _require_tree(roots[0], links, joints)
     return roots[0]
 
 
-def _followed(joints: dict[str, Joint]) -> dict[str, Joint]:
+def _require_tree(root: str, links: dict[str, Link], joints: dict[str, Joint]) -> None:
+    """Raises ValueError unless all links hang on the root; each hangs on one joint at most."""
+    below: dict[str, list[str]] = {name: [] for name in links}
+    for joint in joints.values():
+        below[joint.parent].append(joint.child)
+    reached, new = {root}, [root]
+    while new:
+        children = below[new.pop()]
+        reached.update(children)
+        new += children
+    for name in links:
+        if name not in reached:
+            raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
+
+
+def _followed(joints: dict[str, Joint], limit: Limit) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint that it follows at last."""
-    return {
-        name: replace(joint, mimic=_source(joint, joints)) if joint.mimic else joint
-        for name, joint in joints.items()
-    }
+    followed = {}
+    for name, joint in joints.items():
+        limit.require(f"joint {name!r} was read")
+        mimic = _source(joint, joints) if joint.mimic else None
+        followed[name] = replace(joint, mimic=mimic)
+    return followed
 
 
 def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
-    seen, multiplier, offset, at = [joint.name], 1.0, 0.0, joint
+    seen, multiplier, offset, at = {joint.name}, 1.0, 0.0, joint
     if joint.type == "fixed":
         raise ValueError(f"joint {joint.name!r} is fixed, and yet a mimic; expected one of the two")
     while at.mimic is not None:
@@ -157,6 +172,6 @@ def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
             raise ValueError(
                 f"joint {at.name!r} mimics {name!r}, expected a joint that moves, without a circle"
             )
-        seen.append(name)
+        seen.add(name)
         at = joints[name]
     return at.name, multiplier, offset
