@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +14,14 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
 from energymargin.limits import Limit
 from energymargin.plausibility import warn
+from energymargin.solids import Solid, solids, winding_numbers
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
 __all__ = ["Mesh", "needs_extra"]
+
+Corners = NDArray[np.float64]
 
 SUFFIXES = (".stl", ".obj", ".dae")
 THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
@@ -25,6 +29,10 @@ MAX_POINTS = 128  # a ball of them has 95 % of its volume
 CONVEX = 0.99  # share of its hull's volume from which on a mesh is convex
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
 LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
+# Points of a cavity that say how much of it is filled, and the share that may be.
+CAVITY_POINTS = 500
+FILLED = 0.1
+LEAST_THRESHOLD = 0.01  # coacd's own
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
 
 
@@ -52,6 +60,10 @@ def Mesh(
     those of the parts together count. Holes of one or two triangles are filled. Greater ones make
     a mesh a shell, which has many parts and takes coacd a minute.
 
+    A closed surface within another that faces the other way bounds a cavity. The parts leave nine
+    tenths of it empty at least, with a lesser threshold than the given one if need be. It is an
+    error if even the least threshold fills a cavity, or if a surface may be one or not.
+
     Parts are kept in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so that
     the same mesh is taken apart once. Raises FileNotFoundError; ValueError that names what is wrong
     with the file or an argument; RuntimeError if coacd fails; ImportError without the extra [urdf];
@@ -68,24 +80,21 @@ def Mesh(
     vertices = np.asarray(whole.vertices, float)
     _require_volume(vertices, path)
     _warn_of_size(vertices, scale, path)
-    shells = _shells(pieces)
-    solid = _solid(_joined(shells)) if shells else None
+    shells = _shells(pieces, limit)
     if not decompose:
+        solid = _solid_of_hull(shells, path, limit) if shells else None
         return Compound([ConvexHull(corners(vertices, max_points))], solid=solid)
-    closed = shells is not None and len(shells) <= MAX_SHELLS
-    parts = [
-        part
-        for surface in (shells if shells and closed else [whole])
-        for part in _parts(
-            surface,
-            closed,
-            path,
-            threshold=threshold * float(whole.extents.max() / surface.extents.max()),
-            max_points=max_points,
-            seed=seed,
-            limit=limit,
-        )
-    ]
+    cut = _Cut(path, threshold, max_points, seed, limit)
+    if shells is None:
+        _require_no_cavity(whole, path, limit)
+        return Compound([ConvexHull(part) for part in cut.parts(whole, closed=False)])
+    bodies = solids(shells, path, limit)
+    solid = _solid(_joined(shells))
+    if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
+        parts = cut.parts(whole, closed=False)
+    else:
+        size = float(whole.extents.max())
+        parts = [part for body in bodies for part in cut.parts_of(body, size)]
     return Compound([ConvexHull(part) for part in parts], solid=solid)
 
 
@@ -200,22 +209,12 @@ def _closed(surface: Trimesh) -> bool:
     return bool(surface.is_watertight and surface.is_winding_consistent)
 
 
-def _shells(pieces: Sequence[Trimesh]) -> list[Trimesh] | None:
-    """The closed surfaces that a mesh consists of, facing outwards; None if it is open.
-
-    All may face inwards, and are then turned. Where some face otherwise than the rest they are
-    cavities or mistakes, which cannot be told apart: the mesh counts as open.
-    """
+def _shells(pieces: Sequence[Trimesh], limit: Limit) -> list[Trimesh] | None:
+    """The closed surfaces that a mesh consists of; None if it is open."""
     if not all(_closed(piece) for piece in pieces):
         return None
     split = [piece.split(only_watertight=False, repair=False) for piece in pieces]
-    shells = [shell for parts in split for shell in parts]
-    inwards = [shell.volume < 0 for shell in shells]
-    if any(inwards) and not all(inwards):
-        return None
-    for shell in shells if all(inwards) else []:
-        shell.invert()
-    return shells
+    return [shell for parts in split for shell in parts]
 
 
 def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
@@ -226,33 +225,110 @@ def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
         raise ValueError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
 
 
-def _parts(
-    surface: Trimesh,
-    closed: bool,
-    path: Path,
-    *,
-    threshold: float,
-    max_points: int,
-    seed: int,
-    limit: Limit,
-) -> list[NDArray[np.float64]]:
-    """Corners of a surface's convex parts, each (k, 3)."""
-    from energymargin.convex import corners, decomposed, hull_volume
+@dataclass(frozen=True)
+class _Cut:
+    """How the surfaces of a file are taken apart."""
 
-    vertices = np.asarray(surface.vertices, float)
-    convex = closed and surface.volume >= CONVEX * hull_volume(vertices)
-    if convex or threshold >= 1.0:
-        return [corners(vertices, max_points)]
-    return decomposed(
-        vertices,
-        np.asarray(surface.faces, np.int64),
-        closed=closed,
-        threshold=threshold,
-        max_points=max_points,
-        seed=seed,
-        name=str(path),
-        limit=limit,
-    )
+    path: Path
+    threshold: float
+    max_points: int
+    seed: int
+    limit: Limit
+
+    def parts_of(self, body: Solid, size: float) -> list[Corners]:
+        """Corners (k, 3) of a solid's convex parts; the threshold is of the whole mesh's `size`.
+
+        Raises ValueError if they fill a cavity, whatever the threshold.
+        """
+        threshold = self.threshold * size / float(body.outer.extents.max())
+        if not body.cavities:
+            return replace(self, threshold=threshold).parts(body.outer, closed=True)
+        surface = _joined([body.outer, *body.cavities])
+        points = [_points_within(cavity, self.path) for cavity in body.cavities]
+        threshold = min(threshold, 0.5)
+        while True:
+            cut = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
+            parts = cut.parts(surface, closed=True, hollow=True)
+            filled = max(_filled(inside, parts) for inside in points)
+            if filled <= FILLED:
+                return parts
+            if threshold <= LEAST_THRESHOLD:
+                raise ValueError(
+                    f"{self.path} has a cavity of which its convex parts fill {filled:.0%}, "
+                    "expected a greater one, or none. An em.Compound of boxes leaves it empty, and "
+                    "decompose=False takes the convex hull of it all"
+                )
+            threshold /= 2.0
+
+    def parts(self, surface: Trimesh, *, closed: bool, hollow: bool = False) -> list[Corners]:
+        """Corners (k, 3) of a surface's convex parts."""
+        from energymargin.convex import corners, decomposed, hull_volume
+
+        vertices = np.asarray(surface.vertices, float)
+        solid = closed and not hollow
+        convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
+        if convex or self.threshold >= 1.0:
+            return [corners(vertices, self.max_points)]
+        return decomposed(
+            vertices,
+            np.asarray(surface.faces, np.int64),
+            closed=closed,
+            threshold=self.threshold,
+            max_points=self.max_points,
+            seed=self.seed,
+            name=str(self.path),
+            limit=self.limit,
+        )
+
+
+def _points_within(cavity: Trimesh, path: Path) -> Corners:
+    """Points evenly in a cavity, the same for the same one, shape (n, 3)."""
+    random = np.random.default_rng(0)
+    found: list[Corners] = []
+    for _ in range(100):
+        low, high = np.asarray(cavity.bounds, float)
+        points = random.uniform(low, high, (CAVITY_POINTS, 3))
+        found.append(points[np.abs(winding_numbers(points, cavity)) > 0.5])
+        if sum(map(len, found)) >= CAVITY_POINTS:
+            break
+    points = np.concatenate(found)
+    if not len(points):
+        raise ValueError(f"{path} has a cavity that is flat, expected one with a volume, or none")
+    return points
+
+
+def _filled(points: Corners, parts: Sequence[Corners]) -> float:
+    """The share of the points that lie in a convex part."""
+    from energymargin.convex import inside
+
+    return float(np.any([inside(points, part) for part in parts], axis=0).mean())
+
+
+def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
+    """Raises ValueError on a closed surface that faces inwards within a surface with holes.
+
+    What closes the holes would fill the cavity.
+    """
+    for piece in surface.split(only_watertight=True, repair=False):
+        if piece.volume >= 0.0:
+            continue
+        limit.require(f"the surfaces of {path} were sorted")
+        points = _points_within(piece, path)
+        around = winding_numbers(points, surface) - winding_numbers(points, piece)
+        if (around > 0.5).mean() > 0.5:
+            raise ValueError(
+                f"{path} has a cavity and holes, expected a closed surface; "
+                "decompose=False takes the convex hull of it all"
+            )
+
+
+def _solid_of_hull(shells: list[Trimesh], path: Path, limit: Limit) -> MassProperties | None:
+    """Those of the mesh in its hull; None where its surfaces contradict each other."""
+    try:
+        solids(shells, path, limit)
+    except ValueError:
+        return None
+    return _solid(_joined(shells))
 
 
 def _solid(closed: Trimesh) -> MassProperties:

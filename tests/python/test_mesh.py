@@ -275,6 +275,44 @@ def test_a_decomposition_ends_at_its_limit_without_a_process_or_a_mesh(how, monk
     assert started[-1].poll() == -signal.SIGKILL
 
 
+# Says its child's number before it takes a mesh apart, which takes a minute.
+PARENT = """
+import subprocess, sys
+from energymargin.meshes import Mesh
+
+run = subprocess.Popen
+
+def told(*args, **kwargs):
+    process = run(*args, **kwargs)
+    print(process.pid, args[0][-1], flush=True)
+    return process
+
+subprocess.Popen = told
+Mesh(sys.argv[1], threshold=0.01)
+"""
+
+
+def runs(pid):
+    """Whether a process runs; one that nobody has waited for yet does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
+def test_a_killed_parent_leaves_no_process_and_no_folder(tmp_path):
+    environment = {**os.environ, "ENERGYMARGIN_CACHE": str(tmp_path), "TMPDIR": str(tmp_path)}
+    command = [sys.executable, "-c", PARENT, str(DATA / "husky/meshes/wheel.stl")]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as parent:
+        pid, folder = parent.stdout.readline().split()
+        assert runs(pid) and Path(folder).is_dir()
+        parent.kill()
+    while runs(pid):
+        time.sleep(0.02)
+    assert not Path(folder).exists()
+
+
 def test_a_failure_of_the_decomposition_names_the_file_and_the_way_out(tmp_path, monkeypatch):
     monkeypatch.setitem(decomposition.SEARCH, "no_such_setting", 1)
     with pytest.raises(RuntimeError, match=r"angle\.stl.*no_such_setting.*decompose=False"):

@@ -86,14 +86,16 @@ def _run(
         folder = Path(name_of_folder)
         text = np.array(json.dumps(settings))
         np.savez(folder / "mesh.npz", vertices=vertices, faces=faces, settings=text)
-        with open(folder / "messages", "wb") as messages:
-            process = subprocess.Popen(
+        with (
+            open(folder / "messages", "wb") as messages,
+            subprocess.Popen(
                 [sys.executable, str(script), str(folder)],
                 env=environment,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,  # open as long as this process is: the other one watches it
                 stdout=messages,
                 stderr=messages,
-            )
+            ) as process,
+        ):
             try:
                 _wait(process, name, limit)
             except BaseException:

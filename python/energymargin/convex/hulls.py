@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-__all__ = ["corners", "hull_volume"]
+__all__ = ["corners", "hull_volume", "inside"]
 
 # Where no point sticks out of the thinned hull by more than this share of its size, it is the same.
 SAME = 2e-3
@@ -21,6 +21,12 @@ def hull_volume(points: NDArray[np.float64]) -> float:
         return float(ConvexHull(points, qhull_options=OPTIONS).volume)
     except (QhullError, ValueError):  # flat, or fewer than four points
         return 0.0
+
+
+def inside(points: NDArray[np.float64], part: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether each of the points (n, 3) lies in the convex hull of a part's, shape (n,)."""
+    planes = ConvexHull(part, qhull_options=OPTIONS).equations
+    return np.asarray((points @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1))
 
 
 def corners(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:

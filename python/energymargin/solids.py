@@ -1,0 +1,118 @@
+"""Closed surfaces as solids: which of them bounds a body, and which a cavity in one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.limits import Limit
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+__all__ = ["Solid", "solids", "winding_numbers"]
+
+Points = NDArray[np.float64]
+
+SAMPLES = 64  # faces of a surface that say where it lies
+DEPTH = 1e-4  # of these samples below the surface, as a share of its size
+CHUNK = 1_000_000  # solid angles at a time: some 100 MB
+WAY_OUT = "decompose=False takes the convex hull of it all"
+
+
+@dataclass
+class Solid:
+    """A body's outer surface, which faces outwards, and those of its cavities, inwards."""
+
+    outer: Trimesh
+    cavities: list[Trimesh] = field(default_factory=list)
+
+
+def solids(shells: list[Trimesh], path: Path, limit: Limit) -> list[Solid]:
+    """The solids that closed surfaces bound; surfaces of a body that faces inwards are turned.
+
+    A surface within another one bounds a cavity if the two face opposite ways, and a surface within
+    a cavity a body of its own. Raises ValueError where the surfaces contradict each other,
+    TimeoutError or Cancelled at the limit.
+    """
+    around = _around(shells, path, limit)
+    order = sorted(range(len(shells)), key=lambda i: len(around[i]))
+    turned: dict[int, bool] = {}
+    found: dict[int, Solid] = {}
+    for i in order:
+        depth = len(around[i])
+        turned[i] = turned[around[i][0]] if around[i] else bool(shells[i].volume < 0)
+        if turned[i]:
+            shells[i].invert()
+        if (shells[i].volume < 0) != (depth % 2 == 1):
+            raise ValueError(
+                f"{path} has a closed surface of {len(shells[i].faces)} faces within another that "
+                "faces the same way, so it may bound a cavity or not; expected one that faces the "
+                f"other way for a cavity, or none. {WAY_OUT}"
+            )
+        if depth % 2 == 0:
+            found[i] = Solid(shells[i])
+        else:
+            found[max(around[i], key=lambda j: len(around[j]))].cavities.append(shells[i])
+    return [found[i] for i in sorted(found)]
+
+
+def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
+    """For each surface those that it lies within; ValueError if opposite ones cross each other."""
+    lows = np.array([shell.bounds[0] for shell in shells])
+    highs = np.array([shell.bounds[1] for shell in shells])
+    volumes = np.array([shell.volume for shell in shells])
+    around: list[list[int]] = []
+    for i, shell in enumerate(shells):
+        meets = (lows <= highs[i]).all(axis=1) & (highs >= lows[i]).all(axis=1)
+        # Of two equal ones the later lies within the earlier.
+        smaller = np.abs(volumes) >= np.abs(volumes[i])
+        smaller[i:] &= np.abs(volumes[i:]) > np.abs(volumes[i])
+        around.append([])
+        for j in np.flatnonzero(meets & smaller):
+            limit.require(f"the surfaces of {path} were sorted")
+            share = float((np.abs(winding_numbers(_below(shell), shells[j])) > 0.5).mean())
+            if share == 1.0:
+                around[i].append(int(j))
+            elif share > 0.0 and volumes[i] * volumes[j] < 0.0:
+                raise ValueError(
+                    f"{path} has two closed surfaces that cross each other and face opposite ways, "
+                    f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
+                )
+    return around
+
+
+def _below(shell: Trimesh) -> Points:
+    """Points a little below some faces of a surface, in what it bounds, shape (n, 3)."""
+    chosen = np.unique(np.linspace(0, len(shell.faces) - 1, SAMPLES).astype(int))
+    corners = np.asarray(shell.triangles, float)[chosen]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    flat = lengths[:, 0] == 0.0
+    normals = np.divide(normals, lengths, where=lengths > 0.0, out=np.zeros_like(normals))
+    depth = np.copysign(DEPTH * float(shell.extents.max()), shell.volume)
+    below = corners.mean(axis=1) - depth * normals
+    return np.asarray(below[~flat] if not flat.all() else below)
+
+
+def winding_numbers(points: Points, surface: Trimesh) -> Points:
+    """How often a surface goes round each of the points (n, 3): 1 inside, -1 if it faces inwards.
+
+    The sum of the faces' solid angles (Van Oosterom and Strackee, 1983), shape (n,).
+    """
+    triangles = np.asarray(surface.triangles, float)
+    total = np.zeros(len(points))
+    step = max(1, CHUNK // max(1, len(points)))
+    for start in range(0, len(triangles), step):
+        edges = triangles[None, start : start + step] - points[:, None, None]
+        a, b, c = edges[:, :, 0], edges[:, :, 1], edges[:, :, 2]
+        la, lb, lc = (np.linalg.norm(edge, axis=2) for edge in (a, b, c))
+        above = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+        ab, bc, ca = (np.einsum("ijk,ijk->ij", *pair) for pair in ((a, b), (b, c), (c, a)))
+        below = la * lb * lc + ab * lc + bc * la + ca * lb
+        total += 2.0 * np.arctan2(above, below).sum(axis=1)
+    return total / (4.0 * np.pi)
