@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -33,6 +34,8 @@ LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
 CAVITY_POINTS = 500
 FILLED = 0.1
 LEAST_THRESHOLD = 0.01  # coacd's own
+PRIMITIVES = ("triangles", "polylist", "polygons")  # of a DAE file
+MAX_CORNERS = 10_000  # of a face: a round cap has hundreds
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
 
 
@@ -164,6 +167,7 @@ def _geometries(
 
         if path.suffix.lower() == ".dae":
             import collada  # noqa: F401
+    _require_few_corners(path)
     options: dict[str, Any] = (
         {"split_objects": True, "split_groups": True, "skip_materials": True}
         if path.suffix.lower() == ".obj"
@@ -182,6 +186,46 @@ def _geometries(
     if not all(np.isfinite(vertices).all() for vertices, _ in found):
         raise ValueError(f"{path} has a vertex that is not finite")
     return found
+
+
+def _require_few_corners(path: Path) -> None:
+    """Raises ValueError on a face of many corners, before it is read: it costs time and memory."""
+    for corners in _corner_counts(path):
+        if corners > MAX_CORNERS:
+            raise ValueError(
+                f"{path} has a face of {corners} corners, expected at most {MAX_CORNERS}; "
+                "an export with triangles has three in each"
+            )
+
+
+def _corner_counts(path: Path) -> Iterator[int]:
+    """How many corners the faces of an OBJ or a DAE file have, of those that are polygons."""
+    if path.suffix.lower() == ".obj":
+        text = path.read_bytes().replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+        for line in text.splitlines():
+            if line.lstrip().startswith((b"f ", b"f\t")):
+                yield len(line.split()) - 1
+    elif path.suffix.lower() == ".dae":
+        yield from _dae_corner_counts(path)
+
+
+def _dae_corner_counts(path: Path) -> Iterator[int]:
+    primitive, inputs = "", 0  # what is being read, and the indices of a corner in it
+    try:
+        for event, element in ET.iterparse(path, ("start", "end")):
+            tag = element.tag.rpartition("}")[2]
+            if event == "start":
+                if tag in PRIMITIVES:
+                    primitive, inputs = tag, 0
+                continue
+            inputs += tag == "input"
+            if tag == "vcount":
+                yield max(map(int, (element.text or "0").split()), default=0)
+            elif tag == "p":
+                in_polygons = len((element.text or "").split()) // max(inputs, 1)
+                yield in_polygons if primitive == "polygons" else 0
+    except (ET.ParseError, LookupError, ValueError):
+        return  # what reads the mesh says what is wrong
 
 
 def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
@@ -244,7 +288,7 @@ class _Cut:
         if not body.cavities:
             return replace(self, threshold=threshold).parts(body.outer, closed=True)
         surface = _joined([body.outer, *body.cavities])
-        points = [_points_within(cavity, self.path) for cavity in body.cavities]
+        points = [_points_within(cavity) for cavity in body.cavities]
         threshold = min(threshold, 0.5)
         while True:
             cut = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
@@ -281,8 +325,8 @@ class _Cut:
         )
 
 
-def _points_within(cavity: Trimesh, path: Path) -> Corners:
-    """Points evenly in a cavity, the same for the same one, shape (n, 3)."""
+def _points_within(cavity: Trimesh) -> Corners:
+    """Points evenly in a cavity, the same for the same one, shape (n, 3); none if it is flat."""
     random = np.random.default_rng(0)
     found: list[Corners] = []
     for _ in range(100):
@@ -291,29 +335,32 @@ def _points_within(cavity: Trimesh, path: Path) -> Corners:
         found.append(points[np.abs(winding_numbers(points, cavity)) > 0.5])
         if sum(map(len, found)) >= CAVITY_POINTS:
             break
-    points = np.concatenate(found)
-    if not len(points):
-        raise ValueError(f"{path} has a cavity that is flat, expected one with a volume, or none")
-    return points
+    return np.concatenate(found)
 
 
 def _filled(points: Corners, parts: Sequence[Corners]) -> float:
     """The share of the points that lie in a convex part."""
     from energymargin.convex import inside
 
+    if not len(points):
+        return 0.0
     return float(np.any([inside(points, part) for part in parts], axis=0).mean())
 
 
 def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
     """Raises ValueError on a closed surface that faces inwards within a surface with holes.
 
-    What closes the holes would fill the cavity.
+    What closes the holes would fill the cavity. One is let pass if it is as small a share of the
+    hull as a dent that a convex part may have: scans have such by mistake.
     """
+    from energymargin.convex import hull_volume
+
+    least = (1.0 - CONVEX) * hull_volume(np.asarray(surface.vertices, float))
     for piece in surface.split(only_watertight=True, repair=False):
-        if piece.volume >= 0.0:
+        if piece.volume >= -least:
             continue
         limit.require(f"the surfaces of {path} were sorted")
-        points = _points_within(piece, path)
+        points = _points_within(piece)
         around = winding_numbers(points, surface) - winding_numbers(points, piece)
         if (around > 0.5).mean() > 0.5:
             raise ValueError(
