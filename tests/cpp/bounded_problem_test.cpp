@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
 #include "energymargin/search/est.hpp"
+#include "energymargin/search/quasistatic_problem.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 
@@ -54,6 +57,15 @@ TEST(BoundedProblem, TheLimitEndsTheSearchBeforeItsNodesAreSpent) {
   est.solve(bounded.termination());
   EXPECT_TRUE(bounded.nodes_are_spent());
   EXPECT_EQ(bounded.take_tree().size(), 51);
+}
+
+template <typename Held>
+constexpr bool stays_where_it_is = !std::is_copy_constructible_v<Held> && !std::is_move_constructible_v<Held> &&
+                                   !std::is_copy_assignable_v<Held> && !std::is_move_assignable_v<Held>;
+
+TEST(BoundedProblem, ProblemsToWhichOmplsCheckersReferAreNeitherCopiedNorMoved) {
+  EXPECT_TRUE(stays_where_it_is<BoundedProblem>);
+  EXPECT_TRUE(stays_where_it_is<QuasistaticProblem>);
 }
 
 TEST(BoundedProblem, NoNodesAreRejected) {

@@ -27,6 +27,10 @@ class BoundedProblem {
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
                  Sampling sampling = Sampling::uniform);
 
+  //! OMPL's checkers refer to this very object.
+  BoundedProblem(const BoundedProblem&) = delete;
+  BoundedProblem& operator=(const BoundedProblem&) = delete;
+
   //! From now on up to so many states of a rollout count as nodes; planners go on from its end alone.
   void set_nodes_per_edge(int count) { propagator_->set_nodes_per_edge(count); }
 

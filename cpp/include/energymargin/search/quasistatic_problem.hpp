@@ -31,6 +31,10 @@ class QuasistaticProblem {
   //! reach.
   QuasistaticProblem(const Problem& problem, std::size_t object, const QuasistaticBudget& budget);
 
+  //! OMPL's checkers and samplers refer to this very object.
+  QuasistaticProblem(const QuasistaticProblem&) = delete;
+  QuasistaticProblem& operator=(const QuasistaticProblem&) = delete;
+
   const ompl::base::SpaceInformationPtr& space_information() const { return si_; }
 
   //! The question anew: from the start to outside below the present bound. None if no pose outside could be drawn
