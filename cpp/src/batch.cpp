@@ -169,10 +169,17 @@ class Batch::Pool {
   }
 
   std::vector<ScoreRow> take(double timeout) {
-    if (!with_threads) work_for(timeout);
+    const std::optional<Clock::time_point> end = time_after(timeout);
     std::unique_lock<std::mutex> lock(mutex_);
-    const auto ready = [this] { return !rows_.empty() || over(); };
-    if (with_threads) changed_.wait_for(lock, std::chrono::duration<double>(timeout), ready);
+    if (threads_.empty()) {
+      lock.unlock();
+      work_until(end);
+      lock.lock();
+    } else if (end) {
+      changed_.wait_until(lock, *end, [this] { return row_or_over(); });
+    } else {
+      changed_.wait(lock, [this] { return row_or_over(); });
+    }
     pending_ -= rows_.size();
     return std::exchange(rows_, {});
   }
@@ -208,11 +215,13 @@ class Batch::Pool {
     std::size_t which;
   };
 
+  // As many as there is work for. If the system gives none at all, `take` does the work.
   void start_threads(std::size_t searches) {
-    while (!ended_ && threads_.size() < std::min(searches, static_cast<std::size_t>(options_.threads))) {
-      threads_.emplace_back([this] {
-        while (const auto search = next(true)) run(*search);
-      });
+    const auto work = [this] {
+      while (const auto search = next(true)) run(*search);
+    };
+    const std::size_t most = std::min(searches, static_cast<std::size_t>(options_.threads));
+    while (!ended_ && threads_.size() < most && start_thread(threads_, work)) {
     }
   }
 
@@ -230,11 +239,11 @@ class Batch::Pool {
   }
 
   // Until there is a row, at least one search.
-  void work_for(double timeout) {
-    const auto end = Clock::now() + std::chrono::duration<double>(timeout);
+  void work_until(const std::optional<Clock::time_point>& end) {
     while (const auto search = next(false)) {
       run(*search);
-      if (!rows_.empty() || Clock::now() > end) break;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!rows_.empty() || (end && Clock::now() > *end)) break;
     }
   }
 
@@ -271,6 +280,8 @@ class Batch::Pool {
     dropped.swap(queue_);
     changed_.notify_all();
   }
+
+  bool row_or_over() const { return !rows_.empty() || over(); }
 
   // No row will come any more.
   bool over() const { return running_ == 0 && (ended_ || pending_ == rows_.size()); }
@@ -311,7 +322,12 @@ void Batch::add(std::vector<Problem> problems, const std::vector<std::size_t>& i
 }
 
 std::size_t Batch::pending() const { return pool_->pending(); }
-std::vector<ScoreRow> Batch::take(double timeout) { return pool_->take(timeout); }
+
+std::vector<ScoreRow> Batch::take(double timeout) {
+  if (!(timeout >= 0.0)) reject("timeout", text(timeout), "a number of seconds of at least 0; inf waits for a row");
+  return pool_->take(timeout);
+}
+
 bool Batch::finished() const { return pool_->finished(); }
 void Batch::cancel() { pool_->cancel(); }
 

@@ -9,12 +9,17 @@ constexpr double ages = 1e9;  // [s]; a later end is none
 
 }  // namespace
 
+std::optional<std::chrono::steady_clock::time_point> time_after(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  if (seconds > ages) return std::nullopt;
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 Limit::Limit(const std::atomic<bool>* cancel, std::optional<double> timeout) {
   if (cancel != nullptr) cancels_.push_back(cancel);
   if (!timeout) return;
   require_positive("timeout", *timeout);
-  if (*timeout > ages) return;
-  end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*timeout));
+  end_ = time_after(*timeout);
 }
 
 Limit Limit::or_when(const std::atomic<bool>& cancel) const {

@@ -28,7 +28,8 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
   };
   std::vector<std::thread> pool;
   const std::size_t helpers = std::min(count, static_cast<std::size_t>(with_threads ? std::max(threads, 1) : 1));
-  for (std::size_t i = 1; i < helpers; ++i) pool.emplace_back(work);
+  while (pool.size() + 1 < helpers && start_thread(pool, work)) {
+  }
   work();
   for (std::thread& thread : pool) thread.join();
   if (error) std::rethrow_exception(error);

@@ -10,6 +10,7 @@
 #include <set>
 #include <thread>
 
+#include "check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
@@ -17,6 +18,7 @@
 #include "energymargin/random.hpp"
 #include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
+#include "few_threads.hpp"
 #include "scenes.hpp"
 #include "threads.hpp"
 
@@ -231,6 +233,37 @@ TEST(Batch, ProblemsCanBeAddedForSomeOfTheMetrics) {
   EXPECT_EQ(row.scores.count("effort/est") + row.scores.count("force"), 0u);
   EXPECT_TRUE(rejects([&] { batch.add(pushes(1), {0}, {"beauty"}); }, {"metrics", "'beauty'"}));
   EXPECT_TRUE(rejects([&] { batch.add(pushes(2), {0}); }, {"indices", "1 numbers"}));
+}
+
+TEST(Batch, RowsAreThereOnHoweverFewThreadsTheSystemGives) {
+  if (!with_threads || !can_bound_memory) GTEST_SKIP() << "built without threads, or with a sanitizer";
+  const auto expected = all(pushes(3), options(1));
+  for (const int threads : {0, 2}) {
+    const auto with_few_threads = [&] {
+      leave_room_for_threads(threads);
+      const auto rows = all(pushes(3), options(8));
+      bool same = rows.size() == expected.size();
+      for (const auto& [index, row] : rows) same = same && row.error.empty() && row.scores == expected.at(index).scores;
+      std::exit(same ? 0 : 1);
+    };
+    EXPECT_EXIT(with_few_threads(), testing::ExitedWithCode(0), "") << threads << " threads";
+  }
+}
+
+TEST(Batch, WaitsAsLongAsItTakesForARowWithAnEndlessTimeout) {
+  for (const double timeout : {infinity, 1e300, 1e10}) {
+    Batch batch(pushes(1), options());
+    EXPECT_EQ(batch.take(timeout).size(), 1u) << timeout;
+    EXPECT_TRUE(batch.take(timeout).empty()) << timeout;
+  }
+}
+
+TEST(Batch, TimeoutThatCannotBeIsRejectedByValue) {
+  Batch batch(pushes(1), options());
+  for (const double timeout : {nan, -1.0, -infinity}) {
+    EXPECT_TRUE(rejects([&] { batch.take(timeout); }, {"timeout is " + text(timeout), "at least 0"}));
+  }
+  EXPECT_EQ(all(batch).size(), 1u);
 }
 
 TEST(Batch, TimesOfTheMetricsAddUpToThatOfTheRow) {

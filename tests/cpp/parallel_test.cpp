@@ -5,12 +5,17 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "expect.hpp"
+#include "few_threads.hpp"
+#include "threads.hpp"
 
 namespace energymargin {
 namespace {
@@ -69,6 +74,33 @@ TEST(Parallel, NoJobBeginsOnceTheLimitIsReached) {
   };
   parallel_for(1000, 1, job, Limit(&cancel));
   EXPECT_EQ(runs, 4);
+}
+
+// Whether each of many jobs for eight threads runs once, on so many threads: the jobs wait until all are there.
+bool each_job_runs_once_on(std::size_t threads) {
+  std::mutex mutex;
+  std::condition_variable came;
+  std::set<std::thread::id> there;
+  std::vector<int> runs(50);
+  parallel_for(runs.size(), 8, [&](std::size_t i) {
+    std::unique_lock<std::mutex> lock(mutex);
+    ++runs[i];
+    there.insert(std::this_thread::get_id());
+    came.notify_all();
+    came.wait_for(lock, std::chrono::seconds(60), [&] { return there.size() == threads; });
+  });
+  return there.size() == threads && runs == std::vector<int>(runs.size(), 1);
+}
+
+TEST(Parallel, JobsRunOnTheThreadsThatThereAreIfTheSystemGivesNoMore) {
+  if (!with_threads || !can_bound_memory) GTEST_SKIP() << "built without threads, or with a sanitizer";
+  for (const int helpers : {0, 2}) {
+    const auto with_few_threads = [helpers] {
+      leave_room_for_threads(helpers);
+      std::exit(each_job_runs_once_on(static_cast<std::size_t>(helpers) + 1) ? 0 : 1);
+    };
+    EXPECT_EXIT(with_few_threads(), testing::ExitedWithCode(0), "") << helpers << " threads besides the caller's";
+  }
 }
 
 TEST(Parallel, NoJobsIsNoWork) {

@@ -49,7 +49,8 @@ class Stopped : public std::runtime_error {
 }  // namespace search
 
 //! A running batch: threads take the next search of the next problem from one queue, to which problems can be added. A
-//! problem's row is there once all its searches are done; then the problem is let go.
+//! problem's row is there once all its searches are done; then the problem is let go. If the system gives no thread at
+//! all, `take` does the work.
 class Batch {
  public:
   //! Starts at once. Throws std::invalid_argument on an unknown metric, nodes or threads below 1; a bad problem
@@ -72,7 +73,8 @@ class Batch {
   //! Problems that were added and whose rows are not taken yet.
   std::size_t pending() const;
 
-  //! Rows finished since the last call; waits up to `timeout` [s] for the first of them.
+  //! Rows finished since the last call; waits up to `timeout` [s], inf for as long as it takes, for the first of them.
+  //! Throws std::invalid_argument if the timeout is negative or NaN.
   std::vector<ScoreRow> take(double timeout);
 
   //! All rows are computed, or the batch has ended before, and all are taken.

@@ -21,6 +21,9 @@ class TimedOut : public std::runtime_error {
   TimedOut() : std::runtime_error("the time was over before it was done") {}
 };
 
+//! The time so many seconds from now; none if that is ages away, or never comes.
+std::optional<std::chrono::steady_clock::time_point> time_after(double seconds);
+
 //! Never reached, unless made with a flag or a time. Once reached it stays so. Searches look at it before each rollout
 //! and within long ones; it never changes what is computed before.
 class Limit {
