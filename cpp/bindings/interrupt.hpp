@@ -6,9 +6,11 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <system_error>
 
 #include "door.hpp"
 #include "energymargin/limit.hpp"
+#include "threads.hpp"
 
 namespace energymargin::door {
 
@@ -48,14 +50,41 @@ class Progress {
   int told_ = 0;
 };
 
-//! Runs `search(limit)` on a thread of its own while this one looks for Ctrl-C and tells of the progress. Without the
-//! GIL: `search` may not touch Python objects. What `progress` raises ends the search.
+//! Runs `search()` on a thread of its own. Without a future where the build has no threads, or the system gives none.
+template <typename Search>
+auto started(const Search& search) {
+  std::optional<std::future<decltype(search())>> result;
+  if constexpr (with_threads) {
+    try {
+      result = std::async(std::launch::async, search);
+    } catch (const std::system_error&) {
+      return result;
+    }
+  }
+  return result;
+}
+
+//! Runs `search(limit)` on this thread: Ctrl-C and progress wait until it has ended.
+template <typename Search>
+auto uninterrupted(const Limit& limit, const Search& search, Progress* progress) {
+  auto result = [&] {
+    const py::gil_scoped_release release;
+    return search(limit);
+  }();
+  if (progress) progress->tell();
+  return result;
+}
+
+//! Runs `search(limit)` on a thread of its own while this one looks for Ctrl-C and tells of the progress; without one
+//! on this thread. Without the GIL: `search` may not touch Python objects. What `progress` raises ends the search.
 template <typename Search>
 auto interruptible(const Limit& limit, const Search& search, Progress* progress = nullptr) {
   constexpr auto signal_interval = std::chrono::milliseconds(20);
   std::atomic<bool> stop{false};
   const Limit either = limit.or_when(stop);
-  auto result = std::async(std::launch::async, [&] { return search(either); });
+  auto thread = started([&] { return search(either); });
+  if (!thread) return uninterrupted(limit, search, progress);
+  auto& result = *thread;
   const auto ready = [&] {
     const py::gil_scoped_release release;
     return result.wait_for(signal_interval) == std::future_status::ready;
