@@ -1,7 +1,18 @@
-# Installs the built package into a fresh prefix, builds a program against it with find_package, and runs it.
+# Installs the built package into a fresh prefix, builds a program against it with find_package, and runs it. Then looks
+# for the package where one of its own packages is missing.
 
 function(run)
   execute_process(COMMAND ${ARGV} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+# What find_package(energymargin HOW) says without Eigen and nlohmann-json, and whether the project goes on.
+function(configure_incomplete how result output)
+  execute_process(COMMAND ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/incomplete -B ${WORK}/incomplete-${how}
+    -DCMAKE_PREFIX_PATH=${WORK}/prefix -DHOW=${how} -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON
+    -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON
+    RESULT_VARIABLE exit_code OUTPUT_VARIABLE text ERROR_VARIABLE text)
+  set(${result} ${exit_code} PARENT_SCOPE)
+  set(${output} "${text}" PARENT_SCOPE)
 endfunction()
 
 file(REMOVE_RECURSE ${WORK})
@@ -9,3 +20,13 @@ run(${CMAKE_COMMAND} --install ${BUILD} --component development --prefix ${WORK}
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
+
+set(missing "sudo apt-get install libeigen3-dev nlohmann-json3-dev\n")
+configure_incomplete(QUIET result output)
+if(NOT result EQUAL 0 OR NOT output MATCHES "without energymargin: .*${missing}" OR output MATCHES "Warning")
+  message(FATAL_ERROR "find_package(energymargin QUIET) ended with ${result}:\n${output}")
+endif()
+configure_incomplete(REQUIRED result output)
+if(result EQUAL 0 OR NOT output MATCHES "${missing}" OR output MATCHES "without energymargin")
+  message(FATAL_ERROR "find_package(energymargin REQUIRED) ended with ${result}:\n${output}")
+endif()
