@@ -11,7 +11,7 @@ from energymargin.tasks.base import whole_number, yes_or_no
 
 __all__ = ["ALGORITHM", "SearchSettings", "algorithm"]
 
-ALGORITHM = "0.7.0"
+ALGORITHM = "0.9.0"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 

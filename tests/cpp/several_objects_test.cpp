@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "energymargin/batch.hpp"
 #include "energymargin/membership.hpp"
@@ -11,7 +12,9 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/random.hpp"
+#include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/cost_space.hpp"
+#include "energymargin/search/est.hpp"
 #include "energymargin/search/propagator.hpp"
 #include "mechanisms.hpp"
 #include "search_checks.hpp"
@@ -176,6 +179,46 @@ TEST(SeveralObjects, DistanceIsTheMeanOverTheObjectsOfItsSquare) {
   to.objects[1].position.y() -= 4.0 * space.scales()[1].position;
   EXPECT_NEAR(space.distance(&from, &to), 5.0 / std::sqrt(2.0), 1e-12);
   EXPECT_FALSE(space.equalStates(&from, &to));
+}
+
+// Where a node lies in the grid of EST's density if the objects are displaced so from their starts, in longest edges.
+Eigen::VectorXi cell(const search::Est& est, const search::CostSpace& space, const std::vector<Vector3>& displaced) {
+  search::CostSpace::StateType state;
+  state.objects = space.starts();
+  for (std::size_t i = 0; i < displaced.size(); ++i) {
+    state.objects[i].position += space.scales()[i].position * displaced[i];
+  }
+  Eigen::VectorXi coordinates(est.getProjectionEvaluator()->getDimension());
+  est.getProjectionEvaluator()->computeCoordinates(&state, coordinates);
+  return coordinates;
+}
+
+TEST(SeveralObjects, OppositeMotionsLieInAnotherCellOfEstsGridThanTheStartAndThanEachOther) {
+  const Problem problem = two_drifts();
+  const search::BoundedProblem bounded(problem, nullptr, 1, 0);
+  const search::Est est(bounded, 0);
+  const Vector3 rest = Vector3::Zero();
+  const Vector3 right = Vector3::UnitX();
+  const std::vector<std::vector<Vector3>> motions{{rest, rest},  {right, -right}, {-right, right},
+                                                  {right, rest}, {rest, right},   {right, right}};
+  for (const auto& one : motions) {
+    for (const auto& other : motions) {
+      EXPECT_EQ(cell(est, bounded.space(), one) == cell(est, bounded.space(), other), one == other);
+    }
+  }
+}
+
+TEST(SeveralObjects, NodeThatIsFarAwayLiesInTheLastCellOfEstsGridAndNanInNone) {
+  const Problem problem = two_drifts();
+  const search::BoundedProblem bounded(problem, nullptr, 1, 0);
+  const search::Est est(bounded, 0);
+  const auto displaced = [&](double x, double y) { return cell(est, bounded.space(), {Vector3(x, y, 0.0)}); };
+  using Cell = std::numeric_limits<int>;
+  for (const double far : {1e9, 1e300, infinity}) {
+    EXPECT_EQ(displaced(far, -far).head<3>(), Eigen::Vector3i(Cell::max(), Cell::min(), 0)) << far;
+  }
+  EXPECT_EQ(displaced(1e6 + 0.05, -1e6 + 0.05).head<3>(), Eigen::Vector3i(8'000'000, -8'000'000, 0));
+  EXPECT_THROW(displaced(nan, 0.0), std::domain_error);
 }
 
 // ---- escapes

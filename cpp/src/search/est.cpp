@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <stdexcept>
 #include <vector>
 
 namespace energymargin::search {
@@ -13,26 +15,38 @@ namespace {
 constexpr double cells_per_edge = 8.0;
 constexpr double cells_of_cost = 4.0;
 
+// OMPL numbers cells by int; what lies farther out is in the last one.
+double within_cells(double coordinate) {
+  if (std::isnan(coordinate)) {
+    throw std::domain_error("a coordinate of EST's grid is nan, expected a number: the node's state is not finite");
+  }
+  using Cell = std::numeric_limits<int>;
+  return std::clamp(coordinate, static_cast<double>(Cell::min()), static_cast<double>(Cell::max()));
+}
+
+// Six coordinates an object, so that no motion of one makes up for that of another, and the cost.
 class Projection : public ompl::base::ProjectionEvaluator {
  public:
   explicit Projection(const std::shared_ptr<ompl::base::StateSpace>& space)
       : ProjectionEvaluator(space), cost_space_(*space->as<CostSpace>()) {
-    setCellSizes(std::vector<double>(7, 1.0));
+    setCellSizes(std::vector<double>(getDimension(), 1.0));
   }
 
-  unsigned int getDimension() const override { return 7; }
+  unsigned int getDimension() const override { return 6 * static_cast<unsigned int>(cost_space_.starts().size()) + 1; }
 
   void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
     const auto* node = state->as<CostSpace::StateType>();
     const double bound = cost_space_.bound();
-    projection.setZero();
     for (std::size_t i = 0; i < node->objects.size(); ++i) {
       const BodyState& start = cost_space_.starts()[i];
       const Scales& scales = cost_space_.scales()[i];
-      projection.head<3>() += cells_per_edge / scales.position * (node->objects[i].position - start.position);
-      projection.segment<3>(3) += cells_per_edge / scales.orientation * turned(start, node->objects[i]);
+      auto object = projection.segment<6>(6 * static_cast<Eigen::Index>(i));
+      object.head<3>() = cells_per_edge / scales.position * (node->objects[i].position - start.position);
+      object.tail<3>() = cells_per_edge / scales.orientation * turned(start, node->objects[i]);
     }
-    projection[6] = std::isfinite(bound) && bound > 0.0 ? cells_of_cost * node->cost / bound : 0.0;
+    const Eigen::Index cost = projection.size() - 1;
+    projection[cost] = std::isfinite(bound) && bound > 0.0 ? cells_of_cost * node->cost / bound : 0.0;
+    for (double& coordinate : projection) coordinate = within_cells(coordinate);
   }
 
  private:

@@ -10,8 +10,8 @@
 
 namespace energymargin::search {
 
-//! The density is counted in a grid over the object's change of position and orientation, of several objects the sum of
-//! theirs, and, below a finite bound, the cost.
+//! The density is counted in a grid over each object's change of position and orientation and, below a finite bound,
+//! the cost.
 class Est : public ompl::control::EST, public Prunable {
  public:
   Est(const BoundedProblem& problem, std::uint64_t seed);
