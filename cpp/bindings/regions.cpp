@@ -1,5 +1,6 @@
 // Sets of states for Python.
 
+#include "check.hpp"
 #include "door.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/region.hpp"
@@ -10,6 +11,28 @@ namespace {
 
 using Frame = std::optional<std::string>;
 
+// A predicate may ask a region of predicates, and so on. Each level takes some 20 kB of the stack: Python's own limit
+// on recursion would come too late.
+class PredicateLevel {
+ public:
+  PredicateLevel() {
+    if (levels_ == most_region_levels) {
+      reject("region", "of predicates that ask one another " + std::to_string(levels_ + 1) + " levels deep",
+             "at most " + std::to_string(most_region_levels));
+    }
+    ++levels_;
+  }
+  PredicateLevel(const PredicateLevel&) = delete;
+  PredicateLevel& operator=(const PredicateLevel&) = delete;
+  ~PredicateLevel() { --levels_; }
+
+  static bool outermost() { return levels_ == 1; }
+
+ private:
+  static thread_local int levels_;
+};
+thread_local int PredicateLevel::levels_ = 0;
+
 // A Python function that other threads may call and drop.
 regions::Predicate python_predicate(py::function function) {
   const std::shared_ptr<py::function> shared(new py::function(std::move(function)), [](py::function* held) {
@@ -18,11 +41,12 @@ regions::Predicate python_predicate(py::function function) {
   });
   return {[shared](const States& states) {
     const py::gil_scoped_acquire acquire;
+    const PredicateLevel level;
     py::array answer;
     try {
       answer = array_of((*shared)(py::cast(states)));
     } catch (const py::error_already_set& error) {
-      if (!error.matches(PyExc_Exception)) throw;  // such as KeyboardInterrupt
+      if (!error.matches(PyExc_Exception) || !PredicateLevel::outermost()) throw;  // such as KeyboardInterrupt
       throw std::runtime_error(std::string("the predicate failed: ") + error.what());
     }
     if (!answer || answer.dtype().kind() != 'b' || answer.ndim() != 1 || answer.shape(0) != states.rows()) {

@@ -70,14 +70,22 @@ struct Validator {
   }
 };
 
+// The regions that another one combines; null for a primitive.
+const std::vector<Region>* combined_by(const Region::Expression& expression) {
+  if (const auto* all = std::get_if<regions::Intersection>(&expression)) return &all->of;
+  if (const auto* any = std::get_if<regions::Union>(&expression)) return &any->of;
+  if (const auto* negated = std::get_if<regions::Complement>(&expression)) return &negated->of;
+  return nullptr;
+}
+
 // A chain a & b & c is one intersection of three, not nested ones.
 template <typename Combination>
 Region combined(const Region& a, const Region& b) {
   std::vector<Region> of;
-  for (const Region& region : {a, b}) {
-    const auto* same = std::get_if<Combination>(&region.expression());
+  for (const Region* region : {&a, &b}) {
+    const auto* same = std::get_if<Combination>(&region->expression());
     if (same == nullptr) {
-      of.push_back(region);
+      of.push_back(*region);
     } else {
       of.insert(of.end(), same->of.begin(), same->of.end());
     }
@@ -87,10 +95,31 @@ Region combined(const Region& a, const Region& b) {
 
 }  // namespace
 
-void Region::validate() const { std::visit(Validator{}, *expression_); }
+Region::Node::Node(Expression given) : expression(std::move(given)) {
+  std::visit(Validator{}, expression);
+  const std::vector<Region>* const of = combined_by(expression);
+  if (of == nullptr) return;
+  primitives = 0;
+  for (const Region& region : *of) {
+    levels = std::max(levels, region.node_->levels + 1);
+    primitives += region.node_->primitives;
+  }
+  if (levels > most_region_levels) {
+    reject("region", "of " + std::to_string(levels) + " levels of & | ~",
+           "at most " + std::to_string(most_region_levels) + "; a chain of one of them is one level");
+  }
+  if (primitives > most_region_primitives) {
+    reject("region", "made of " + std::to_string(primitives) + " primitives",
+           "at most " + std::to_string(most_region_primitives) + "; a Predicate can test more at once");
+  }
+}
 
 Region operator&(const Region& a, const Region& b) { return combined<regions::Intersection>(a, b); }
 Region operator|(const Region& a, const Region& b) { return combined<regions::Union>(a, b); }
-Region operator~(const Region& a) { return regions::Complement{{a}}; }
+
+Region operator~(const Region& a) {
+  const auto* negated = std::get_if<regions::Complement>(&a.expression());
+  return negated != nullptr ? negated->of.front() : Region(regions::Complement{{a}});
+}
 
 }  // namespace energymargin

@@ -359,6 +359,61 @@ TEST(Region, ComplementOfOtherThanOneAndEmptyCombinationsAreRejected) {
   EXPECT_TRUE(rejects(making(regions::Union{}), {"at least one"}));
 }
 
+TEST(Region, ComplementOfAComplementIsTheRegionItselfHoweverOften) {
+  const Region disc = regions::Disc{"object"};
+  Region region = disc;
+  for (int i = 0; i < 100'000; ++i) region = ~region;
+  EXPECT_EQ(&region.expression(), &disc.expression());
+  EXPECT_FALSE(contains(~region, Vector3::Zero()));
+}
+
+// As deep as it says, of complements of intersections.
+Region nested(int levels) {
+  Region region = regions::Disc{"object"};
+  for (int i = 0; i < levels; ++i) {
+    region = i % 2 == 0 ? Region(regions::Intersection{{region}}) : Region(regions::Complement{{region}});
+  }
+  return region;
+}
+
+TEST(Region, MoreLevelsThanAProblemFileHasAreRejectedAsTheyAreBuilt) {
+  const Region deepest = nested(most_region_levels);
+  EXPECT_TRUE(contains(deepest, Vector3::Zero()));
+  EXPECT_FALSE(contains(deepest, Vector3(2.0, 0.0, 0.0)));
+  EXPECT_TRUE(rejects([] { nested(most_region_levels + 1); }, {"region is of 65 levels of & | ~", "at most 64"}));
+  const Region disc = regions::Disc{"object"};
+  EXPECT_TRUE(rejects([&] { disc & ~(deepest | disc); }, {"65 levels"}));
+}
+
+TEST(Region, LongChainIsOneLevelUpToTheMostPrimitives) {
+  const Region disc = regions::Disc{"object"};
+  Region all = disc;
+  Region any = disc;
+  for (int i = 1; i < 5000; ++i) {
+    all = all & disc;
+    any = disc | any;
+  }
+  EXPECT_EQ(std::get<regions::Intersection>(all.expression()).of.size(), 5000u);
+  EXPECT_TRUE(contains(~all | any, Vector3::Zero()));
+  EXPECT_FALSE(contains(all & any, Vector3(2.0, 0.0, 0.0)));
+  const std::vector<Region> most(most_region_primitives, disc);
+  EXPECT_NO_THROW(Region{regions::Union{most}});
+  EXPECT_TRUE(rejects([&] { Region{regions::Union{most}} | disc; }, {"made of 10001 primitives", "at most 10000"}));
+}
+
+TEST(Region, RegionThatDoublesWithEachStepIsRejectedBeforeItFillsTheMemory) {
+  const Region disc = regions::Disc{"object"};
+  const auto doubled = [&](const auto& twice) {
+    return [&disc, twice] {
+      Region region = disc;
+      for (int i = 0; i < 60; ++i) region = twice(region);
+    };
+  };
+  EXPECT_TRUE(rejects(doubled([](const Region& region) { return region & region; }), {"16384 primitives"}));
+  EXPECT_TRUE(rejects(doubled([](const Region& region) { return Region(regions::Union{{region, ~region}}); }),
+                      {"16384 primitives"}));
+}
+
 TEST(Region, LinkCountsWhereItsJointsPutItAsBodyAndAsFrame) {
   Scene scene = rod_on_post(Vector3::UnitZ());
   scene.add_body(body("object", Sphere{0.1}, 1.0, {9.0, 0.0, 0.0}, Role::object));

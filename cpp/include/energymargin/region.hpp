@@ -15,6 +15,13 @@ namespace energymargin {
 
 class Region;
 
+//! Levels of & | ~ in each other, at most: as many as a problem file has, and far less than a stack holds.
+inline constexpr int most_region_levels = 64;
+
+//! Primitives in a region, at most; a part that occurs twice counts twice, as it is evaluated twice. A longer chain of
+//! & would take minutes to build, as each step copies the list.
+inline constexpr std::size_t most_region_primitives = 10'000;
+
 //! N truth values.
 using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
@@ -125,31 +132,37 @@ struct Complement {
 
 }  // namespace regions
 
-//! A set of states, as a value.
+//! A set of states, as a value. ~~a is a, and a & b & c is one level.
 class Region {
  public:
   using Expression = std::variant<regions::Ball, regions::Box, regions::Disc, regions::AnnularSector, regions::Swept,
                                   regions::HalfSpace, regions::Speed, regions::Tilt, regions::Predicate,
                                   regions::Intersection, regions::Union, regions::Complement>;
 
-  //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, or NaN.
+  //! Throws std::invalid_argument on sizes that are not positive, directions that are not unit vectors, NaN, or more
+  //! levels or primitives than a region may have.
   template <typename Primitive>
   Region(Primitive primitive);  // NOLINT: a primitive is a region
 
-  const Expression& expression() const { return *expression_; }
+  const Expression& expression() const { return node_->expression; }
 
   friend Region operator&(const Region& a, const Region& b);
   friend Region operator|(const Region& a, const Region& b);
   friend Region operator~(const Region& a);
 
  private:
-  void validate() const;
-  std::shared_ptr<const Expression> expression_;
+  struct Node {
+    explicit Node(Expression given);  // validates it
+
+    Expression expression;
+    int levels = 0;              // of & | ~
+    std::size_t primitives = 1;  // in it
+  };
+
+  std::shared_ptr<const Node> node_;
 };
 
 template <typename Primitive>
-Region::Region(Primitive primitive) : expression_(std::make_shared<const Expression>(std::move(primitive))) {
-  validate();
-}
+Region::Region(Primitive primitive) : node_(std::make_shared<const Node>(Expression(std::move(primitive)))) {}
 
 }  // namespace energymargin

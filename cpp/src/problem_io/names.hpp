@@ -11,9 +11,6 @@ namespace energymargin::problem_io {
 
 inline constexpr const char* format_name = "energymargin-problem";
 
-//! Levels of "and", "or", "not" in each other, at most.
-inline constexpr int most_levels = 64;
-
 inline const std::vector<std::pair<const char*, Role>> roles{
     {"none", Role::none}, {"object", Role::object}, {"effector", Role::effector}};
 inline const std::vector<std::pair<const char*, JointType>> joint_types{

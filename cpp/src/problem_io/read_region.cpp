@@ -1,6 +1,5 @@
 // Regions from JSON.
 
-#include "names.hpp"
 #include "read.hpp"
 
 namespace energymargin::problem_io {
@@ -11,8 +10,8 @@ class RegionReader {
   RegionReader(const Scene& scene, int depth) : scene_(scene), depth_(depth) {}
 
   Region operator()(const Place& place) const {
-    if (depth_ > most_levels) {
-      place.fail("at most " + std::to_string(most_levels) + " levels of \"and\", \"or\", \"not\"");
+    if (depth_ > most_region_levels) {
+      place.fail("at most " + std::to_string(most_region_levels) + " levels of \"and\", \"or\", \"not\"");
     }
     const std::string type = place["type"].word();
     if (type == "and" || type == "or" || type == "not") return combination(place, type);

@@ -22,7 +22,7 @@ OrderedJson write(const Shape& shape);
 //! A compound whose parts are in a file.
 OrderedJson write_mesh_shape(const Compound& compound, const std::string& file);
 
-//! Throws std::invalid_argument for a region made of a user's own predicate, and for too many levels of & | ~.
+//! Throws std::invalid_argument for a region made of a user's own predicate.
 OrderedJson write(const Region& region);
 
 }  // namespace energymargin::problem_io

@@ -2,15 +2,12 @@
 
 #include <stdexcept>
 
-#include "names.hpp"
 #include "write.hpp"
 
 namespace energymargin::problem_io {
 namespace {
 
 struct RegionWriter {
-  int depth = 0;
-
   OrderedJson write_region(const Region& region) const { return std::visit(*this, region.expression()); }
 
   template <typename Primitive>
@@ -21,12 +18,8 @@ struct RegionWriter {
     return json;
   }
   OrderedJson list(const char* type, const std::vector<Region>& of) const {
-    if (depth > most_levels) {
-      throw std::invalid_argument("a region nests more than " + std::to_string(most_levels) +
-                                  " levels of & | ~, and no problem file has more");
-    }
     OrderedJson json = {{"type", type}, {"of", OrderedJson::array()}};
-    for (const Region& region : of) json["of"].push_back(RegionWriter{depth + 1}.write_region(region));
+    for (const Region& region : of) json["of"].push_back(write_region(region));
     return json;
   }
 
