@@ -341,8 +341,8 @@ a spring too stiff for the scene's step.)";
 
 constexpr const char* scene_doc = R"(An empty scene.
 
-gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most; the solver stops early below
-solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
+gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most, 1 to 10000; the solver stops early
+below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
 also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
 where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
 extent.)";

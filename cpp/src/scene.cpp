@@ -159,7 +159,10 @@ Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravit
   if (stepping.step > plausible::refused_step) {
     reject("step", text(stepping.step), "at most " + text(plausible::refused_step) + " s");
   }
-  require_at_least("solver_iterations", stepping.iterations, 1);
+  if (stepping.iterations < 1 || stepping.iterations > most_solver_iterations) {
+    reject("solver_iterations", std::to_string(stepping.iterations),
+           "a whole number from 1 to " + std::to_string(most_solver_iterations));
+  }
   require_not_negative("solver_tolerance", stepping.tolerance);
   if (stepping.friction_directions != 1 && stepping.friction_directions != 2) {
     reject("friction_directions", std::to_string(stepping.friction_directions), "1 or 2");

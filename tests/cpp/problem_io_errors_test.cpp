@@ -81,6 +81,8 @@ TEST(ProblemIoErrors, NumberBeyondAllBoundsIsRejectedByItsPlace) {
   EXPECT_TRUE(rejects(reading_text("\"rate\": 5.0", "\"rate\": 1e999"), {"rate is 1e999", "1.8e308"}));
   EXPECT_TRUE(rejects(reading_text("-9.81", "-1e999"), {"scene.gravity[2] is -1e999"}));
   EXPECT_TRUE(rejects(reading("/scene/solver_iterations", 1e30), {"scene.solver_iterations is 1e+30", "whole number"}));
+  EXPECT_TRUE(rejects(reading("/scene/solver_iterations", 10001),
+                      {"scene: solver_iterations is 10001", "a whole number from 1 to 10000"}));
   EXPECT_TRUE(rejects(reading("/scene/solver_iterations", 3000000000U), {"scene.solver_iterations", "smaller number"}));
 }
 

@@ -66,7 +66,9 @@ TEST(Scene, SteppingThatCannotBeIsRejected) {
     return [=] { Scene(Vector3::Zero(), Stepping{step, iterations, tolerance, 2, margin}); };
   };
   EXPECT_TRUE(rejects(stepping(0.0, 50, 0.0, 0.001), {"step is 0", "above 0"}));
-  EXPECT_TRUE(rejects(stepping(0.01, 0, 0.0, 0.001), {"solver_iterations is 0", "at least 1"}));
+  EXPECT_TRUE(rejects(stepping(0.01, 0, 0.0, 0.001), {"solver_iterations is 0", "from 1 to 10000"}));
+  EXPECT_TRUE(rejects(stepping(0.01, 1'000'000'000, 0.0, 0.001), {"solver_iterations is 1000000000", "to 10000"}));
+  EXPECT_NO_THROW(stepping(0.01, most_solver_iterations, 0.0, 0.001)());
   EXPECT_TRUE(rejects(stepping(0.01, 50, -1.0, 0.001), {"solver_tolerance is -1", "at least 0"}));
   EXPECT_TRUE(rejects(stepping(0.01, 50, 0.0, -0.001), {"margin is -0.001", "above 0"}));
   EXPECT_TRUE(rejects([] { Scene(Vector3(0.0, nan, 0.0)); }, {"gravity", "nan"}));

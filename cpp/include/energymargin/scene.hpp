@@ -104,10 +104,14 @@ struct Spring {
   double damping = 0.0;      //!< along the spring [N s/m]
 };
 
+//! Far beyond where rounds of the solver still change a digit, and few enough that a step of a hundred stacked boxes
+//! ends in a second: a timeout or Ctrl-C is seen between steps.
+inline constexpr int most_solver_iterations = 10'000;
+
 //! How the physics is stepped.
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
-  int iterations = 50;        //!< solver iterations a step, at most
+  int iterations = 50;        //!< solver iterations a step, at most; 1..most_solver_iterations
   double tolerance = 1e-7;    //!< the solver stops early below this squared residual
   //! 2: friction holds in any direction of the contact plane, also against loads that come through other contacts. 1:
   //! it acts along the velocity alone, which is right, and cheaper, where bodies slide. Joints need 2.
