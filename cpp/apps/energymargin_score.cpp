@@ -220,6 +220,7 @@ Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
   return {{"effort", found ? Json(escape.effort) : Json(nullptr)},
           {"history", history},
           {"nodes", escape.nodes()},
+          {"discarded", escape.discarded},
           {"complete", escape.complete}};
 }
 

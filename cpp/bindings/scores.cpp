@@ -150,6 +150,8 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
       .def_readonly("complete", &CaptureScore::complete,
                     "Whether all trees are grown or, with a tolerance, as many as it takes: False if the timeout, the "
                     "cancel or the largest number of trees came first.")
+      .def_readonly("diverged", &CaptureScore::diverged,
+                    "Rollouts that diverged, of all trees: nodes of infinite cost and no likelihood.")
       .def_property_readonly("nodes", &CaptureScore::nodes, "Of each tree, besides its root.")
       .def("__repr__", [](const CaptureScore& score) {
         return described("CaptureScore", {{"capture", py::cast(score.capture)},
@@ -170,6 +172,11 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
       .def_readonly("complete", &Escape::complete,
                     "Whether all nodes are grown, or nothing is left to gain: False if the timeout or the cancel came "
                     "first.")
+      .def_readonly(
+          "discarded", &Escape::discarded,
+          "Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to 1.2 "
+          "times as strong, they do not lead out.")
+      .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
       .def_property_readonly("nodes", &Escape::nodes,
                              "How many there are besides the root; so many nodes give the same bits again.")
       .def("__repr__", [](const Escape& escape) {

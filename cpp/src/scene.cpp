@@ -126,6 +126,22 @@ std::size_t find(const std::unordered_map<std::string, std::size_t>& indices, co
   reject(what, "'" + name + "'", all.empty() ? "a " + what + ", but the scene has none" : "one of " + names);
 }
 
+void validate(const Stepping& stepping) {
+  require_positive("step", stepping.step);
+  if (stepping.step > plausible::refused_step) {
+    reject("step", text(stepping.step), "at most " + text(plausible::refused_step) + " s");
+  }
+  if (stepping.iterations < 1 || stepping.iterations > most_solver_iterations) {
+    reject("solver_iterations", std::to_string(stepping.iterations),
+           "a whole number from 1 to " + std::to_string(most_solver_iterations));
+  }
+  require_not_negative("solver_tolerance", stepping.tolerance);
+  if (stepping.friction_directions != 1 && stepping.friction_directions != 2) {
+    reject("friction_directions", std::to_string(stepping.friction_directions), "1 or 2");
+  }
+  if (stepping.margin) require_positive("margin", *stepping.margin);
+}
+
 }  // namespace
 
 Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia, const Quaternion& axes) {
@@ -155,19 +171,14 @@ Inertial Body::spread() const {
 
 Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravity), stepping_(stepping) {
   require_finite("gravity", gravity);
-  require_positive("step", stepping.step);
-  if (stepping.step > plausible::refused_step) {
-    reject("step", text(stepping.step), "at most " + text(plausible::refused_step) + " s");
-  }
-  if (stepping.iterations < 1 || stepping.iterations > most_solver_iterations) {
-    reject("solver_iterations", std::to_string(stepping.iterations),
-           "a whole number from 1 to " + std::to_string(most_solver_iterations));
-  }
-  require_not_negative("solver_tolerance", stepping.tolerance);
-  if (stepping.friction_directions != 1 && stepping.friction_directions != 2) {
-    reject("friction_directions", std::to_string(stepping.friction_directions), "1 or 2");
-  }
-  if (stepping.margin) require_positive("margin", *stepping.margin);
+  validate(stepping);
+}
+
+Scene Scene::with_stepping(const Stepping& stepping) const {
+  validate(stepping);
+  Scene scene = *this;
+  scene.stepping_ = stepping;
+  return scene;
 }
 
 std::size_t Scene::add_body(Body body) {

@@ -55,7 +55,7 @@ TEST(Propagator, EveryPropagationIsARolloutThatBecomesANode) {
     EXPECT_EQ(State(kit.propagator.state(i)).head<3>(), next.objects.front().position);
     kit.space->copyState(&state, &next);
   }
-  const Tree tree = kit.propagator.take_tree();
+  const Tree tree = kit.propagator.take_tree(kit.propagator.nodes());
   ASSERT_EQ(tree.size(), 11);
   EXPECT_EQ(tree.costs[10], next.cost);
   expect_each_edge_is_a_rollout(tree, problem);

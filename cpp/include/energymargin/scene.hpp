@@ -139,6 +139,9 @@ class Scene {
 
   const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]
   const Stepping& stepping() const { return stepping_; }
+
+  //! The same scene in other steps.
+  Scene with_stepping(const Stepping& stepping) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }

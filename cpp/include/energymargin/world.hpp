@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,12 @@ namespace energymargin {
 
 //! Longest rollout [steps].
 inline constexpr int most_steps = 1000000;
+
+//! A simulation whose numbers are not finite any more.
+class Diverged : public std::runtime_error {
+ public:
+  Diverged() : std::runtime_error("the simulation diverged: a state is not finite") {}
+};
 
 //! A rollout on its way.
 struct Moment {
@@ -96,7 +103,7 @@ class World {
 
   //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums. With
   //! `audit` it also balances the energy: nothing else changes, to the last bit, but the time that it takes.
-  //! Throws std::invalid_argument on a bad state, wrench or duration; std::runtime_error if the simulation diverges;
+  //! Throws std::invalid_argument on a bad state, wrench or duration; Diverged if the simulation does;
   //! Cancelled or TimedOut if it reaches the limit.
   Rollout rollout(const State& state, const Disturbance& wrenches, double duration, bool audit = false,
                   const Limit& limit = {});

@@ -1,6 +1,7 @@
 #include "continuous_collision.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace energymargin {
 namespace {
@@ -66,7 +67,8 @@ double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::v
     const Velocity& b = velocities[index_of(*pair.b)];
     const double motion = (a.linear - b.linear).length() + a.angular.length() * pair.reach_a +
                           b.angular.length() * pair.reach_b;  // at most, towards each other [m/s]
-    if (pairs.gap(i) > motion * duration) continue;
+    if (!(pairs.gap(i) <= motion * duration && std::isfinite(motion)))
+      continue;  // a state will tell what is not finite
     const Path path_a{pair.a->getWorldTransform(), a.linear * duration, a.angular * duration};
     const Path path_b{pair.b->getWorldTransform(), b.linear * duration, b.angular * duration};
     for (PiecePair& pieces : pair.pieces) share = std::min(share, pieces.safe_share(path_a, path_b));

@@ -106,7 +106,7 @@ double PiecePair::contact(double now) const { return std::min(-in_contact * allo
 bool PiecePair::stay_apart(const Ways& ways, double now) const {
   const double bound = least(now);
   if (now - approach(ways) >= bound) return true;
-  const int looks = 1 + std::min(most_looks, static_cast<int>(ways.turn / fine_turn));
+  const int looks = 1 + static_cast<int>(std::min<double>(most_looks, ways.turn / fine_turn));
   for (int i = 1; i <= looks; ++i) {
     if (gap(ways, static_cast<double>(i) / looks) < bound) return false;
   }

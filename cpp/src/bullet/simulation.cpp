@@ -298,7 +298,7 @@ void Simulation::read(State& state) const {
     StateLayout::write(moved_to(-body.spread.center, center), state.data() + body.offset);
   }
   for (const auto& articulation : articulations_) articulation->read(state);
-  if (!state.allFinite()) throw std::runtime_error("the simulation diverged: a state is not finite");
+  if (!state.allFinite()) throw Diverged();
 }
 
 void Simulation::read(Motion& motion) const {

@@ -20,6 +20,7 @@ namespace {
 struct Grown {
   Tree tree;
   bool complete = false;
+  int diverged = 0;  // rollouts
   std::vector<double> scores{};
   double heaviest = 0.0;  // likelihood of a node
 };
@@ -34,7 +35,8 @@ Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, d
   search::Est est(bounded, stream(seed, 0));
   est.solve(bounded.termination());
   const bool complete = bounded.nodes_are_spent();
-  return {bounded.take_tree(), complete};
+  const int diverged = bounded.diverged();
+  return {bounded.take_tree(), complete, diverged};
 }
 
 // Eq. 5 and 6: the likelihood that falls into a set.
@@ -98,6 +100,7 @@ class Forest {
     if (problem_.succeeded_any) take(set++, score.success_any, score.success_any_stderr, score.success_any_by_tree);
     for (std::size_t i = 0; i < count; ++i) {
       score.resolution += grown_.at(i).heaviest / static_cast<double>(count);
+      score.diverged += grown_.at(i).diverged;
       score.trees.push_back(std::move(grown_.at(i).tree));
     }
     return score;
@@ -165,7 +168,8 @@ void validate(const CaptureOptions& options) {
 }  // namespace
 
 Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate) {
-  const Eigen::VectorXd weights = (-rate * (costs.array() - costs.minCoeff())).exp();
+  const Eigen::ArrayXd above = costs.array() - costs.minCoeff();
+  const Eigen::VectorXd weights = above.isFinite().select((-rate * above).exp(), 0.0);
   return weights / weights.sum();
 }
 

@@ -15,6 +15,22 @@ namespace {
 constexpr std::uint64_t planner_stream = 0;
 constexpr std::uint64_t shortening_stream = 3;
 
+Escape search_for_escape(const Problem& problem, const EffortOptions& options, search::Confirm confirm) {
+  search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
+                                 options.limit, options.sampling);
+  bounded.count_in(options.made);
+  if (options.stop_at_escape) bounded.stop_at_escape();
+  search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
+  search::Shortening* const polish = options.shorten ? &shortening : nullptr;
+  const std::uint64_t planner_seed = stream(options.seed, planner_stream);
+  if (options.planner == "est") {
+    search::Est est(bounded, planner_seed);
+    return search::ao(bounded, est, polish, confirm);
+  }
+  search::Rrt rrt(bounded, planner_seed);
+  return search::ao(bounded, rrt, polish, confirm);
+}
+
 }  // namespace
 
 EffortOptions as_published(EffortOptions options) {
@@ -30,19 +46,11 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   }
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
-  search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.limit, options.sampling);
-  bounded.count_in(options.made);
-  if (options.stop_at_escape) bounded.stop_at_escape();
-  search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
-  search::Shortening* const polish = options.shorten ? &shortening : nullptr;
-  const std::uint64_t planner_seed = stream(options.seed, planner_stream);
-  if (options.planner == "est") {
-    search::Est est(bounded, planner_seed);
-    return search::ao(bounded, est, polish);
-  }
-  search::Rrt rrt(bounded, planner_seed);
-  return search::ao(bounded, rrt, polish);
+  // Nearly all best escapes are confirmed, and then the last one says as much as all of them.
+  Escape escape = search_for_escape(problem, options, search::Confirm::best);
+  if (escape.discarded == 0) return escape;
+  if (options.made) *options.made = 0;
+  return search_for_escape(problem, options, search::Confirm::each_turn);
 }
 
 }  // namespace energymargin

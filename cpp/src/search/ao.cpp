@@ -2,8 +2,11 @@
 
 #include <ompl/control/PathControl.h>
 
+#include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "energymargin/search/prunable.hpp"
 
@@ -17,77 +20,129 @@ constexpr int shortening_turn = 50;
 // AO-x, turn by turn.
 class Search {
  public:
-  Search(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening)
-      : problem_(problem), planner_(planner), shortening_(shortening) {
-    escape_.effort = std::numeric_limits<double>::infinity();
-    if (problem_.escaped(0)) improve(0);
+  Search(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm)
+      : problem_(problem), planner_(planner), shortening_(shortening), confirm_(confirm) {
+    if (problem_.escaped(0)) add(0);
   }
 
-  bool finished() const { return problem_.spent() || gave_up_ || escape_.effort == 0.0; }
+  bool finished() const { return problem_.spent() || ended_ || effort() == 0.0; }
 
   void plan() {
     const int before = problem_.nodes();
-    const bool take_turns = shortening_ && last_ >= 0;
+    const bool take_turns = shortening_ && !found_.empty();
     planner_.solve(take_turns ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
-    gave_up_ = problem_.nodes() == before;
+    ended_ = problem_.nodes() == before;  // the planner has nothing left to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
     if (!definition->hasExactSolution()) return;
-    improve(solution(*definition));
+    add(solution(*definition));
     definition->clearSolutionPaths();
-    if (shortening_) shortening_->start(last_);
     prune();
   }
 
   void shorten() {
-    if (!shortening_ || last_ < 0) return;
+    if (!shortening_ || found_.empty()) return;
     const int end = problem_.nodes() + shortening_turn;
-    const double before = escape_.effort;
+    const double before = effort();
     while (problem_.nodes() < end && !finished()) {
-      if (shortening_->attempt()) improve(shortening_->end());
+      if (shortening_->attempt()) add(shortening_->end());
     }
-    if (escape_.effort < before) prune();
+    if (effort() < before) prune();
+  }
+
+  // The best escape counts if a finer simulation confirms it. Those before it need not: a bound that they lowered is
+  // above its cost anyway.
+  void confirm() {
+    const bool due = confirm_ == Confirm::each_turn || problem_.nodes() >= next_confirmation_ || finished();
+    if (!due || found_.size() == confirmed_) return;
+    while (found_.size() > confirmed_) {
+      const std::optional<bool> leads_out = problem_.confirmed(found_.back().node);
+      if (!leads_out) {
+        stop_before(found_[confirmed_].node);
+      } else if (*leads_out) {
+        confirmed_ = found_.size();
+        next_confirmation_ = 2 * problem_.nodes();
+        return;
+      } else {
+        discard_best();
+      }
+    }
+    problem_.lower_bound(effort());
+    if (shortening_ && !found_.empty()) shortening_->start(found_.back().node);
+    prune();
   }
 
   Escape result() {
-    escape_.complete = problem_.nodes_are_spent() || escape_.effort == 0.0;
-    escape_.tree = problem_.take_tree();
-    escape_.path = escape_.tree.path_to(last_);
-    return std::move(escape_);
+    Escape escape;
+    escape.effort = effort();
+    for (const Found& found : found_) escape.history.emplace_back(found.nodes, problem_.cost(found.node));
+    escape.complete = counted_ < 0 && (problem_.nodes_are_spent() || escape.effort == 0.0);
+    escape.discarded = discarded_;
+    escape.diverged = problem_.diverged();
+    escape.tree = problem_.take_tree(counted_ < 0 ? problem_.nodes() : counted_);
+    escape.path = escape.tree.path_to(found_.empty() ? -1 : found_.back().node);
+    return escape;
   }
 
  private:
+  struct Found {
+    int node;   // in which an escape ends
+    int nodes;  // that there were
+  };
+
+  double effort() const {
+    return found_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(found_.back().node);
+  }
+
   // The node in which the planner's solution ends.
   static int solution(const ompl::base::ProblemDefinition& definition) {
     const auto& states = definition.getSolutionPath()->as<ompl::control::PathControl>()->getStates();
     return states.back()->as<CostSpace::StateType>()->node;
   }
 
-  void improve(int node) {
-    last_ = node;
-    escape_.effort = problem_.cost(node);
-    escape_.history.emplace_back(problem_.nodes(), escape_.effort);
-    problem_.lower_bound(escape_.effort);
+  void add(int node) {
+    found_.push_back({node, problem_.nodes()});
+    problem_.lower_bound(effort());
+    if (shortening_) shortening_->start(node);
+  }
+
+  void discard_best() {
+    problem_.discard(found_.back().node);
+    found_.pop_back();
+    ++discarded_;
+    if (confirm_ == Confirm::best) ended_ = true;  // the bound was too low
+  }
+
+  // Of the nodes from `node` on nothing is known.
+  void stop_before(int node) {
+    counted_ = std::max(node - 1, 0);
+    found_.resize(confirmed_);
+    ended_ = true;
   }
 
   void prune() {
-    if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(escape_.effort);
+    if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(effort());
   }
 
   BoundedProblem& problem_;
   ompl::base::Planner& planner_;
   Shortening* shortening_;
-  Escape escape_;
-  int last_ = -1;         // where the best escape ends
-  bool gave_up_ = false;  // the planner has nothing left to extend
+  Confirm confirm_;
+  std::vector<Found> found_;   // each cheaper than the one before
+  std::size_t confirmed_ = 0;  // of them, which count
+  int next_confirmation_ = 0;  // nodes
+  int discarded_ = 0;
+  bool ended_ = false;
+  int counted_ = -1;  // nodes, if the limit was reached while an escape was confirmed; else all
 };
 
 }  // namespace
 
-Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening) {
-  Search search(problem, planner, shortening);
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm) {
+  Search search(problem, planner, shortening, confirm);
   while (!search.finished()) {
     search.plan();
     search.shorten();
+    search.confirm();
   }
   return search.result();
 }

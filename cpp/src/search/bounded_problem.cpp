@@ -15,6 +15,9 @@ namespace {
 constexpr std::uint64_t sampler_stream = 1;
 constexpr std::uint64_t control_stream = 2;
 
+// Once the limit is reached, an escape may still be confirmed, if that is quick [s].
+constexpr double grace = 0.1;
+
 int node_of(const ompl::base::State* state) { return state->as<CostSpace::StateType>()->node; }
 
 // Below the bound, and within Z_b.
@@ -63,7 +66,11 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   si_->setMinMaxControlDuration(1, 1);
   si_->setValidStateSamplerAllocator(
       [](const ompl::base::SpaceInformation* si) { return std::make_shared<NoTarget>(si); });
-  if (captured) captured_.emplace(*captured, problem.scene);
+  if (captured) {
+    captured_.emplace(*captured, problem.scene);
+    problem_ = problem;
+    captured_region_ = *captured;
+  }
   if (captured && problem.within) within_.emplace(*problem.within, problem.scene);
   si_->setStateValidityChecker(std::make_shared<Allowed>(si_, *this));
   si_->setup();
@@ -90,6 +97,16 @@ bool BoundedProblem::allowed(int node) const {
 
 bool BoundedProblem::escaped(int node) const {
   return node >= 0 && captured_ && !(*captured_)(State(propagator_->state(node)));
+}
+
+std::optional<bool> BoundedProblem::confirmed(int node) {
+  if (!confirmation_) confirmation_.emplace(*problem_, *captured_region_);
+  std::vector<int> nodes = path_to(node);
+  nodes.erase(nodes.begin());
+  std::vector<Edge> edges;
+  for (const int next : nodes) edges.push_back(edge(next));
+  const std::optional<bool> leads_out = confirmation_->leads_out(nodes, edges, limit_);
+  return leads_out ? leads_out : confirmation_->leads_out(nodes, edges, Limit(nullptr, grace));
 }
 
 bool BoundedProblem::spent() const { return nodes_are_spent() || limit_.reached(); }

@@ -77,8 +77,7 @@ void Est::prune(double bound) {
     return a->state->as<CostSpace::StateType>()->node < b->state->as<CostSpace::StateType>()->node;
   });
   for (Motion* motion : motions) {
-    // A search that is over needs no tree: in a large one it would take seconds.
-    if (motion->state->as<CostSpace::StateType>()->cost < bound && !problem_.spent()) {
+    if (problem_.worth_keeping(motion->state->as<CostSpace::StateType>()->node, bound)) {
       addMotion(motion);
     } else {
       forget(motion);

@@ -14,14 +14,6 @@ constexpr int look_every = 4;
 
 constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made
 
-Disturbance disturbance(const Eigen::VectorXd& wrenches) {
-  Disturbance made;
-  for (Eigen::Index i = 0; i < wrenches.size(); i += 6) {
-    made.push_back({wrenches.segment<3>(i), wrenches.segment<3>(i + 3)});
-  }
-  return made;
-}
-
 // Numbers of steps that part an edge into so many stretches, without its end.
 std::vector<int> between(int steps, int stretches) {
   stretches = std::min(stretches, steps);
@@ -67,13 +59,25 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
 int Propagator::extend(int from, const Edge& edge) const {
   const Watch watch{tree_.costs[from], space_.bound(),
                     between(edge.steps, std::min(nodes_per_edge_, most_nodes_ - nodes_)), ends_, look_every};
-  const Rollout rollout = world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches),
-                                                   edge.steps, limit_, watch);
+  const std::optional<Rollout> rolled_out = roll_out(from, edge, watch);
+  if (!rolled_out) return add(from, edge, 0, std::numeric_limits<double>::infinity(), tree_.states.row(from));
+  const Rollout& rollout = *rolled_out;
   if (!rollout.complete) return -1;
   for (const Moment& moment : rollout.recorded) {
     if (moment.steps < rollout.steps) add(from, edge, moment.steps, moment.effort, moment.state);
   }
   return add(from, edge, rollout.steps, rollout.effort, rollout.state);
+}
+
+// None if the simulation diverges.
+std::optional<Rollout> Propagator::roll_out(int from, const Edge& edge, const Watch& watch) const {
+  try {
+    return world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps, limit_,
+                                    watch);
+  } catch (const Diverged&) {
+    ++diverged_;
+    return std::nullopt;
+  }
 }
 
 int Propagator::add(int from, const Edge& edge, int steps, double effort, const State& state) const {
@@ -107,8 +111,8 @@ void Propagator::make_room(Eigen::Index rows) const {
   tree_.durations.conservativeResize(rows);
 }
 
-Tree Propagator::take_tree() {
-  make_room(nodes_ + 1);
+Tree Propagator::take_tree(int nodes) {
+  make_room(nodes + 1);
   return std::move(tree_);
 }
 

@@ -43,8 +43,7 @@ void Rrt::prune(double bound) {
   nn_->clear();
   lastGoalMotion_ = nullptr;
   for (Motion* motion : motions) {
-    // A search that is over needs no tree: in a large one it would take seconds.
-    if (motion->state->as<CostSpace::StateType>()->cost < bound && !problem_.spent()) {
+    if (problem_.worth_keeping(motion->state->as<CostSpace::StateType>()->node, bound)) {
       nn_->add(motion);
     } else {
       si_->freeState(motion->state);

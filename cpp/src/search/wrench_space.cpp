@@ -134,4 +134,12 @@ Edge largest_edge(const Problem& problem) {
   return largest;
 }
 
+Disturbance disturbance(const Eigen::VectorXd& wrenches) {
+  Disturbance made;
+  for (Eigen::Index i = 0; i < wrenches.size(); i += 6) {
+    made.push_back({wrenches.segment<3>(i), wrenches.segment<3>(i + 3)});
+  }
+  return made;
+}
+
 }  // namespace energymargin::search

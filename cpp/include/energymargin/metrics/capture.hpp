@@ -46,6 +46,7 @@ struct CaptureScore {
   double resolution = 0.0;  //!< likelihood of a tree's heaviest node, mean over the trees: no score is finer
   std::vector<Tree> trees;
   Eigen::VectorXd likelihoods;  //!< of the first tree's nodes, eq. 4; they add up to 1
+  int diverged = 0;             //!< rollouts that diverged, of all trees: nodes of infinite cost and no likelihood
   bool complete = true;         //!< all trees are grown; with a tolerance, as many as it takes
 
   //! Of each tree, besides its root.

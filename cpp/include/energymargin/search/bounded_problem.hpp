@@ -10,10 +10,12 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/search/confirmation.hpp"
 #include "energymargin/search/cost_space.hpp"
 #include "energymargin/search/propagator.hpp"
 
@@ -57,15 +59,30 @@ class BoundedProblem {
   //! The node that an edge from `node` leads to; it counts as one of the nodes. -1 if the limit was reached first.
   int extend(int node, const Edge& edge) { return propagator_->extend(node, edge); }
 
+  //! Whether the escape that ends in a node leads out in a finer simulation too; none if the limit was reached first.
+  std::optional<bool> confirmed(int node);
+
+  //! From now on a node is no escape, and nothing grows from it.
+  void discard(int node) { discarded_.insert(node); }
+
+  //! Whether a planner's tree still needs a node. A search that is over needs none: in a large tree it would take
+  //! seconds to put them in order.
+  bool worth_keeping(int node, double bound) const {
+    return cost(node) < bound && discarded_.count(node) == 0 && !spent();
+  }
+
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   bool allowed(int node) const;
   bool escaped(int node) const;
 
   double cost(int node) const { return propagator_->cost(node); }
+  int diverged() const { return propagator_->diverged(); }
   Edge edge(int node) const { return propagator_->edge(node); }
   std::vector<int> path_to(int node) const { return propagator_->path_to(node); }
 
-  Tree take_tree() { return propagator_->take_tree(); }
+  //! Of the first `nodes` nodes.
+  Tree take_tree(int nodes) { return propagator_->take_tree(nodes); }
+  Tree take_tree() { return take_tree(nodes()); }
 
  private:
   int most_nodes_;
@@ -75,6 +92,10 @@ class BoundedProblem {
   std::shared_ptr<Propagator> propagator_;
   std::optional<Membership> captured_;
   std::optional<Membership> within_;
+  std::optional<Problem> problem_;  // with `captured_region_`, what `confirmation_` is made of at the first escape
+  std::optional<Region> captured_region_;
+  std::optional<Confirmation> confirmation_;
+  std::set<int> discarded_;
   ompl::base::ProblemDefinitionPtr definition_;
 };
 

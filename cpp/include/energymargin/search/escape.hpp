@@ -14,6 +14,8 @@ struct Escape {
   std::vector<int> path;                        //!< nodes of the tree from the root to the escape; empty if none
   Tree tree;                                    //!< all rollouts, also those above the bound
   bool complete = true;                         //!< the nodes are spent, or nothing is left to gain
+  int discarded = 0;  //!< best escapes that do not count: in a simulation with a quarter of the step they lead not out
+  int diverged = 0;   //!< rollouts that diverged: nodes of infinite cost
 
   int nodes() const { return tree.size() - 1; }
 };

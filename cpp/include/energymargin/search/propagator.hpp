@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,7 +40,8 @@ class Propagator : public ompl::control::StatePropagator {
                  ompl::base::State* to) const override;
   bool canPropagateBackward() const override { return false; }
 
-  //! The last of the nodes that an edge from `node` leads to; -1, and no node, if the limit was reached before.
+  //! The last of the nodes that an edge from `node` leads to; -1, and no node, if the limit was reached before. A
+  //! rollout that diverges leads to a node of infinite cost, at the state where it began.
   int extend(int node, const Edge& edge) const;
 
   //! A node as planners see it.
@@ -54,12 +56,17 @@ class Propagator : public ompl::control::StatePropagator {
   //! State of a node.
   auto state(int node) const { return tree_.states.row(node); }
   double cost(int node) const { return tree_.costs[node]; }
+
+  //! Rollouts that diverged so far.
+  int diverged() const { return diverged_; }
+
   std::vector<int> path_to(int node) const { return tree_.path_to(node); }
 
-  //! The tree of all rollouts; leaves the propagator empty.
-  Tree take_tree();
+  //! The tree of the first `nodes` rollouts; leaves the propagator empty.
+  Tree take_tree(int nodes);
 
  private:
+  std::optional<Rollout> roll_out(int from, const Edge& edge, const Watch& watch) const;
   int add(int from, const Edge& edge, int steps, double effort, const State& state) const;
   void make_room(Eigen::Index rows) const;
 
@@ -74,6 +81,7 @@ class Propagator : public ompl::control::StatePropagator {
   EdgeStart edge_start_;
   mutable Tree tree_;
   mutable int nodes_ = 0;
+  mutable int diverged_ = 0;
   std::vector<int> objects_;  //!< offsets of the objects' numbers in a state
   double step_;
 };

@@ -39,4 +39,7 @@ class WrenchSpace : public ompl::control::RealVectorControlSpace {
 //! The largest edge: the bounds of its wrenches, and the most steps.
 Edge largest_edge(const Problem& problem);
 
+//! The wrenches of an edge, one an object.
+Disturbance disturbance(const Eigen::VectorXd& wrenches);
+
 }  // namespace energymargin::search

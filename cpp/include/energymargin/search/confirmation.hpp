@@ -1,0 +1,46 @@
+#pragma once
+// Whether an escape is one in a finer simulation too.
+
+#include <optional>
+#include <vector>
+
+#include "energymargin/limit.hpp"
+#include "energymargin/membership.hpp"
+#include "energymargin/problem.hpp"
+#include "energymargin/search/tree.hpp"
+#include "energymargin/search/wrench_space.hpp"
+#include "energymargin/world.hpp"
+
+namespace energymargin::search {
+
+//! Plays escapes again with a quarter of the step. A simulation may let an object out where its steps are too long;
+//! then the finer one does not.
+class Confirmation {
+ public:
+  //! Of escapes from `captured`.
+  Confirmation(const Problem& problem, const Region& captured);
+
+  //! Whether the edges lead out, with their wrenches or, if these fall short, with up to 1.2 times as strong ones; at
+  //! their end the object may go on without a wrench for as long as a longest edge. None if the limit was reached
+  //! first. `nodes` are those to which the edges lead: what two paths have in common is played once.
+  std::optional<bool> leads_out(const std::vector<int>& nodes, const std::vector<Edge>& edges, const Limit& limit);
+
+ private:
+  struct Played {  // up to a node
+    int node;
+    State state;
+  };
+
+  std::optional<bool> play(const std::vector<int>& nodes, const std::vector<Edge>& edges, double strength,
+                           const Limit& limit);
+  Rollout play(const State& from, const Edge& edge, double strength, const Limit& limit);
+
+  World world_;
+  State start_;
+  EdgeStart edge_start_;
+  Membership captured_;
+  Edge rest_;
+  std::vector<Played> played_;  // of the last path, with its own wrenches
+};
+
+}  // namespace energymargin::search
