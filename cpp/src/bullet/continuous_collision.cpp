@@ -34,17 +34,19 @@ std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& ob
     const auto& compound = static_cast<const btCompoundShape&>(*of.shape);
     const auto& shape = static_cast<const btConvexShape&>(part ? *of.parts[i] : *of.shape);
     const btTransform in_body = part ? compound.getChildTransform(static_cast<int>(i)) : btTransform::getIdentity();
-    pieces.push_back({&shape, in_body, core_reach(shape, in_body), of.half_extents[i]});
+    pieces.push_back({&shape, in_body, !part, core_reach(shape, in_body), of.half_extents[i]});
   }
   return pieces;
 }
 
 void ContinuousCollision::add(const btCollisionObject& a, const btCollisionObject& b) {
   BodyPair pair{&a, &b};
+  reaches_.resize(shapes_.size(), 0.0);
+  const auto reach_of = [this](const btCollisionObject& body) -> double& { return reaches_[index_of(body)]; };
   for (const ConvexPiece& of_a : pieces(a)) {
-    pair.reach_a = std::max(pair.reach_a, of_a.reach);
+    reach_of(a) = std::max(reach_of(a), of_a.reach);
     for (const ConvexPiece& of_b : pieces(b)) {
-      pair.reach_b = std::max(pair.reach_b, of_b.reach);
+      reach_of(b) = std::max(reach_of(b), of_b.reach);
       pair.pieces.emplace_back(of_a, of_b);
     }
   }
@@ -59,16 +61,18 @@ void ContinuousCollision::forget() {
 
 double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::vector<Velocity>& velocities,
                                        double duration) {
+  speeds_.resize(reaches_.size());
+  for (std::size_t i = 0; i < reaches_.size(); ++i) {
+    speeds_[i] = velocities[i].linear.length() + velocities[i].angular.length() * reaches_[i];
+  }
   double share = 1.0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     BodyPair& pair = pairs_[i];
     if (pair.pieces.empty()) continue;
+    const double motion = duration * (speeds_[index_of(*pair.a)] + speeds_[index_of(*pair.b)]);
+    if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
     const Velocity& a = velocities[index_of(*pair.a)];
     const Velocity& b = velocities[index_of(*pair.b)];
-    const double motion = (a.linear - b.linear).length() + a.angular.length() * pair.reach_a +
-                          b.angular.length() * pair.reach_b;  // at most, towards each other [m/s]
-    if (!(pairs.gap(i) <= motion * duration && std::isfinite(motion)))
-      continue;  // a state will tell what is not finite
     const Path path_a{pair.a->getWorldTransform(), a.linear * duration, a.angular * duration};
     const Path path_b{pair.b->getWorldTransform(), b.linear * duration, b.angular * duration};
     for (PiecePair& pieces : pair.pieces) share = std::min(share, pieces.safe_share(path_a, path_b));

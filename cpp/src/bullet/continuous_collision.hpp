@@ -31,8 +31,6 @@ class ContinuousCollision {
  private:
   struct BodyPair {
     const btCollisionObject *a, *b;
-    double reach_a = 0.0;  // of the bodies' points from their origins [m]
-    double reach_b = 0.0;
     std::vector<PiecePair> pieces{};  // none: behind a plane all is solid
   };
 
@@ -40,6 +38,8 @@ class ContinuousCollision {
 
   const std::vector<CollisionShape>& shapes_;
   std::vector<BodyPair> pairs_;
+  std::vector<double> reaches_;  // of the bodies' points from their origins [m]
+  std::vector<double> speeds_;   // of the bodies' points, at most [m/s]
 };
 
 }  // namespace energymargin

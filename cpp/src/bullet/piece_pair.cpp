@@ -64,7 +64,7 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
 double PiecePair::safe_share(const Path& a, const Path& b) {
   const Ways ways(a, b);
   if (known_ && stay_apart(ways, gap(ways, 0.0))) return 1.0;
-  const btPointCollector closest = closest_points(a_, a.start * a_.in_body, b_, b.start * b_.in_body, nullptr);
+  const btPointCollector closest = closest_points(a_, a_.pose(a.start), b_, b_.pose(b.start), nullptr);
   if (closest.m_hasResult) {
     known_ = true;
     normal_ = closest.m_normalOnBInWorld;
@@ -80,7 +80,7 @@ double PiecePair::safe_share(const Path& a, const Path& b) {
 bool PiecePair::find_normal(const Ways& ways) {
   if (known_) return true;
   btGjkEpaPenetrationDepthSolver depth;
-  const btPointCollector found = closest_points(a_, ways.a.start * a_.in_body, b_, ways.b.start * b_.in_body, &depth);
+  const btPointCollector found = closest_points(a_, a_.pose(ways.a.start), b_, b_.pose(ways.b.start), &depth);
   known_ = found.m_hasResult;
   normal_ = found.m_normalOnBInWorld;
   return known_;
@@ -88,8 +88,8 @@ bool PiecePair::find_normal(const Ways& ways) {
 
 // Their distance along the normal.
 double PiecePair::gap(const Ways& ways, double share) const {
-  return normal_.dot(support(a_, ways.a.at(share) * a_.in_body, -normal_) -
-                     support(b_, ways.b.at(share) * b_.in_body, normal_)) -
+  return normal_.dot(support(a_, a_.pose(ways.a.at(share)), -normal_) -
+                     support(b_, b_.pose(ways.b.at(share)), normal_)) -
          margins_;
 }
 
@@ -125,7 +125,7 @@ double PiecePair::fine_approach(const Ways& ways, double share) const {
   const auto turning = [](const ConvexPiece& piece, const Path& path, double at, const btVector3& direction) {
     const btVector3 across = direction.cross(path.angular);
     const btTransform pose = path.at(at);
-    const btVector3 arm = support(piece, pose * piece.in_body, across) - pose.getOrigin();
+    const btVector3 arm = support(piece, piece.pose(pose), across) - pose.getOrigin();
     return across.dot(arm) + across.length() * fine_turn * piece.reach;
   };
   return normal_.dot(ways.b.linear - ways.a.linear) + turning(a_, ways.a, share, -normal_) +
@@ -143,7 +143,7 @@ double PiecePair::advance(const Ways& ways, double now) {
     share += closer > 0.0 ? std::min(fine, (distance - bound) / closer) : fine;
     if (share >= 1.0) return 1.0;
     const btPointCollector closest =
-        closest_points(a_, ways.a.at(share) * a_.in_body, b_, ways.b.at(share) * b_.in_body, nullptr);
+        closest_points(a_, a_.pose(ways.a.at(share)), b_, b_.pose(ways.b.at(share)), nullptr);
     if (!closest.m_hasResult) break;
     normal_ = closest.m_normalOnBInWorld;
     distance = closest.m_distance;

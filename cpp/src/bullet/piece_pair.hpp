@@ -9,8 +9,11 @@ namespace energymargin {
 struct ConvexPiece {
   const btConvexShape* shape;
   btTransform in_body;
+  bool at_origin;      // whether it stands in its body's own frame
   double reach;        // of its core's points from the body's origin; its core is what is left without its margin [m]
   double half_extent;  // the smallest [m]
+
+  btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
 };
 
 //! A body on its way through a part of a step.

@@ -17,6 +17,9 @@ namespace {
 constexpr int planner_turn = 50;
 constexpr int shortening_turn = 50;
 
+// Under Confirm::best a best escape is confirmed at the end, and before it whenever there are so many times the nodes.
+constexpr int rarer = 4;
+
 // AO-x, turn by turn.
 class Search {
  public:
@@ -60,7 +63,7 @@ class Search {
         stop_before(found_[confirmed_].node);
       } else if (*leads_out) {
         confirmed_ = found_.size();
-        next_confirmation_ = 2 * problem_.nodes();
+        next_confirmation_ = rarer * problem_.nodes();
         return;
       } else {
         discard_best();
