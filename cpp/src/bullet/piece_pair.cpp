@@ -18,8 +18,8 @@ constexpr double share_of_thickness = 0.3;  // of the thinner one's half extent
 constexpr double in_contact = 0.5;  // where a motion ends
 constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a step
 
-constexpr double fine_turn = 0.2;  // rad, between two looks at pieces that turn
-constexpr int most_looks = 64;
+constexpr double fine_turn = 0.3;  // rad, between two looks at pieces that turn
+constexpr int most_looks = 40;
 
 // By GJK between the cores, which are the pieces without their margins; with `depth` also where these overlap.
 btPointCollector closest_points(const ConvexPiece& a, const btTransform& pose_a, const ConvexPiece& b,

@@ -23,7 +23,7 @@ constexpr double principal_slack = 1e-12;
 constexpr int mimic_rounds = 10;
 
 // Parts of a step in which bodies come into contact with each other; the rest of it is lost then, and nothing moves.
-constexpr int most_parts = 16;
+constexpr int most_parts = 8;
 
 // Of a part's length it is tried to find the one that ends in contact.
 constexpr int most_tries = 4;
