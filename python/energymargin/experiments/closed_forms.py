@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -20,8 +19,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
 from energymargin.executors.threads import thread_count
+from energymargin.experiments.jobs import complete_lines, finished
 from energymargin.experiments.known_answers import KnownAnswer, known_answers
-from energymargin.interrupts import held_interrupts
 
 __all__ = ["PLANNERS", "SEARCHES", "ClosedForms", "Run", "reproduce"]
 
@@ -187,10 +186,14 @@ def reproduce(
     known = {problem.name: problem for problem in known_answers(problems)}
     wanted = list(_jobs(known.values(), nodes, seeds, gain_seeds))
     path = folder / RUNS_FILE
-    runs = {run.job: run for run in _read(path)}
+    runs = {run.job: run for run in map(Run.from_json, complete_lines(path))}
     missing = [job for job in wanted if job not in runs]
+
+    def make(job: Job, cancel: Cancel) -> Run:
+        return _run(known[job.problem], job, cancel)
+
     with path.open("a") as file:
-        for run in _made(missing, known, thread_count(threads)):
+        for run in finished(missing, make, thread_count(threads)):
             file.write(run.to_json() + "\n")
             file.flush()
             runs[run.job] = run
@@ -210,35 +213,6 @@ def _jobs(
             for planner in PLANNERS:
                 for seed in range(seeds if search == OURS else gain_seeds):
                     yield Job(version("energymargin"), problem.name, planner, search, seed, nodes)
-
-
-def _read(path: Path) -> list[Run]:
-    """What is there; a line that a kill left unfinished is taken away."""
-    if not path.exists():
-        return []
-    lines = path.read_text().splitlines(keepends=True)
-    whole = [line for line in lines if line.endswith("\n")]
-    if whole != lines:
-        path.write_text("".join(whole))
-    return [Run.from_json(line) for line in whole]
-
-
-def _made(jobs: Sequence[Job], known: dict[str, KnownAnswer], threads: int) -> Iterator[Run]:
-    """Runs as they are finished."""
-    stop = Cancel()
-    with held_interrupts() as interrupted, ThreadPoolExecutor(threads) as pool:
-        running: set[Future[Run]] = {
-            pool.submit(_run, known[job.problem], job, stop) for job in jobs
-        }
-        while running and not interrupted.is_set():
-            done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
-            for future in done:
-                yield future.result()
-        stop.set()
-        for future in running:
-            future.cancel()
-    if interrupted.is_set():
-        raise KeyboardInterrupt
 
 
 def _in_finer_steps(known: KnownAnswer, job: Job) -> float:
