@@ -1,4 +1,4 @@
-"""Random closed cages with an object inside: no disturbance gets it out, whatever the walls are made of."""
+"""Random closed cages with an object inside: no disturbance gets it out, whatever its walls are."""
 
 from __future__ import annotations
 
@@ -25,7 +25,18 @@ from energymargin._core import (
     Sphere,
 )
 
-__all__ = ["OBJECTS", "WALLS", "Cage", "random_cage"]
+__all__ = [
+    "GRAVITY",
+    "OBJECTS",
+    "WALLS",
+    "Cage",
+    "corners",
+    "log_uniform",
+    "mesh_of",
+    "open_box",
+    "random_cage",
+    "random_object",
+]
 
 WALLS = ("boxes", "compound", "hulls", "mesh")
 OBJECTS = ("box", "sphere", "cylinder", "capsule", "hull", "compound")
@@ -65,22 +76,23 @@ def random_cage(seed: int, walls: str | None = None, kind: str | None = None) ->
     walls = walls or str(random.choice(WALLS))
     kind = kind or str(random.choice(OBJECTS))
     inside = random.uniform(*INSIDE, 3)
-    thickness = _log_uniform(random, *THICKNESS)
+    thickness = log_uniform(random, *THICKNESS)
     turn = Rotation.random(random_state=random)
     scene = Scene(gravity=(0.0, 0.0, -GRAVITY))
-    _add_walls(scene, walls, inside, thickness, turn, float(random.uniform(0.0, 1.0)))
-    size, mass = random.uniform(*SIZE), _log_uniform(random, *MASS)
+    plates = _plates(inside, thickness)
+    _add_walls(scene, walls, plates, turn, float(random.uniform(0.0, 1.0)))
+    size, mass = random.uniform(*SIZE), log_uniform(random, *MASS)
     room = np.maximum(0.5 * inside - 2.0 * size, 0.0)
     scene.add_body(
         "object",
-        _object(kind, size, random),
+        random_object(kind, size, random),
         mass=mass,
         position=tuple(turn.apply(random.uniform(-room, room))),
         orientation=tuple(Rotation.random(random_state=random).as_quat()),
         friction=float(random.uniform(0.0, 1.0)),
         role="object",
     )
-    weights = _log_uniform(random, *WEIGHTS)
+    weights = log_uniform(random, *WEIGHTS)
     force = weights * GRAVITY * mass
     problem = Problem(
         scene,
@@ -93,7 +105,40 @@ def random_cage(seed: int, walls: str | None = None, kind: str | None = None) ->
     return Cage(problem, walls, kind, thickness, weights)
 
 
-def _log_uniform(random: np.random.Generator, low: float, high: float) -> float:
+def open_box(walls: str) -> tuple[Problem, float]:
+    """A ball in a box without a lid, and its effort of escape [J]: its weight over the rim.
+
+    The capture set ends above the middle of the walls' upper side: no way out is lower, and a slow
+    one takes no more.
+    """
+    inside, thickness, radius, mass = np.array([0.06, 0.06, 0.03]), 0.002, 0.01, 0.03  # m, kg
+    scene = Scene(gravity=(0.0, 0.0, -GRAVITY))
+    *plates, _lid = _plates(inside, thickness)
+    _add_walls(scene, walls, plates, Rotation.identity(), 0.5)
+    floor = -0.5 * float(inside[2])
+    rim = max(float(center[2] + 0.5 * size[2]) for center, size in plates)
+    scene.add_body(
+        "object",
+        Sphere(radius),
+        mass=mass,
+        position=(0.0, 0.0, floor + radius),
+        friction=0.5,
+        role="object",
+    )
+    width = inside[:2] + thickness
+    problem = Problem(
+        scene,
+        scene.pack(),
+        force=(2.0 * mass * GRAVITY,) * 3,
+        torque=(0.0, 0.0, 0.0),
+        duration=0.3,
+        captured=regions.Box("object", (0.0, 0.0, 0.0), (*width, 1.0), frame="frame"),
+    )
+    return problem, mass * GRAVITY * (rim - floor)
+
+
+def log_uniform(random: np.random.Generator, low: float, high: float) -> float:
+    """A number between two, evenly in the logarithm."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
@@ -108,36 +153,42 @@ def _plates(inside: Vector, thickness: float) -> list[tuple[Vector, Vector]]:
     return plates
 
 
-def _corners(center: Vector, size: Vector) -> Vector:
-    return center + 0.5 * size * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+def corners(center: Vector, size: Vector) -> Vector:
+    """Of a box along the axes, shape (8, 3)."""
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    return np.asarray(center + 0.5 * size * signs)
 
 
 def _add_walls(
-    scene: Scene, walls: str, inside: Vector, thickness: float, turn: Rotation, friction: float
+    scene: Scene,
+    walls: str,
+    plates: list[tuple[Vector, Vector]],
+    turn: Rotation,
+    friction: float,
 ) -> None:
     """The body "frame" stands in the room's middle and along its axes."""
-    plates = _plates(inside, thickness)
     kept: dict[str, Any] = {"mass": 0, "friction": friction, "orientation": tuple(turn.as_quat())}
     if walls == "compound":
         parts = [Part(Box(tuple(size)), position=tuple(center)) for center, size in plates]
         scene.add_body("frame", Compound(parts), **kept)
         return
     if walls == "mesh":
-        scene.add_body("frame", _mesh(plates), **kept)
+        scene.add_body("frame", mesh_of(plates), **kept)
         return
     scene.add_body("frame", Compound([]), **kept)
     for i, (center, size) in enumerate(plates):
-        shape = Box(tuple(size)) if walls == "boxes" else ConvexHull(_corners(0.0 * center, size))
+        shape = Box(tuple(size)) if walls == "boxes" else ConvexHull(corners(0.0 * center, size))
         scene.add_body(f"wall{i}", shape, position=tuple(turn.apply(center)), **kept)
 
 
-def _mesh(plates: list[tuple[Vector, Vector]]) -> Compound:
+def mesh_of(plates: list[tuple[Vector, Vector]]) -> Compound:
+    """Boxes of these centres and sizes along the axes, as one mesh that is read from a file."""
     import trimesh
 
     from energymargin.meshes import Mesh
 
-    whole = trimesh.util.concatenate(
-        [trimesh.creation.box(bounds=_corners(*plate)[[0, -1]]) for plate in plates]
+    whole: Any = trimesh.util.concatenate(
+        [trimesh.creation.box(bounds=corners(*plate)[[0, -1]]) for plate in plates]
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walls.stl"
@@ -145,7 +196,7 @@ def _mesh(plates: list[tuple[Vector, Vector]]) -> Compound:
         return Mesh(path)
 
 
-def _object(kind: str, size: float, random: np.random.Generator) -> Any:
+def random_object(kind: str, size: float, random: np.random.Generator) -> Any:
     """No longer than 2 * size from one end to the other; plates, rods and lumps."""
     slim = random.uniform(0.15, 1.0, 3)
     if kind == "box":

@@ -20,7 +20,7 @@ from energymargin.experiments.commands.shared import (
 )
 from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
-__all__ = ["audit", "bowl", "closed_forms", "enlarged", "fewer_steps", "uncertainty"]
+__all__ = ["audit", "bowl", "closed_forms", "enlarged", "fewer_steps", "uncertainty", "walls"]
 
 
 @app.command()
@@ -316,3 +316,47 @@ def enlarged(
     output = folder_of(output, "enlarged", quick)
     run(experiment.reproduce, settings, output, None, title="Simulating", unit="combinations")
     show(output, "enlarged", None)
+
+
+@app.command()
+def walls(
+    *,
+    cages: Annotated[
+        int | None, typer.Option(help="Closed cages, each with two searches.", show_default="1000")
+    ] = None,
+    shots: Annotated[
+        int | None, typer.Option(help="Projectiles at walls.", show_default="10000")
+    ] = None,
+    nodes: Annotated[int | None, typer.Option(help="Of each search.", show_default="400")] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Of the first cage and the first shot.", show_default="0"),
+    ] = None,
+    threads: Threads = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """Whether anything gets through a wall: searches in closed cages, and shots at walls.
+
+    Cages of boxes, compounds, hulls and meshes, searched with AO-EST and AO-RRT: every effort is to
+    be infinite. Projectiles at 1 to 20 m/s at walls of 1 to 10 mm, at walls that move, and struck
+    by a paddle: none is to get beyond a wall's middle.
+
+    The folder gets walls.md, walls.csv and runs.jsonl, one line a search or shot. It takes hours;
+    stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce walls --cages 100 --shots 1000`
+    """
+    from energymargin.experiments import walls as experiment
+
+    settings = changed(
+        experiment.QUICK if quick else experiment.Settings(),
+        cages=cages,
+        shots=shots,
+        nodes=nodes,
+        seed=seed,
+    )
+    output = folder_of(output, "walls", quick)
+    title, unit = "Searching and shooting", "searches and shots"
+    run(experiment.reproduce, settings, output, threads, title=title, unit=unit)
+    show(output, "walls", None, "runs.jsonl")

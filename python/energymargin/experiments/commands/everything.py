@@ -73,6 +73,10 @@ STUDIES: dict[str, tuple[str, Run]] = {
             output=folder,
         ),
     ),
+    "walls": (
+        "Whether anything gets through a wall",
+        lambda folder, quick, threads: checks.walls(quick=quick, threads=threads, output=folder),
+    ),
     "uncertainty": (
         "How often the intervals of the scores hold the truth",
         lambda folder, quick, threads: checks.uncertainty(
