@@ -28,7 +28,7 @@ __all__ = ["PLANNERS", "QUICK", "SHOT", "Job", "Row", "Settings", "Walls", "repr
 
 PLANNERS = ("est", "rrt")
 SHOT = "shot"
-SLOW = 60.0  # s of one thread, beyond which a line is named in the report
+SLOW = 60.0  # s, beyond which a search or shot is named in the report
 RUNS_FILE = "runs.jsonl"
 TITLES = {
     "est": "Closed cages, searched with AO-EST",
@@ -92,7 +92,7 @@ class Row:
     result: float
     """Effort of escape [J]; of a shot, how far a part got beyond a middle plane [m]."""
     seconds: float
-    """Of one thread, to make the scene and to simulate it [s]."""
+    """It took, on one thread [s]."""
 
     @property
     def passed(self) -> bool:
@@ -130,7 +130,7 @@ class Walls:
         lines += ["", "## What got through", ""]
         lines += [_line(row) for row in self.passed] or ["Nothing."]
         slow = [row for row in self.rows if row.seconds > SLOW]
-        lines += ["", f"## What took more than {SLOW:g} s of one thread", ""]
+        lines += ["", f"## What took more than {SLOW:g} s", ""]
         lines += [f"{_line(row)}: {row.seconds:.0f} s" for row in slow] or ["Nothing."]
         return "\n".join(lines) + "\n"
 
@@ -213,7 +213,7 @@ def _run_job(job: Job, cancel: Cancel) -> tuple[Job, Row]:
 
 def run(job: Job, cancel: Cancel | None = None) -> Row:
     """One search or shot. Once `cancel` is set, a search ends early and a shot raises Cancelled."""
-    begun = time.thread_time()
+    begun = time.perf_counter()
     if job.kind == SHOT:
         shot = projectiles.random_shot(job.seed)
         about = (shot.case, shot.walls, shot.object, shot.thickness, shot.speed)
@@ -225,4 +225,4 @@ def run(job: Job, cancel: Cancel | None = None) -> Row:
             cage.problem, job.kind, nodes=job.nodes, seed=job.seed, cancel=cancel
         )
         result = search.effort
-    return Row(job.kind, job.seed, job.nodes, *about, result, time.thread_time() - begun)
+    return Row(job.kind, job.seed, job.nodes, *about, result, time.perf_counter() - begun)
