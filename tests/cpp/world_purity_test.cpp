@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "rollouts.hpp"
+#include <set>
+#include <string>
+
+#include "bullet/simulation.hpp"
+#include "random_mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -132,6 +136,165 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
     const Rollout again = world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps);
     EXPECT_TRUE(same_bits(again.state, expected[i].state)) << "rollout " << i;
     EXPECT_TRUE(same_bits(again.effort, expected[i].effort)) << "rollout " << i;
+  }
+}
+
+// ---- several trees, some bodies fast
+
+constexpr std::uint64_t mechanisms = 6;
+constexpr int of_a_mechanism = 30;
+constexpr unsigned int longest_of_mechanisms = 6;  // steps
+
+// What the tests below ask of one scene.
+struct Mechanism {
+  explicit Mechanism(std::uint64_t seed)
+      : scene(random_mechanisms(seed)),
+        asked(hurled_questions(scene, of_a_mechanism, longest_of_mechanisms)),
+        world(scene),
+        expected(answers(world, asked)) {}
+
+  Rollout answer(std::size_t i) { return world.rollout_unchecked(asked[i].state, asked[i].wrenches, asked[i].steps); }
+
+  Scene scene;
+  std::vector<Question> asked;
+  World world;
+  std::vector<Rollout> expected;
+};
+
+// Asks for all rollouts again, each after a call of `before` with its mechanism and the rollout's number.
+template <typename Before>
+void expect_same_after(const Before& before) {
+  for (std::uint64_t seed = 0; seed < mechanisms; ++seed) {
+    Mechanism mechanism(seed);
+    for (std::size_t i = 0; i < mechanism.asked.size(); ++i) {
+      before(mechanism, i);
+      const Rollout again = mechanism.answer(i);
+      EXPECT_TRUE(same_bits(again.state, mechanism.expected[i].state)) << "seed " << seed << ", rollout " << i;
+      EXPECT_TRUE(same_bits(again.effort, mechanism.expected[i].effort)) << "seed " << seed << ", rollout " << i;
+    }
+  }
+}
+
+int trees(const Scene& scene) {
+  int count = 0;
+  std::set<std::string> free_bases;
+  for (const Joint& joint : scene.joints()) {
+    if (scene.body(joint.parent).fixed()) ++count;
+    if (!scene.body(joint.parent).fixed() && !scene.joint_to(scene.index(joint.parent)))
+      free_bases.insert(joint.parent);
+  }
+  return count + static_cast<int>(free_bases.size());
+}
+
+int steps_in_parts(Simulation& simulation, const Question& question) {
+  simulation.restore(question.state);
+  const double whole = simulation.scene().stepping().step;
+  int count = 0;
+  for (int i = 0; i < question.steps; ++i) {
+    const double first = simulation.advance(whole, 0).duration;
+    count += first < whole ? 1 : 0;
+    double left = whole - first;
+    for (int parts = 1; left > 0.0; ++parts) left -= simulation.advance(left, parts).duration;
+  }
+  return count;
+}
+
+TEST(MechanismPurity, QuestionsTouchLinksAndFastBodiesTakeTheirStepsInParts) {
+  int parts = 0;
+  int on_links = 0;
+  int between_links = 0;
+  for (std::uint64_t seed = 0; seed < mechanisms; ++seed) {
+    const Scene scene = random_mechanisms(seed);
+    EXPECT_GE(trees(scene), 2) << "seed " << seed;
+    Simulation simulation(scene);
+    for (const Question& question : hurled_questions(scene, of_a_mechanism, longest_of_mechanisms)) {
+      parts += steps_in_parts(simulation, question);
+      for (const Contact& contact : simulation.contacts()) {
+        const auto link = [&](const std::string& name) { return scene.joint_to(scene.index(name)) ? 1 : 0; };
+        const int links = link(contact.body_a) + link(contact.body_b);
+        on_links += links > 0 && contact.normal_force > 0.01 ? 1 : 0;
+        between_links += links == 2 && contact.normal_force > 0.01 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(parts, 50);
+  EXPECT_GT(on_links, 200);
+  EXPECT_GT(between_links, 10);
+}
+
+TEST(MechanismPurity, TwoEqualRolloutsInARowAreTheSameBits) {
+  expect_same_after([](Mechanism& mechanism, std::size_t i) { mechanism.answer(i); });
+}
+
+TEST(MechanismPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
+  std::mt19937_64 random(3);
+  expect_same_after([&](Mechanism& mechanism, std::size_t i) {
+    const Scene& scene = mechanism.scene;
+    Script script{{steady("finger 2 2", {0.2, 0.1, 0.3}, Vector3::Zero(), 4),
+                   steady("object", {0.0, 0.3, 0.2}, {0.001, 0.0, 0.0}, 4)},
+                  {}};
+    for (const Joint& joint : scene.joints()) {
+      if (!joint.moves() || joint.held) continue;
+      script.targets.push_back({joint.name, Eigen::VectorXd::Constant(4, 0.5)});
+      break;
+    }
+    const State other = hurled(scene, pack(scene), random);
+    mechanism.world.simulate(other, script, 4, {1, 4});
+    mechanism.world.contacts(other);
+    mechanism.world.distance(other, "object", "finger 0 2");
+    mechanism.world.deepest_contact(other);
+    mechanism.world.rollout(other, mechanism.asked[i].wrenches, 1.0 / 240.0, true);
+  });
+}
+
+// At 300 m/s bodies leave all others in a step, and 1e306 m/s lead beyond all numbers.
+TEST(MechanismPurity, RolloutsAfterOnesThatWentFarAwayOrDivergedGiveTheSameBits) {
+  std::mt19937_64 random(4);
+  int diverged = 0;
+  expect_same_after([&](Mechanism& mechanism, std::size_t i) {
+    const Question& question = mechanism.asked[i];
+    const State far = hurled(mechanism.scene, pack(mechanism.scene), random, 300.0, 300.0);
+    mechanism.world.rollout_unchecked(far, question.wrenches, 5);
+    const State farther = hurled(mechanism.scene, question.state, random, 1e306, 1e306);
+    try {
+      mechanism.world.rollout_unchecked(farther, question.wrenches, 5);
+    } catch (const std::runtime_error&) {
+      ++diverged;
+    }
+  });
+  EXPECT_GT(diverged, 0);
+}
+
+TEST(MechanismPurity, FreshWorldsGiveTheBitsOfUsedOnes) {
+  expect_same_after([](Mechanism& mechanism, std::size_t i) {
+    if (i % 4 == 0) mechanism.world = World(mechanism.scene);
+  });
+}
+
+TEST(MechanismPurity, ContactsDistancesAndFramesOfUsedWorldsAreThoseOfFreshOnes) {
+  std::mt19937_64 random(5);
+  for (std::uint64_t seed = 0; seed < mechanisms; ++seed) {
+    Mechanism mechanism(seed);
+    const Scene& scene = mechanism.scene;
+    for (int i = 0; i < 5; ++i) {
+      mechanism.answer(static_cast<std::size_t>(i));
+      const State state = hurled(scene, pack(scene), random);
+      World fresh(scene);
+      const std::vector<Contact> expected = fresh.contacts(state);
+      const std::vector<Contact> contacts = mechanism.world.contacts(state);
+      ASSERT_EQ(contacts.size(), expected.size()) << "seed " << seed;
+      for (std::size_t j = 0; j < contacts.size(); ++j) {
+        EXPECT_EQ(contacts[j].body_a + ", " + contacts[j].body_b, expected[j].body_a + ", " + expected[j].body_b);
+        EXPECT_TRUE(same_bits(contacts[j].position, expected[j].position)) << "seed " << seed;
+        EXPECT_TRUE(same_bits(contacts[j].normal_force, expected[j].normal_force)) << "seed " << seed;
+      }
+      EXPECT_TRUE(same_bits(mechanism.world.distance(state, "object", "finger 0 1"),
+                            World(scene).distance(state, "object", "finger 0 1")));
+      EXPECT_TRUE(
+          same_bits(mechanism.world.deepest_contact(state).distance, World(scene).deepest_contact(state).distance));
+      EXPECT_TRUE(same_bits(mechanism.world.simulate(state, {}, 4, {4}).front().state,
+                            World(scene).simulate(state, {}, 4, {4}).front().state));
+    }
   }
 }
 
