@@ -9,6 +9,7 @@
 #include "energymargin/world.hpp"
 #include "expect.hpp"
 #include "mechanisms.hpp"
+#include "step_parts.hpp"
 
 namespace energymargin {
 namespace {
@@ -300,6 +301,37 @@ TEST(Audit, MimicJointPassesEnergyOn) {
   const Audit found = audit(scene, state, 1.0);
   EXPECT_NEAR(found.joints, 0.0, 1e-9 * World(scene).energy(state));
   EXPECT_NEAR(found.leftover(), 0.0, 1e-9 * World(scene).energy(state));
+}
+
+// ---- impacts within a step, which is cut there
+
+TEST(Audit, FastBallLosesAtAThinWallTheEnergyOfItsMotionAcross) {
+  for (const double speed : {5.0, 10.0, 20.0, 60.0}) {
+    Scene scene(Vector3::Zero(), exact());
+    scene.add_body(fixed("wall", Box{{1.0, 1.0, 0.002}}));
+    add_missile(scene, {0.01, 0.02, 0.3}, {1.0, 0.5, -speed});
+    EXPECT_EQ(cut_steps(scene, pack(scene), 30), 1) << speed;
+    const Audit found = audit(scene, pack(scene), 30 * step);
+    EXPECT_NEAR(found.contacts, -0.5 * 0.5 * speed * speed, 1e-9 * speed * speed);
+    EXPECT_LT(found.friction, -0.01);
+    EXPECT_NEAR(found.leftover(), 0.0, 1e-12 * found.turnover());
+  }
+}
+
+// Of a rod that turns so fast [rad/s] and hits a ball.
+Audit audit_of_hit(double turning) {
+  Scene scene = rod_on_post(Vector3::UnitY());
+  scene.add_body(body("object", Sphere{0.02}, 0.1, {0.35, 0.0, -0.2}, Role::object, 0.8));
+  const State state = pack(scene, {}, {{"hinge", {0.0, turning}}});
+  EXPECT_GT(cut_steps(scene, state, 30), 0) << turning;
+  return audit(scene, state, 30 * step);
+}
+
+TEST(Audit, FastLinkThatHitsABallLosesEnergyInContactsAndFriction) {
+  const Audit found = audit_of_hit(20.0);
+  EXPECT_LT(found.contacts, -0.5);
+  EXPECT_LT(found.friction, -0.01);
+  EXPECT_NEAR(found.leftover(), 0.0, 1e-12 * found.turnover());
 }
 
 // ---- manipulation, with the solver's own settings: the bounds of docs/energy_audit.md

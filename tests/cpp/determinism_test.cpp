@@ -72,7 +72,7 @@ int mechanisms_rollouts() {
 
 TEST(Determinism, OfRolloutsOfRandomMechanismsShuffledOverWorldsAndThreadsNoneDiffers) {
   constexpr int of_a_scene = 100;
-  constexpr unsigned int longest = 6;  // steps
+  constexpr unsigned int longest = 8;  // steps
   int all = 0;
   int different = 0;
   for (std::uint64_t seed = 0; all < mechanisms_rollouts(); ++seed, all += of_a_scene) {

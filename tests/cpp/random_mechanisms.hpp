@@ -1,6 +1,7 @@
 #pragma once
 // Random scenes of several mechanisms, and rollouts in which their bodies are fast.
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -27,7 +28,7 @@ class RandomMechanisms {
   std::string add_chain(const std::string& name, std::string parent, Vector3 place, const Vector3& axis, int links) {
     for (int i = 1; i <= links; ++i) {
       const std::string link = name + " " + std::to_string(i);
-      const double length = even(0.07, 0.11);
+      const double length = even(0.07, 0.09);
       const Vector3 top(0.0, 0.0, 0.5 * length);
       scene_.add_body(body(link, solid(0.02, length), even(0.02, 0.08), Vector3::Zero(), Role::effector, 0.9));
       scene_.add_joint(random_joint(link, parent, i == 1 ? axis : sideways(), place, top));
@@ -45,14 +46,14 @@ class RandomMechanisms {
     scene_.add_body(free ? body("palm", plate, 0.5, place, Role::effector) : fixed("palm", plate, place));
     for (int i = 0; i < 3; ++i) {
       const Vector3 outward = turn(2.0 * pi * i / 3.0 + even(-0.2, 0.2), Vector3::UnitZ()) * Vector3::UnitX();
-      add_chain("finger " + std::to_string(i), "palm", 0.045 * outward + Vector3(0.0, 0.0, -0.01),
+      add_chain("finger " + std::to_string(i), "palm", 0.065 * outward + Vector3(0.0, 0.0, -0.01),
                 Vector3::UnitZ().cross(outward), 2);
     }
   }
 
   //! Two arms on a fixed table, each a tree.
   void add_arms(const Vector3& center) {
-    scene_.add_body(fixed("table", Box{{0.4, 0.3, 0.02}}, center + Vector3(0.0, 0.0, 0.35)));
+    scene_.add_body(fixed("table", Box{{0.4, 0.3, 0.02}}, center + Vector3(0.0, 0.0, 0.42)));
     for (const double side : {-0.06, 0.06}) {
       add_chain(side < 0.0 ? "left arm" : "right arm", "table", {side, 0.0, -0.01}, Vector3::UnitY(), 3);
     }
@@ -65,11 +66,10 @@ class RandomMechanisms {
     add_chain("hind limb", "trunk", {-0.05, 0.0, -0.04}, Vector3::UnitX(), 1);
   }
 
-  //! A link at the end of `chain` whose joint follows the joint `followed`, which may be on another tree.
-  void couple(const std::string& chain, const std::string& followed) {
-    const std::string link = chain + " end";
-    scene_.add_body(body(link, solid(0.02, 0.06), 0.02, Vector3::Zero()));
-    Joint follower = joint(link, JointType::revolute, chain, link, sideways(), {0.0, 0.0, -0.05}, {0.0, 0.0, 0.03});
+  //! A link on `parent` whose joint follows the joint `followed`, which may be on another tree.
+  void add_follower(const std::string& name, const std::string& parent, const std::string& followed) {
+    scene_.add_body(body(name, solid(0.02, 0.06), 0.02, Vector3::Zero()));
+    Joint follower = joint(name, JointType::revolute, parent, name, sideways(), {0.0, 0.0, -0.01}, {0.0, 0.0, 0.03});
     follower.mimic = Mimic{followed, happens(0.5) ? -0.7 : 1.3, 0.1};
     scene_.add_joint(follower);
   }
@@ -115,7 +115,7 @@ class RandomMechanisms {
       case 2:
         return brick(size, turn(0.3, Vector3::UnitZ()));
       case 3:
-        return Compound{{{Box{half}, up}, {Sphere{0.5 * width}, down}}};
+        return Compound{{{Box{half}, up}, {Sphere{std::min(0.5 * width, 0.25 * length)}, down}}};
       case 4:
         return Compound{{{brick(half), up}, {Box{foot}, down}}};
       default:
@@ -135,7 +135,7 @@ class RandomMechanisms {
       made.axis = Vector3::UnitZ();
     }
     const double range = made.type == JointType::revolute ? 0.9 : 0.03;
-    made.state.position = even(-0.3, 0.3) * range;
+    made.state.position = even(-0.05, 0.05) * range;
     made.held = happens(0.15);
     made.stiffness = made.type == JointType::revolute ? even(0.1, 1.0) : even(50.0, 200.0);
     made.damping = 0.02 * made.stiffness;
@@ -166,11 +166,11 @@ inline Scene random_mechanisms(std::uint64_t seed) {
   }
   const std::string other = arms ? "left arm 1" : "fore limb 1";
   const Joint& leader = made.scene().joints()[made.scene().joint_index(other)];
-  if (leader.moves() && made.happens(0.6)) made.couple("finger 0 2", other);
+  if (leader.moves() && made.happens(0.6)) made.add_follower("thumb", "palm", other);
   if (made.happens(0.6)) made.tie("finger 1 2", other);
   if (arms && made.happens(0.5)) made.tie("left arm 3", "right arm 3");
   made.add_object("object", {0.0, 0.0, 0.031});
-  if (made.happens(0.7)) made.add_object("second object", {0.25, 0.02, 0.031});
+  if (made.happens(0.7)) made.add_object("second object", {0.25, 0.12, 0.031});
   made.add_wall("near wall", {0.12, 0.0, 0.2});
   if (made.happens(0.5)) made.add_wall("far wall", {0.4, 0.0, 0.2});
   Scene scene = made.scene();

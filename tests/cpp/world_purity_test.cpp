@@ -5,8 +5,8 @@
 #include <set>
 #include <string>
 
-#include "bullet/simulation.hpp"
 #include "random_mechanisms.hpp"
+#include "step_parts.hpp"
 
 namespace energymargin {
 namespace {
@@ -141,9 +141,9 @@ TEST(HandPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits) {
 
 // ---- several trees, some bodies fast
 
-constexpr std::uint64_t mechanisms = 6;
-constexpr int of_a_mechanism = 30;
-constexpr unsigned int longest_of_mechanisms = 6;  // steps
+constexpr std::uint64_t mechanisms = 8;
+constexpr int of_a_mechanism = 40;
+constexpr unsigned int longest_of_mechanisms = 8;  // steps
 
 // What the tests below ask of one scene.
 struct Mechanism {
@@ -186,19 +186,6 @@ int trees(const Scene& scene) {
   return count + static_cast<int>(free_bases.size());
 }
 
-int steps_in_parts(Simulation& simulation, const Question& question) {
-  simulation.restore(question.state);
-  const double whole = simulation.scene().stepping().step;
-  int count = 0;
-  for (int i = 0; i < question.steps; ++i) {
-    const double first = simulation.advance(whole, 0).duration;
-    count += first < whole ? 1 : 0;
-    double left = whole - first;
-    for (int parts = 1; left > 0.0; ++parts) left -= simulation.advance(left, parts).duration;
-  }
-  return count;
-}
-
 TEST(MechanismPurity, QuestionsTouchLinksAndFastBodiesTakeTheirStepsInParts) {
   int parts = 0;
   int on_links = 0;
@@ -206,9 +193,10 @@ TEST(MechanismPurity, QuestionsTouchLinksAndFastBodiesTakeTheirStepsInParts) {
   for (std::uint64_t seed = 0; seed < mechanisms; ++seed) {
     const Scene scene = random_mechanisms(seed);
     EXPECT_GE(trees(scene), 2) << "seed " << seed;
+    EXPECT_GT(World(scene).deepest_contact(pack(scene)).distance, -1e-3) << "seed " << seed;
     Simulation simulation(scene);
     for (const Question& question : hurled_questions(scene, of_a_mechanism, longest_of_mechanisms)) {
-      parts += steps_in_parts(simulation, question);
+      parts += cut_steps(simulation, question.state, question.steps);
       for (const Contact& contact : simulation.contacts()) {
         const auto link = [&](const std::string& name) { return scene.joint_to(scene.index(name)) ? 1 : 0; };
         const int links = link(contact.body_a) + link(contact.body_b);
@@ -219,7 +207,7 @@ TEST(MechanismPurity, QuestionsTouchLinksAndFastBodiesTakeTheirStepsInParts) {
   }
   EXPECT_GT(parts, 50);
   EXPECT_GT(on_links, 200);
-  EXPECT_GT(between_links, 10);
+  EXPECT_GT(between_links, 3);
 }
 
 TEST(MechanismPurity, TwoEqualRolloutsInARowAreTheSameBits) {
@@ -252,12 +240,13 @@ TEST(MechanismPurity, RolloutsAfterOnesThatWentFarAwayOrDivergedGiveTheSameBits)
   std::mt19937_64 random(4);
   int diverged = 0;
   expect_same_after([&](Mechanism& mechanism, std::size_t i) {
+    if (i % 4 > 0) return;
     const Question& question = mechanism.asked[i];
     const State far = hurled(mechanism.scene, pack(mechanism.scene), random, 300.0, 300.0);
-    mechanism.world.rollout_unchecked(far, question.wrenches, 5);
+    mechanism.world.rollout_unchecked(far, question.wrenches, 3);
     const State farther = hurled(mechanism.scene, question.state, random, 1e306, 1e306);
     try {
-      mechanism.world.rollout_unchecked(farther, question.wrenches, 5);
+      mechanism.world.rollout_unchecked(farther, question.wrenches, 3);
     } catch (const std::runtime_error&) {
       ++diverged;
     }

@@ -1,0 +1,27 @@
+#pragma once
+// Steps that are cut into parts, where bodies would pass into each other.
+
+#include "bullet/simulation.hpp"
+
+namespace energymargin::scenes {
+
+//! How many of the steps from `state` on are; the simulation is left at the end of them.
+inline int cut_steps(Simulation& simulation, const State& state, int steps) {
+  simulation.restore(state);
+  const double whole = simulation.scene().stepping().step;
+  int count = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double first = simulation.advance(whole, 0).duration;
+    count += first < whole ? 1 : 0;
+    double left = whole - first;
+    for (int parts = 1; left > 0.0; ++parts) left -= simulation.advance(left, parts).duration;
+  }
+  return count;
+}
+
+inline int cut_steps(const Scene& scene, const State& state, int steps) {
+  Simulation simulation(scene);
+  return cut_steps(simulation, state, steps);
+}
+
+}  // namespace energymargin::scenes
