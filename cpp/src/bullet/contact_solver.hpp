@@ -23,6 +23,9 @@ class ContactSolver {
   void watch(const Motion* before);
   const ImpulseWork& work() const { return work_; }
 
+  //! Back to what it was before a step that is undone.
+  void set_work(const ImpulseWork& work) { work_ = work; }
+
  private:
   struct Moving {
     btRigidBody* rigid;

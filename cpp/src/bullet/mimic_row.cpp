@@ -7,8 +7,6 @@ namespace energymargin {
 namespace {
 
 constexpr double no_limit = 1e10;  // [N m s]
-// Of what the solver left over, this share is put right in one step.
-constexpr double correction = 0.2;
 
 }  // namespace
 
@@ -30,7 +28,7 @@ void MimicRow::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBod
       add_row(*this, 0, rows, data, {follower_, 1.0}, JointShare{followed_, -mimic_.multiplier});
   const double away = position(follower_) - mimic_.multiplier * position(followed_) - mimic_.offset;
   const double growing = velocity(follower_) - mimic_.multiplier * velocity(followed_);
-  row.m_rhs = -(growing + correction * away / info.m_timeStep) * row.m_jacDiagABInv;
+  row.m_rhs = -(growing + info.m_erp2 * away / info.m_timeStep) * row.m_jacDiagABInv;
   row.m_lowerLimit = -no_limit;
   row.m_upperLimit = no_limit;
 }

@@ -139,6 +139,7 @@ class Simulation {
   void add_mimics();
   void set_moment(const Free& body);
   Advance advance_safely(double duration, int parts);
+  void set_impulse_work(const ImpulseWork& work);
   void solve(double duration);
   double safe_share(double duration);
   void accelerate(double duration);

@@ -43,6 +43,9 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
   //! Since the watch began.
   const ImpulseWork& work() const { return work_; }
 
+  //! Back to what it was before a step that is undone.
+  void set_work(const ImpulseWork& work) { work_ = work; }
+
  protected:
   btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
                                              btPersistentManifold** manifolds, int manifold_count,
