@@ -68,8 +68,8 @@ double PiecePair::safe_share(const Path& a, const Path& b) {
   if (closest.m_hasResult) {
     known_ = true;
     normal_ = closest.m_normalOnBInWorld;
-  } else if (!find_normal(ways)) {
-    return 1.0;
+  } else {
+    find_normal(ways);
   }
   const double now = closest.m_hasResult ? double(closest.m_distance) : gap(ways, 0.0);
   if (stay_apart(ways, now)) return 1.0;
@@ -77,13 +77,19 @@ double PiecePair::safe_share(const Path& a, const Path& b) {
 }
 
 // Where the cores overlap: the direction in which they were apart, or else the shortest way out.
-bool PiecePair::find_normal(const Ways& ways) {
-  if (known_) return true;
+void PiecePair::find_normal(const Ways& ways) {
+  if (known_) return;
   btGjkEpaPenetrationDepthSolver depth;
   const btPointCollector found = closest_points(a_, a_.pose(ways.a.start), b_, b_.pose(ways.b.start), &depth);
-  known_ = found.m_hasResult;
-  normal_ = found.m_normalOnBInWorld;
-  return known_;
+  const btVector3 apart = a_.pose(ways.a.start).getOrigin() - b_.pose(ways.b.start).getOrigin();
+  if (found.m_hasResult) {
+    normal_ = found.m_normalOnBInWorld;
+  } else if (!apart.fuzzyZero()) {
+    normal_ = apart.normalized();
+  } else {
+    normal_ = btVector3(0, 0, 1);
+  }
+  known_ = true;
 }
 
 // Their distance along the normal.
@@ -140,11 +146,12 @@ double PiecePair::advance(const Ways& ways, double now) {
   for (int i = 0; i < most_looks && distance > contact(now); ++i) {
     const double closer = fine_approach(ways, share);
     const double fine = ways.turn > 0.0 ? fine_turn / ways.turn : 1.0;
+    const double safe = share;
     share += closer > 0.0 ? std::min(fine, (distance - bound) / closer) : fine;
     if (share >= 1.0) return 1.0;
     const btPointCollector closest =
         closest_points(a_, a_.pose(ways.a.at(share)), b_, b_.pose(ways.b.at(share)), nullptr);
-    if (!closest.m_hasResult) break;
+    if (!closest.m_hasResult) return safe;
     normal_ = closest.m_normalOnBInWorld;
     distance = closest.m_distance;
   }

@@ -41,7 +41,7 @@ class PiecePair {
  private:
   struct Ways;
 
-  bool find_normal(const Ways& ways);
+  void find_normal(const Ways& ways);
   double gap(const Ways& ways, double share) const;
   bool stay_apart(const Ways& ways, double now) const;
   double approach(const Ways& ways) const;
