@@ -1,5 +1,7 @@
 #include "continuous_collision.hpp"
 
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +9,12 @@ namespace energymargin {
 namespace {
 
 std::size_t index_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
+
+// The base of a tree moves as a free body does.
+bool is_link(const btCollisionObject& object) {
+  const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object);
+  return link && link->m_link >= 0;
+}
 
 // Of the core's points from the body's origin, or a little more.
 double core_reach(const btConvexShape& shape, const btTransform& in_body) {
@@ -73,8 +81,8 @@ double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::v
     if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
     const Velocity& a = velocities[index_of(*pair.a)];
     const Velocity& b = velocities[index_of(*pair.b)];
-    const Path path_a{pair.a->getWorldTransform(), a.linear * duration, a.angular * duration};
-    const Path path_b{pair.b->getWorldTransform(), b.linear * duration, b.angular * duration};
+    const Path path_a{pair.a->getWorldTransform(), a.linear * duration, a.angular * duration, is_link(*pair.a)};
+    const Path path_b{pair.b->getWorldTransform(), b.linear * duration, b.angular * duration, is_link(*pair.b)};
     for (PiecePair& pieces : pair.pieces) share = std::min(share, pieces.safe_share(path_a, path_b));
   }
   return share;

@@ -6,6 +6,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace energymargin {
 namespace {
@@ -38,13 +39,34 @@ btVector3 support(const ConvexPiece& piece, const btTransform& pose, const btVec
   return pose(piece.shape->localGetSupportVertexWithoutMarginNonVirtual(direction * pose.getBasis()));
 }
 
+// Where a body is that has moved with a twist that is constant in space.
+btTransform screwed(const btTransform& start, const btVector3& linear, const btVector3& angular) {
+  const double turn = angular.length();
+  if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
+  const btVector3 once = angular.cross(linear);
+  const btVector3 moved = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
+                          angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
+  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + moved);
+}
+
 }  // namespace
 
 btTransform Path::at(double share) const {
   if (share == 0.0) return start;
+  if (screw) return screwed(start, linear * share, angular * share);
   btTransform pose;
   btTransformUtil::integrateTransform(start, linear, angular, share, pose);
   return pose;
+}
+
+double Path::along(const btVector3& direction) const {
+  return screw && !angular.isZero() ? linear.length() : direction.dot(linear);
+}
+
+double Path::along(const btVector3& direction, double share, double turn) const {
+  const double turned = angular.length() * share;
+  if (!screw || turned == 0.0) return direction.dot(linear) + (screw ? turn * linear.length() : 0.0);
+  return direction.dot(linear.rotate(angular.normalized(), turned)) + turn * linear.length();
 }
 
 struct PiecePair::Ways {
@@ -121,7 +143,7 @@ bool PiecePair::stay_apart(const Ways& ways, double now) const {
 
 // How much closer they can come along the normal on the whole way [m].
 double PiecePair::approach(const Ways& ways) const {
-  return normal_.dot(ways.b.linear - ways.a.linear) + ways.a.angular.cross(normal_).length() * a_.reach +
+  return ways.a.along(-normal_) + ways.b.along(normal_) + ways.a.angular.cross(normal_).length() * a_.reach +
          ways.b.angular.cross(normal_).length() * b_.reach;
 }
 
@@ -134,8 +156,8 @@ double PiecePair::fine_approach(const Ways& ways, double share) const {
     const btVector3 arm = support(piece, piece.pose(pose), across) - pose.getOrigin();
     return across.dot(arm) + across.length() * fine_turn * piece.reach;
   };
-  return normal_.dot(ways.b.linear - ways.a.linear) + turning(a_, ways.a, share, -normal_) +
-         turning(b_, ways.b, share, normal_);
+  return ways.a.along(-normal_, share, fine_turn) + ways.b.along(normal_, share, fine_turn) +
+         turning(a_, ways.a, share, -normal_) + turning(b_, ways.b, share, normal_);
 }
 
 // In each round as far as they can come together at most.

@@ -19,9 +19,15 @@ struct ConvexPiece {
 //! A body on its way through a part of a step.
 struct Path {
   btTransform start;
-  btVector3 linear, angular;  // over the whole of it [m], [rad]
+  btVector3 linear, angular;  // over the whole of it, as they are at the start [m], [rad]
+  bool screw;                 // of a link: its velocity turns with it, as about the pivot of a joint
 
   btTransform at(double share) const;
+
+  //! How far it can move along a direction [m]: on its whole way, and, if it went on as it does at `share`, for as long
+  //! as it turns by no more than `turn` [rad].
+  double along(const btVector3& direction) const;
+  double along(const btVector3& direction, double share, double turn) const;
 };
 
 //! Two pieces may overlap a little: by less than their margins, so that the direction in which they are apart is known,
