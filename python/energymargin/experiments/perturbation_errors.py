@@ -80,7 +80,7 @@ LARGEST: dict[str, tuple[Largest, ...]] = {
     "force": (
         Largest(
             quantity="normal force, and each of two tangential ones, at each contact",
-            value=2.2,
+            value=1.8,
             unit="N",
             measure="normal force between pusher and box",
             reason="as large as the force: a loaded contact and a free one look alike",

@@ -36,7 +36,12 @@ def problem(asked: Problem) -> str:
         ("longest edge", f"{asked.duration:g} s"),
         ("effector", {"coast": "coasts", "drive": "is driven"}[asked.effector]),
         ("rate λ", f"{asked.rate:g} 1/J"),
-        ("sets", ", ".join(["capture set", *(name for name, one in sets.items() if one)])),
+        (
+            "sets",
+            ", ".join(
+                ["capture set", *(name for name, region in sets.items() if region is not None)]
+            ),
+        ),
     ]
     contacts = asked.contacts
     rows.append(("measured contacts", "none" if contacts is None else len(contacts)))
