@@ -10,9 +10,9 @@ constexpr double ages = 1e9;  // [s]; a later end is none
 }  // namespace
 
 std::optional<std::chrono::steady_clock::time_point> time_after(double seconds) {
-  using Clock = std::chrono::steady_clock;
   if (seconds > ages) return std::nullopt;
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  const auto later = std::chrono::duration<double>(seconds);
+  return Limit::Clock::now() + std::chrono::duration_cast<Limit::Clock::duration>(later);
 }
 
 Limit::Limit(const std::atomic<bool>* cancel, std::optional<double> timeout) {
