@@ -946,6 +946,11 @@ class CaptureScore:
         Whether all trees are grown or, with a tolerance, as many as it takes: False if the timeout, the cancel or the largest number of trees came first.
         """
     @property
+    def diverged(self) -> int:
+        """
+        Rollouts that diverged, of all trees: nodes of infinite cost and no likelihood.
+        """
+    @property
     def likelihoods(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Of the first tree's nodes, eq. 4, shape (M + 1,).
@@ -1012,6 +1017,16 @@ class EscapeEffort:
     def complete(self) -> bool:
         """
         Whether all nodes are grown, or nothing is left to gain: False if the timeout or the cancel came first.
+        """
+    @property
+    def discarded(self) -> int:
+        """
+        Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to 1.2 times as strong, they do not lead out.
+        """
+    @property
+    def diverged(self) -> int:
+        """
+        Rollouts that diverged: nodes of infinite cost.
         """
     @property
     def effort(self) -> float:
