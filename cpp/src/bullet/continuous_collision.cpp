@@ -39,9 +39,10 @@ std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& ob
   std::vector<ConvexPiece> pieces;
   for (std::size_t i = 0; i < of.half_extents.size(); ++i) {
     const bool part = of.shape->isCompound();
-    const auto& compound = static_cast<const btCompoundShape&>(*of.shape);
-    const auto& shape = static_cast<const btConvexShape&>(part ? *of.parts[i] : *of.shape);
-    const btTransform in_body = part ? compound.getChildTransform(static_cast<int>(i)) : btTransform::getIdentity();
+    const btCollisionShape& piece = part ? *of.parts[i] : *of.shape;
+    const auto& shape = static_cast<const btConvexShape&>(piece);
+    const btTransform in_body =
+        part ? static_cast<const btCompoundShape&>(*of.shape).getChildTransform(int(i)) : btTransform::getIdentity();
     pieces.push_back({&shape, in_body, !part, core_reach(shape, in_body), of.half_extents[i]});
   }
   return pieces;
