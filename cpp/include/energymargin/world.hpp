@@ -22,7 +22,8 @@ inline constexpr int most_steps = 1000000;
 //! A simulation whose numbers are not finite any more.
 class Diverged : public std::runtime_error {
  public:
-  Diverged() : std::runtime_error("the simulation diverged: a state is not finite") {}
+  explicit Diverged(const std::string& what)
+      : std::runtime_error("the simulation diverged: " + what + " is not finite") {}
 };
 
 //! A rollout on its way.

@@ -309,7 +309,7 @@ void Simulation::read(State& state) const {
     StateLayout::write(moved_to(-body.spread.center, center), state.data() + body.offset);
   }
   for (const auto& articulation : articulations_) articulation->read(state);
-  if (!state.allFinite()) throw Diverged();
+  if (!state.allFinite()) throw Diverged("a state");
 }
 
 void Simulation::read(Motion& motion) const {

@@ -165,7 +165,7 @@ Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Lim
     if (watch.ends(result.state)) break;
   }
   simulation.read(result.state);
-  if (!std::isfinite(result.effort)) throw std::runtime_error("the simulation diverged: the effort is not finite");
+  if (!std::isfinite(result.effort)) throw Diverged("the effort");
   return result;
 }
 

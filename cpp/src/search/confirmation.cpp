@@ -29,8 +29,11 @@ std::optional<bool> Confirmation::leads_out(const std::vector<int>& nodes, const
                                             const Limit& limit) {
   if (edges.empty()) return true;  // the start is out
   for (const double strength : strengths) {
-    const std::optional<bool> out = play(nodes, edges, strength, limit);
-    if (!out || *out) return out;
+    try {
+      const std::optional<bool> out = play(nodes, edges, strength, limit);
+      if (!out || *out) return out;
+    } catch (const Diverged&) {  // it leads nowhere
+    }
   }
   return false;
 }
