@@ -62,22 +62,27 @@ btTransform Path::at(double share) const {
   return pose;
 }
 
+btVector3 Path::turned(const btVector3& direction, double share) const {
+  const double turn = angular.length() * share;
+  return turn == 0.0 ? direction : direction.rotate(angular.normalized(), turn);
+}
+
 double Path::along(const btVector3& direction) const {
   return screw && !angular.isZero() ? linear.length() : direction.dot(linear);
 }
 
 double Path::along(const btVector3& direction, double share, double turn) const {
-  const double turned = angular.length() * share;
-  if (!screw || turned == 0.0) return direction.dot(linear) + (screw ? turn * linear.length() : 0.0);
-  return direction.dot(linear.rotate(angular.normalized(), turned)) + turn * linear.length();
+  return screw ? direction.dot(turned(linear, share)) + turn * linear.length() : direction.dot(linear);
 }
 
 struct PiecePair::Ways {
   const Path& a;
   const Path& b;
-  double turn;  // of both [rad]
+  double turn;    // of both [rad]
+  double travel;  // of one past the other [m]
 
-  Ways(const Path& a_, const Path& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
+  Ways(const Path& a_, const Path& b_)
+      : a(a_), b(b_), turn(a.angular.length() + b.angular.length()), travel((a.linear - b.linear).length()) {}
 };
 
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
@@ -100,7 +105,7 @@ double PiecePair::safe_share(const Path& a, const Path& b) {
   if (fresh_) began_deep_ = now < -deep_start * allowed_;
   fresh_ = false;
   began_deep_ = began_deep_ && now < -allowed_;
-  if (began_deep_ || stay_apart(ways, now)) return 1.0;
+  if (began_deep_ || stay_apart(ways, now) || slide(ways, now)) return 1.0;
   return closest.m_hasResult ? advance(ways, now) : linear_share(ways, now);
 }
 
@@ -122,9 +127,11 @@ void PiecePair::find_normal(const Ways& ways) {
 
 // Their distance along the normal.
 double PiecePair::gap(const Ways& ways, double share) const {
-  return normal_.dot(support(a_, a_.pose(ways.a.at(share)), -normal_) -
-                     support(b_, b_.pose(ways.b.at(share)), normal_)) -
-         margins_;
+  return gap(ways.a.at(share), ways.b.at(share), normal_);
+}
+
+double PiecePair::gap(const btTransform& a, const btTransform& b, const btVector3& normal) const {
+  return normal.dot(support(a_, a_.pose(a), -normal) - support(b_, b_.pose(b), normal)) - margins_;
 }
 
 // The least distance that a motion from `now` may lead to.
@@ -143,6 +150,31 @@ bool PiecePair::stay_apart(const Ways& ways, double now) const {
   const int looks = 1 + static_cast<int>(std::min<double>(most_looks, ways.turn / fine_turn));
   for (int i = 1; i <= looks; ++i) {
     if (gap(ways, static_cast<double>(i) / looks) < bound) return false;
+  }
+  return true;
+}
+
+// The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer. Between
+// two looks the distance is less by no more than what the travel makes of the normal's turn.
+bool PiecePair::slide(const Ways& ways, double now) const {
+  const double bound = least(now);
+  const double across = 0.25 * ways.travel / (deeper * allowed_);
+  const double looks = std::ceil(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
+  if (!(looks <= most_looks)) return false;
+  const auto turning = [&](const Path& face) {
+    for (double i = 1.0; i <= looks; ++i) {
+      if (gap(ways.a.at(i / looks), ways.b.at(i / looks), face.turned(normal_, i / looks)) < bound) return false;
+    }
+    return true;
+  };
+  if (turning(ways.a) || turning(ways.b)) return true;
+  btVector3 normal = normal_;
+  for (double i = 1.0; i <= looks; ++i) {
+    const btPointCollector closest =
+        closest_points(a_, a_.pose(ways.a.at(i / looks)), b_, b_.pose(ways.b.at(i / looks)), nullptr);
+    if (!closest.m_hasResult || closest.m_distance < bound) return false;
+    if ((closest.m_normalOnBInWorld - normal).length() * across > looks) return false;
+    normal = closest.m_normalOnBInWorld;
   }
   return true;
 }

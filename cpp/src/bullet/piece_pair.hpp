@@ -24,6 +24,9 @@ struct Path {
 
   btTransform at(double share) const;
 
+  //! A direction that turns with it.
+  btVector3 turned(const btVector3& direction, double share) const;
+
   //! How far it can move along a direction [m]: on its whole way, and, if it went on as it does at `share`, for as long
   //! as it turns by no more than `turn` [rad].
   double along(const btVector3& direction) const;
@@ -52,7 +55,9 @@ class PiecePair {
 
   void find_normal(const Ways& ways);
   double gap(const Ways& ways, double share) const;
+  double gap(const btTransform& a, const btTransform& b, const btVector3& normal) const;
   bool stay_apart(const Ways& ways, double now) const;
+  bool slide(const Ways& ways, double now) const;
   double approach(const Ways& ways) const;
   double fine_approach(const Ways& ways, double share) const;
   double advance(const Ways& ways, double now);

@@ -31,8 +31,10 @@ constexpr int most_tries = 4;
 // Of what the solver left over, this share is put right in a whole step; Bullet's own value.
 constexpr double error_share = 0.2;
 
-// A part that would be shorter than this share of a step is not tried: bodies are in contact already, and stay there.
+// A part that would be shorter than this share of a step is not tried: bodies are in contact already. If they turn into
+// each other, a part of this share of the one before may be short enough for the solver to move them apart.
 constexpr double shortest_part = 1e-4;
+constexpr double blocked_share = 0.25;
 
 // Small pools: a world has few contacts, and a new world is built for every problem.
 btDefaultCollisionConstructionInfo small_pools() {
@@ -363,10 +365,11 @@ Advance Simulation::advance_safely(double duration, int parts) {
     if (tries == 1) stepper_->pairs().update();
     solve(duration);
     const double share = continuous_ ? safe_share(duration) : 1.0;
-    if (share < 1.0 && tries < most_tries && parts < most_parts && share * duration > shortest_part * step_) {
+    const double shorter = duration * (share * duration > shortest_part * step_ ? share : blocked_share);
+    if (share < 1.0 && tries < most_tries && parts < most_parts && shorter > shortest_part * step_) {
       stepper_->undo();
       set_impulse_work(work);
-      duration *= share;
+      duration = shorter;
       continue;
     }
     stepper_->move(share * duration);
