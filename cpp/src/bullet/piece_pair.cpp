@@ -78,11 +78,9 @@ double Path::along(const btVector3& direction, double share, double turn) const 
 struct PiecePair::Ways {
   const Path& a;
   const Path& b;
-  double turn;    // of both [rad]
-  double travel;  // of one past the other [m]
+  double turn;  // of both [rad]
 
-  Ways(const Path& a_, const Path& b_)
-      : a(a_), b(b_), turn(a.angular.length() + b.angular.length()), travel((a.linear - b.linear).length()) {}
+  Ways(const Path& a_, const Path& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
 };
 
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
@@ -158,8 +156,9 @@ bool PiecePair::stay_apart(const Ways& ways, double now) const {
 // two looks the distance is less by no more than what the travel makes of the normal's turn.
 bool PiecePair::slide(const Ways& ways, double now) const {
   const double bound = least(now);
-  const double across = 0.25 * ways.travel / (deeper * allowed_);
-  const double looks = std::ceil(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
+  const double travel = (ways.a.linear - ways.b.linear).length() + ways.a.angular.length() * a_.reach + ways.b.angular.length() * b_.reach;
+  const double across = 0.25 * travel / (deeper * allowed_);
+  const double looks = 1.0 + std::floor(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
   if (!(looks <= most_looks)) return false;
   const auto turning = [&](const Path& face) {
     for (double i = 1.0; i <= looks; ++i) {
