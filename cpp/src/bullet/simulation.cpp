@@ -379,8 +379,9 @@ Advance Simulation::advance_safely(double duration, int parts) {
 
 void Simulation::solve(double duration) {
   btContactSolverInfo& info = world_.getSolverInfo();
-  // The solver starts from the impulses of the last part, which may have been longer or shorter.
-  info.m_warmstartingFactor = last_duration_ > 0.0 ? duration / last_duration_ : 1.0;
+  // The solver starts from the impulses of the last part. If that was longer, so are they; if it was shorter, they may be
+  // of an impact, which does not grow with time.
+  info.m_warmstartingFactor = last_duration_ > 0.0 ? std::min(1.0, duration / last_duration_) : 1.0;
   info.m_articulatedWarmstartingFactor = info.m_warmstartingFactor;
   // Of an overlap, and of a mimic's error, the share that is put right in this part: links are moved out by a velocity,
   // which would have no bound in short parts.
