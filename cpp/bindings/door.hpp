@@ -92,6 +92,7 @@ void bind_limit(py::module_& module);
 void bind_scene(py::module_& module);
 void bind_world(py::module_& module);
 void bind_regions(py::module_& module);
+void bind_plan(py::module_& module);
 void bind_problem(py::module_& module);
 void bind_scores(py::module_& module);
 

@@ -5,6 +5,7 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled core of energymargin.";
   energymargin::door::bind_limit(module);
   energymargin::door::bind_scene(module);
+  energymargin::door::bind_plan(module);
   energymargin::door::bind_world(module);
   energymargin::door::bind_regions(module);
   energymargin::door::bind_problem(module);

@@ -18,7 +18,9 @@ succeeded: the success set Z_suc. Where there are several objects, a dict of reg
 them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
 escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
 it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
-state, for the force score. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
+state, for the force score. horizon [s]: the question is about the next so many seconds, with a plan its length by default; plan: what the robot does
+in them; check [s]: between two looks at the capture set, by default about 1/60; dwell [s]: how long an object has to stay
+outside. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
 Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look
 like another unit, and of a start that falls or is outside of the capture set.)";
 
@@ -73,6 +75,46 @@ Meshes meshes(const std::string& name) {
   throw std::invalid_argument("meshes is '" + name + "', expected 'embedded' or 'files'");
 }
 
+std::optional<double> horizon(const Problem& problem) {
+  const auto timing = timing_of(problem);
+  return timing ? std::optional(timing->horizon * problem.scene.stepping().step) : std::nullopt;
+}
+
+// The parts of an intersection that the constructor makes of a dict, with an object each.
+std::optional<RegionByObject> captured_by_object(const Problem& problem) {
+  const auto* parts = std::get_if<regions::Intersection>(&problem.captured.expression());
+  const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);
+  if (!problem.captured_any || !parts || parts->of.size() != objects.size()) return std::nullopt;
+  RegionByObject found;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    found.emplace(problem.scene.bodies()[objects[i]].name, parts->of[i]);
+  }
+  return found;
+}
+
+// Through the constructor, so that what it says of bad values holds here too.
+py::object replace(const py::object& problem, const py::kwargs& changes) {
+  py::dict keywords;
+  for (const char* name : {"scene", "state", "force", "torque", "duration", "captured", "succeeded", "within",
+                           "effector", "rate", "force_weights", "contacts", "horizon", "plan", "check", "dwell"}) {
+    keywords[name] = problem.attr(name);
+  }
+  const auto& own = problem.cast<const Problem&>();
+  if (!own.horizon) keywords["horizon"] = py::none();
+  keywords["start_outside"] = true;
+  for (const auto& [name, value] : changes) {
+    if (!keywords.contains(name)) {
+      throw py::type_error("replace has no keyword '" + name.cast<std::string>() + "', expected one of Problem's");
+    }
+    keywords[name] = value;
+  }
+  py::object made = py::type::of<Problem>()(**keywords);
+  auto& other = made.cast<Problem&>();
+  if (!changes.contains("captured")) other.captured_any = own.captured_any;
+  if (!changes.contains("succeeded")) other.succeeded_any = own.succeeded_any;
+  return made;
+}
+
 py::typing::Dict<py::str, py::object> schema() { return py::module_::import("json").attr("loads")(problem_schema()); }
 
 }  // namespace
@@ -104,7 +146,8 @@ void bind_problem(py::module_& module) {
                        const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, const Number& rate,
                        const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts,
-                       bool start_outside) {
+                       const std::optional<Number>& horizon, const std::optional<Plan>& plan,
+                       const std::optional<Number>& check, const Number& dwell, bool start_outside) {
              Problem problem{scene,
                              vector("state", state, -1),
                              vector3("force", force),
@@ -118,7 +161,11 @@ void bind_problem(py::module_& module) {
                              effector(mode),
                              real("rate", rate),
                              force_weights,
-                             contacts};
+                             contacts,
+                             real("horizon", horizon),
+                             plan,
+                             real("check", check),
+                             real("dwell", dwell)};
              validate(problem);
              warn(implausible(problem, start_outside), problem.scene);
              return problem;
@@ -127,7 +174,8 @@ void bind_problem(py::module_& module) {
            py::arg("captured"), py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
            py::arg("effector") = "coast", py::arg("rate") = 5.0,
            py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none(),
-           py::arg("start_outside") = false)
+           py::arg("horizon") = py::none(), py::arg("plan") = py::none(), py::arg("check") = py::none(),
+           py::arg("dwell") = 0.0, py::arg("start_outside") = false)
       .def_property_readonly(
           "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
       .def_readonly("state", &Problem::state, "z_init, shape (n,).")
@@ -143,6 +191,24 @@ void bind_problem(py::module_& module) {
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")
       .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
+      .def_property_readonly("horizon", &horizon, "The question is about so many seconds [s]; None: it has no clock.")
+      .def_readonly("plan", &Problem::plan, "What the robot does, or None: the effector coasts.")
+      .def_readonly("check", &Problem::check, "Between two looks at the capture set [s]; None: about 1/60.")
+      .def_readonly("dwell", &Problem::dwell, "How long an object has to stay outside for an escape [s].")
+      .def_property_readonly("captured_by_object", &captured_by_object,
+                             "The capture set of each object by its name; None where there is one for all.")
+      .def(
+          "with_state",
+          [](const Problem& problem, const ArrayLike& state) {
+            Problem other = problem;
+            other.state = vector("state", state, -1);
+            other.contacts.reset();
+            validate(other);
+            return other;
+          },
+          py::arg("state"),
+          "The same question of another state, shape (n,); contacts measured at the old one are gone.")
+      .def("replace", &replace, "A copy with other values of some of the constructor's keywords.")
       .def(
           "save",
           [](const Problem& problem, const py::object& path, const std::string& mode) {

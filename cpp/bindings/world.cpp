@@ -33,6 +33,9 @@ auto simulated(double steps, const Limit& limit, const Simulation& simulation) {
 class SharedWorld {
  public:
   explicit SharedWorld(const Scene& scene) : world_(scene) {}
+  SharedWorld(const Scene& scene, const Plan& plan) : world_(scene, plan), planned_(true) {}
+
+  bool planned() const { return planned_; }
 
   const World& world() const { return world_; }
 
@@ -54,6 +57,7 @@ class SharedWorld {
 
  private:
   World world_;
+  bool planned_ = false;
   std::timed_mutex mutex_;
 };
 
@@ -63,6 +67,7 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
                    const CancelArgument& cancel) {
   const Limit given = limit_of(timeout, cancel);
   Script script;
+  const bool planned = shared.planned() && drives.empty() && targets.empty();
   for (const auto& [body, rows] : drives) {
     script.drives.push_back({body, matrix("drives['" + body + "']", rows, -1, 6)});
   }
@@ -85,7 +90,8 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   std::vector<Frame> frames = simulated(steps, given, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) {
       doubts = implausible_start(world, start);
-      return world.simulate(start, script, steps, record, limit);
+      return planned ? world.simulate(start, steps, record, limit)
+                     : world.simulate(start, script, steps, record, limit);
     });
   });
   warn(doubts, shared.world().scene());
@@ -201,15 +207,15 @@ void bind_world(py::module_& module) {
       .def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
       .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
-  py::class_<SharedWorld>(
-      module, "World",
-      "One simulation of a Scene. Every answer is a pure function of its arguments; threads may share "
-      "a world, which answers one at a time.")
-      .def(py::init([](const Scene& scene) {
+  py::class_<SharedWorld>(module, "World",
+                          "One simulation of a Scene, in which the robot follows a plan if there is one. Every answer "
+                          "is a pure function of its arguments; threads may share "
+                          "a world, which answers one at a time.")
+      .def(py::init([](const Scene& scene, const std::optional<Plan>& plan) {
              warn(implausible(scene), scene);
-             return std::make_unique<SharedWorld>(scene);
+             return plan ? std::make_unique<SharedWorld>(scene, *plan) : std::make_unique<SharedWorld>(scene);
            }),
-           py::arg("scene"))
+           py::arg("scene"), py::arg("plan") = py::none())
       .def(
           "rollout",
           [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration,
@@ -235,7 +241,8 @@ void bind_world(py::module_& module) {
           py::arg("targets") = std::map<std::string, ArrayLike>{}, py::arg("record") = py::none(), py::kw_only(),
           py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
           "One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints "
-          "under position control, shape (steps,) [rad] or [m]. record: after which steps a frame "
+          "under position control, shape (steps,) [rad] or [m]; without both the robot follows the world's plan. "
+          "record: after which steps a frame "
           "is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after "
           "timeout [s], and "
           "Cancelled once cancel is set.")

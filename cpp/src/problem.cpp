@@ -14,6 +14,8 @@ namespace {
 // step.
 constexpr double deep = 0.25;
 
+constexpr double default_check = 1.0 / 60.0;  // s
+
 void require_bounds(const std::string& name, const Vector3& bounds) {
   if (!(bounds.allFinite() && (bounds.array() >= 0.0).all())) {
     reject(name, text(bounds), "three finite numbers of at least 0");
@@ -62,7 +64,54 @@ void require_region(const std::string& name, const Region& region, const Scene& 
   }
 }
 
+// How many steps, if that is a whole number.
+std::optional<int> whole_steps(double duration, double step) {
+  const double steps = std::round(duration / step);
+  if (!(std::isfinite(steps) && std::abs(duration - steps * step) <= 1e-6 * step * std::max(1.0, steps))) {
+    return std::nullopt;
+  }
+  return steps <= most_steps ? std::optional(static_cast<int>(steps)) : std::nullopt;
+}
+
+void require_whole_steps(const std::string& name, double value, int least, double step) {
+  const auto steps = whole_steps(value, step);
+  if (steps && *steps >= least) return;
+  const std::string from = least == 0 ? "0, or " : "";
+  reject(name, text(value),
+         from + "whole steps of the scene, of " + text(step) + " s, at most " + std::to_string(most_steps));
+}
+
+void require_clock(const Problem& problem) {
+  const double step = problem.scene.stepping().step;
+  if (problem.horizon) require_whole_steps("horizon", *problem.horizon, 1, step);
+  if (problem.check) require_whole_steps("check", *problem.check, 1, step);
+  require_whole_steps("dwell", problem.dwell, 0, step);
+  if (!problem.plan) return;
+  validate(*problem.plan, problem.scene);
+  if (problem.effector == Effector::drive) {
+    reject("effector", "\"drive\" with a plan", "\"coast\": the plan says what the effector does");
+  }
+  if (problem.horizon && problem.plan->duration() < *problem.horizon - 0.5 * step) {
+    reject("plan", text(problem.plan->duration()) + " s",
+           "at least as long as the horizon, " + text(*problem.horizon) + " s");
+  }
+}
+
 }  // namespace
+
+std::optional<Timing> timing_of(const Problem& problem) {
+  if (!problem.horizon && !problem.plan) return std::nullopt;
+  const double step = problem.scene.stepping().step;
+  const auto steps = [step](double time) { return static_cast<int>(std::lround(time / step)); };
+  const int horizon = steps(problem.horizon ? *problem.horizon : problem.plan->duration());
+  return Timing{horizon, std::max(1, steps(problem.check.value_or(default_check))), steps(problem.dwell)};
+}
+
+void require_no_clock(const Problem& problem, const std::string& metric) {
+  if (!problem.horizon && !problem.plan) return;
+  reject("problem", std::string("with a ") + (problem.plan ? "plan" : "horizon"),
+         metric + " of one without: problem.replace(horizon=None, plan=None)");
+}
 
 void validate(const Problem& problem) {
   require_roles(problem.scene, problem.effector);
@@ -91,6 +140,7 @@ void validate(const Problem& problem) {
                                      {"ground_stick", weights.ground_stick}}) {
     require_finite(std::string("force weight ") + name, weight);
   }
+  require_clock(problem);
   require_region("captured", problem.captured, problem.scene);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem.scene);
   if (problem.captured_any) require_region("captured_any", *problem.captured_any, problem.scene);

@@ -2,6 +2,7 @@
 // One question: a scene, a start state, the disturbances that may act, and the sets that matter.
 
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -42,10 +43,28 @@ struct Problem {
   double rate = 5.0;  //!< lambda of eq. 4 [1/J]
   ForceWeights force_weights{};
   std::optional<std::vector<Contact>> contacts{};  //!< measured at the state, for the force score; unset: simulated
+  std::optional<double> horizon{};  //!< the question is about so many seconds; unset: the plan's, or no clock at all
+  std::optional<Plan> plan{};       //!< of the robot, from the state on; unset: it coasts
+  std::optional<double> check{};    //!< between two looks at the capture set [s]; unset: about 1/60
+  double dwell = 0.0;               //!< how long an object has to stay outside for an escape [s]
 };
 
+//! A problem's time in whole steps of its scene.
+struct Timing {
+  int horizon;
+  int check;
+  int dwell;
+};
+
+//! None for a problem without horizon and plan, whose question has no clock. The problem is valid.
+std::optional<Timing> timing_of(const Problem& problem);
+
+//! Throws std::invalid_argument, in the name of `metric`, if the problem has a clock.
+void require_no_clock(const Problem& problem, const std::string& metric);
+
 //! Throws std::invalid_argument on a bad state, bounds that are negative or not finite, a duration shorter than a step,
-//! regions on unknown bodies, no object or one on joints, "drive" without an effector that can move, or
+//! a plan that does not fit the scene or is shorter than the horizon, times that are not whole steps, a plan with
+//! "drive", regions on unknown bodies, no object or one on joints, "drive" without an effector that can move, or
 //! a start state in which a moving body is deeper in another than a quarter of the smaller one's smallest half extent.
 void validate(const Problem& problem);
 

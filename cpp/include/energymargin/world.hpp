@@ -11,6 +11,7 @@
 
 #include "energymargin/audit.hpp"
 #include "energymargin/limit.hpp"
+#include "energymargin/plan.hpp"
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
 
@@ -52,6 +53,13 @@ struct Watch {
   std::vector<int> record{};                               //!< steps after which there is a Moment, ascending
   std::function<bool(const State&)> ends{};                //!< if set: whether it ends with a state
   int look_every = 1;                                      //!< steps from one state that `ends` is asked to the next
+  int first = 0;                                           //!< steps of the plan, and of `look_every`, that are over
+};
+
+//! Wrenches that act for a while, one an object.
+struct Push {
+  Disturbance wrenches;
+  int steps = 0;
 };
 
 //! One point where two bodies touch, and the forces there over the last step.
@@ -65,19 +73,7 @@ struct Contact {
   double friction = 0.0;                       //!< coefficient of the contact, the product of the two bodies'
 };
 
-//! Wrenches on one body, a row a step.
-struct Drive {
-  std::string body;
-  Wrenches wrenches;
-};
-
-//! Target positions of one joint, one a step [rad] or [m].
-struct Targets {
-  std::string joint;
-  Eigen::VectorXd positions;
-};
-
-//! What a robot does over a simulation.
+//! What a robot does over a simulation, a row a step.
 struct Script {
   std::vector<Drive> drives{};
   std::vector<Targets> targets{};
@@ -95,6 +91,10 @@ struct Frame {
 class World {
  public:
   explicit World(const Scene& scene);
+
+  //! The robot follows `plan` in rollouts and simulations; behind its end its motors and wrenches rest, and joints keep
+  //! their last targets. Throws std::invalid_argument on a plan that does not fit the scene.
+  World(const Scene& scene, Plan plan);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
@@ -120,11 +120,18 @@ class World {
   Rollout rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit = {},
                             const Watch& watch = {});
 
+  //! The same under one push after another, without a break.
+  Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
+                            const Watch& watch = {});
+
   //! One unbroken simulation of `steps` steps under a script, recorded after the steps in `record` (ascending, from 0,
   //! the start, to `steps`). The start's contacts are those of `contacts`. Throws Cancelled or TimedOut if it reaches
   //! the limit.
   std::vector<Frame> simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
                               const Limit& limit = {});
+
+  //! The same as the world's plan says.
+  std::vector<Frame> simulate(const State& state, int steps, const std::vector<int>& record, const Limit& limit = {});
 
   //! Mechanical energy: the kinetic energy of all bodies that move, links included; the potential energy of gravity and
   //! of the bodies' constant forces, with its zero at the world's origin; the energy of the springs, and of the joints'

@@ -4,6 +4,8 @@
 #include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
+#include <algorithm>
+
 #include "solver_row.hpp"
 
 namespace energymargin {
@@ -13,6 +15,7 @@ ArticulatedBodies::ArticulatedBodies(btCollisionDispatcher& dispatcher, WatchedS
     : Stepper(dispatcher), solver_(solver), world_(world) {
   for (int i = 0; i < world.getNumMultibodies(); ++i) trees_.push_back(world.getMultiBody(i));
   for (int i = 0; i < world.getNumMultiBodyConstraints(); ++i) constraints_.push_back(world.getMultiBodyConstraint(i));
+  of_joints_ = constraints_.size();
   kept_velocities_.resize(trees_.size());
 }
 
@@ -62,11 +65,33 @@ void ArticulatedBodies::solve(double duration, btContactSolverInfo& info) {
                                                                info.m_jointFeedbackInJointFrame);
   }
   info.m_timeStep = duration;
+  set_up_motors();
   std::vector<btPersistentManifold*> touching = pairs().touching();
   solver_.solveMultiBodyGroup(moving_.data(), static_cast<int>(moving_.size()), touching.data(),
-                              static_cast<int>(touching.size()), nullptr, 0, constraints_.data(),
-                              static_cast<int>(constraints_.size()), info, nullptr, nullptr);
+                              static_cast<int>(touching.size()), of_rigids_.data(), static_cast<int>(of_rigids_.size()),
+                              constraints_.data(), static_cast<int>(constraints_.size()), info, nullptr, nullptr);
   for (btMultiBody* tree : trees_) tree->processDeltaVeeMultiDof2();
+}
+
+void ArticulatedBodies::set_up_motors() {
+  constraints_.resize(of_joints_);
+  base_motors_.clear();
+  rigid_motors_.clear();
+  of_rigids_.clear();
+  for (const Motor& motor : motors()) {
+    const auto is_its = [&motor](const btCollisionObject* object) {
+      return object->getUserIndex() == static_cast<int>(motor.body);
+    };
+    const auto rigid = std::find_if(rigids_.begin(), rigids_.end(), is_its);
+    if (rigid != rigids_.end()) {
+      rigid_motors_.push_back(std::make_unique<RigidMotor>(**rigid, motor));
+      of_rigids_.push_back(rigid_motors_.back().get());
+    } else {
+      const auto base = std::find_if(colliders_.begin(), colliders_.end(), is_its);
+      base_motors_.push_back(std::make_unique<BaseMotor>(*(*base)->m_multiBody, motor));
+      constraints_.push_back(base_motors_.back().get());
+    }
+  }
 }
 
 void ArticulatedBodies::read(std::vector<Velocity>& velocities) const {

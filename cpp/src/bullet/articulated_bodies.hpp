@@ -4,8 +4,10 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <memory>
 #include <vector>
 
+#include "motor_rows.hpp"
 #include "rigid_motions.hpp"
 #include "stepper.hpp"
 #include "watched_solver.hpp"
@@ -32,10 +34,16 @@ class ArticulatedBodies : public Stepper {
   void move(double duration) override;
 
  private:
+  void set_up_motors();
+
   WatchedSolver& solver_;
   btMultiBodyDynamicsWorld& world_;
   std::vector<btMultiBody*> trees_;
-  std::vector<btMultiBodyConstraint*> constraints_;
+  std::vector<btMultiBodyConstraint*> constraints_;  // of the joints, and for a step those of motors
+  std::size_t of_joints_;
+  std::vector<std::unique_ptr<BaseMotor>> base_motors_;
+  std::vector<std::unique_ptr<RigidMotor>> rigid_motors_;
+  std::vector<btTypedConstraint*> of_rigids_;
   std::vector<btRigidBody*> rigids_;
   std::vector<btMultiBodyLinkCollider*> colliders_;
   std::vector<btCollisionObject*> moving_;

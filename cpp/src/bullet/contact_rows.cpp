@@ -38,12 +38,14 @@ inline double resolve(const ContactRow& row, double target, double& impulse, dou
 }  // namespace
 
 void ContactRows::clear(std::size_t bodies) {
+  motors_.clear();
   normals_.clear();
   frictions_.clear();
   changes_.assign(bodies, none());
   aparts_.assign(bodies, none());
 }
 
+MotorRow& ContactRows::add_motor() { return motors_.emplace_back(); }
 NormalRow& ContactRows::add_normal() { return normals_.emplace_back(); }
 FrictionRow& ContactRows::add_friction() { return frictions_.emplace_back(); }
 
@@ -54,6 +56,9 @@ void ContactRows::apply(const ContactRow& row) {
 
 double ContactRows::iterate() {
   double most = 0.0;
+  for (MotorRow& row : motors_) {
+    most = std::max(most, resolve(row, row.target, row.impulse, -row.limit, row.limit, changes_.data()));
+  }
   for (NormalRow& row : normals_) {
     most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
   }

@@ -44,6 +44,11 @@ struct FrictionRow : ContactRow {
   double* kept;        // where the contact point keeps the impulse
 };
 
+//! Keeps a body at a velocity, as far as its limit allows.
+struct MotorRow : ContactRow {
+  double limit;  // of the impulse [N s]
+};
+
 //! The rows of one step, and what they have changed so far. The arithmetic is that of Bullet's own solver,
 //! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, and
 //! linear and angular parts are worked on at once.
@@ -52,6 +57,7 @@ class ContactRows {
   //! Of `bodies` moving bodies.
   void clear(std::size_t bodies);
 
+  MotorRow& add_motor();
   NormalRow& add_normal();
   FrictionRow& add_friction();
 
@@ -70,6 +76,7 @@ class ContactRows {
   const std::vector<FrictionRow>& frictions() const { return frictions_; }
 
  private:
+  std::vector<MotorRow> motors_;
   std::vector<NormalRow> normals_;
   std::vector<FrictionRow> frictions_;
   std::vector<Twist> changes_, aparts_;

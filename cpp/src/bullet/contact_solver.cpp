@@ -29,8 +29,9 @@ void ContactSolver::watch(const Motion* before) {
 }
 
 void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
-                          const btContactSolverInfo& info) {
+                          const std::vector<Motor>& motors, const btContactSolverInfo& info) {
   add_bodies(bodies, info);
+  for (const Motor& motor : motors) add_motor(motor, info);
   for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
   iterate(info);
   if (before_) add_work(info);
@@ -47,6 +48,31 @@ void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const bt
     const bool gyroscopic = body->getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
     moving_.push_back({body, body->getInvMass() * body->getLinearFactor(),
                        gyroscopic ? body->computeGyroscopicImpulseImplicit_Body(info.m_timeStep) : btVector3(0, 0, 0)});
+  }
+}
+
+// A row along and about each axis that is not locked.
+void ContactSolver::add_motor(const Motor& motor, const btContactSolverInfo& info) {
+  const int slot = slots_[motor.body];
+  const btRigidBody& body = *moving_[static_cast<std::size_t>(slot)].rigid;
+  for (int i = 0; i < 6; ++i) {
+    const bool turns = i >= 3;
+    const int axis = i % 3;
+    if ((turns ? body.getAngularFactor() : body.getLinearFactor())[axis] == 0.0) continue;
+    btVector3 direction(0, 0, 0);
+    direction[axis] = 1.0;
+    MotorRow& row = rows_.add_motor();
+    const btVector3 none(0, 0, 0);
+    const btVector3 spin = body.getInvInertiaTensorWorld() * direction * body.getAngularFactor();
+    row.first.body = slot;
+    row.first.along = turns ? twist(none, direction) : twist(direction, none);
+    row.first.change = turns ? twist(none, spin) : twist(direction * body.getInvMass(), none);
+    row.second.body = -1;
+    row.mobility = turns ? direction.dot(spin) : body.getInvMass();
+    row.mass = 1.0 / row.mobility;
+    row.target = ((turns ? motor.angular : motor.linear)[axis] - speed(row, true)) * row.mass;
+    row.impulse = 0.0;
+    row.limit = (turns ? motor.torque : motor.force) * info.m_timeStep;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_rows.hpp"
+#include "motor.hpp"
 #include "watched_solver.hpp"
 
 namespace energymargin {
@@ -17,7 +18,7 @@ class ContactSolver {
   //! Changes the velocities of `bodies`, which can all move, and moves them apart where they overlap. `manifolds` have
   //! at least one of them each.
   void solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
-             const btContactSolverInfo& info);
+             const std::vector<Motor>& motors, const btContactSolverInfo& info);
 
   //! As WatchedSolver::watch and work.
   void watch(const Motion* before);
@@ -39,6 +40,7 @@ class ContactSolver {
   };
 
   void add_bodies(const std::vector<btRigidBody*>& bodies, const btContactSolverInfo& info);
+  void add_motor(const Motor& motor, const btContactSolverInfo& info);
   void add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info);
   void add_normal(btManifoldPoint& point, const Ends& ends, const btContactSolverInfo& info);
   void add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction, double& kept,

@@ -4,7 +4,7 @@ namespace energymargin {
 
 void FreeBodies::solve(double duration, btContactSolverInfo& info) {
   info.m_timeStep = duration;
-  solver_.solve(moving_, pairs().touching(), info);
+  solver_.solve(moving_, pairs().touching(), motors(), info);
 }
 
 void FreeBodies::read(std::vector<Velocity>& velocities) const { read_velocities(moving_, velocities); }

@@ -379,8 +379,8 @@ Advance Simulation::advance_safely(double duration, int parts) {
 
 void Simulation::solve(double duration) {
   btContactSolverInfo& info = world_.getSolverInfo();
-  // The solver starts from the impulses of the last part. If that was longer, so are they; if it was shorter, they may be
-  // of an impact, which does not grow with time.
+  // The solver starts from the impulses of the last part. If that was longer, so are they; if it was shorter, they may
+  // be of an impact, which does not grow with time.
   info.m_warmstartingFactor = last_duration_ > 0.0 ? std::min(1.0, duration / last_duration_) : 1.0;
   info.m_articulatedWarmstartingFactor = info.m_warmstartingFactor;
   // Of an overlap, and of a mimic's error, the share that is put right in this part: links are moved out by a velocity,
@@ -433,6 +433,19 @@ void Simulation::turn_normals() {
 
 void Simulation::load(std::size_t body, const btVector3& force, const btVector3& torque) {
   loads_.push_back({body, force, torque});
+}
+
+void Simulation::unload() {
+  loads_.clear();
+  if (stepper_) stepper_->motors().clear();
+}
+
+void Simulation::drive(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque) {
+  const Inertial& spread = spreads_[body];
+  const Quaternion axes = from_bullet(colliders_[body]->getWorldTransform().getRotation()) * spread.axes.conjugate();
+  const Vector3 center = axes * spread.center;
+  stepper_->motors().push_back(
+      {body, to_bullet(Vector3(linear + angular.cross(center))), to_bullet(angular), force, torque});
 }
 
 void Simulation::apply(const Load& load, double duration) {

@@ -88,7 +88,10 @@ class Simulation {
 
   //! A wrench on a body at its centre of mass, until `unload`.
   void load(std::size_t body, const btVector3& force, const btVector3& torque);
-  void unload() { loads_.clear(); }
+  void unload();
+
+  //! A motor of limited force keeps a free body at the velocities of a state's numbers, until `unload`.
+  void drive(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
   void set_target(std::size_t joint, double target);
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if

@@ -30,11 +30,7 @@ void find_responses(btMultiBody& body, int jacobian, btMultiBodyJacobianData& da
                                       data.scratch_r, data.scratch_v);
 }
 
-}  // namespace
-
-btMultiBodySolverConstraint& add_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows,
-                                     btMultiBodyJacobianData& data, const JointShare& a,
-                                     const std::optional<JointShare>& b) {
+btMultiBodySolverConstraint& empty_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows) {
   btMultiBodySolverConstraint& row = rows.expandNonInitializing();
   row = btMultiBodySolverConstraint();
   row.m_relpos1CrossNormal.setZero();
@@ -46,7 +42,29 @@ btMultiBodySolverConstraint& add_row(btMultiBodyConstraint& owner, int number, b
   row.m_solverBodyIdA = row.m_solverBodyIdB = -1;
   row.m_orgConstraint = &owner;
   row.m_orgDofIndex = number;
+  return row;
+}
 
+}  // namespace
+
+btMultiBodySolverConstraint& add_base_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows,
+                                          btMultiBodyJacobianData& data, btMultiBody& tree, int velocity) {
+  btMultiBodySolverConstraint& row = empty_row(owner, number, rows);
+  row.m_multiBodyA = &tree;
+  row.m_linkA = -1;
+  row.m_multiBodyB = nullptr;
+  row.m_deltaVelAindex = delta_velocities(tree, data);
+  row.m_jacAindex = new_jacobian(tree, data);
+  data.m_jacobians[row.m_jacAindex + velocity] = 1.0;
+  find_responses(tree, row.m_jacAindex, data);
+  row.m_jacDiagABInv = 1.0 / data.m_deltaVelocitiesUnitImpulse[row.m_jacAindex + velocity];
+  return row;
+}
+
+btMultiBodySolverConstraint& add_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows,
+                                     btMultiBodyJacobianData& data, const JointShare& a,
+                                     const std::optional<JointShare>& b) {
+  btMultiBodySolverConstraint& row = empty_row(owner, number, rows);
   const bool two_trees = b && b->joint.body != a.joint.body;
   row.m_multiBodyA = a.joint.body;
   row.m_linkA = a.joint.link;

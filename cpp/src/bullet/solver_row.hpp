@@ -28,6 +28,10 @@ btMultiBodySolverConstraint& add_row(btMultiBodyConstraint& owner, int number, b
                                      btMultiBodyJacobianData& data, const JointShare& a,
                                      const std::optional<JointShare>& b = std::nullopt);
 
+//! Adds row `number` of `owner` over one of the six velocities of a tree's free base, by its place among the tree's.
+btMultiBodySolverConstraint& add_base_row(btMultiBodyConstraint& owner, int number, btMultiBodyConstraintArray& rows,
+                                          btMultiBodyJacobianData& data, btMultiBody& tree, int velocity);
+
 //! Bullet's number of the island that a joint's link is in.
 int island_of(const JointPlace& joint);
 

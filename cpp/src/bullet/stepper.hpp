@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collision_pairs.hpp"
+#include "motor.hpp"
 
 namespace energymargin {
 
@@ -24,6 +25,10 @@ class Stepper {
 
   CollisionPairs& pairs() { return pairs_; }
 
+  //! What keeps bodies at velocities in the next steps.
+  std::vector<Motor>& motors() { return motors_; }
+  const std::vector<Motor>& motors() const { return motors_; }
+
   //! Keeps the velocities and poses, for `undo`.
   virtual void keep() = 0;
   virtual void undo() = 0;
@@ -39,6 +44,7 @@ class Stepper {
 
  private:
   CollisionPairs pairs_;
+  std::vector<Motor> motors_;
 };
 
 }  // namespace energymargin

@@ -10,6 +10,7 @@
 #include "../check.hpp"
 #include "../energy.hpp"
 #include "auditor.hpp"
+#include "robot.hpp"
 #include "shapes.hpp"
 #include "simulation.hpp"
 
@@ -24,9 +25,9 @@ constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us
 namespace {
 
 // A wrench on one object.
-class Push {
+class Pushed {
  public:
-  Push(const btRigidBody& object, const Wrench& wrench)
+  Pushed(const btRigidBody& object, const Wrench& wrench)
       : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)) {}
 
   void load(Simulation& simulation) const {
@@ -58,16 +59,22 @@ class Push {
 class World::Bullet {
  public:
   explicit Bullet(const Scene& scene) : simulation(scene), energy(scene) {}
+  Bullet(const Scene& scene, const Plan& plan) : simulation(scene), energy(scene), robot(std::in_place, scene, plan) {}
 
   //! From where the simulation is; `auditor` may be null.
-  Rollout rollout(const Disturbance& wrenches, int steps, const Limit& limit, const Watch& watch, Auditor* auditor);
+  Rollout rollout(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor);
+  std::vector<Frame> simulate(const State& state, const Robot* along, int steps, const std::vector<int>& record,
+                              const Limit& limit);
+  std::vector<Contact> contacts(const State& state);
   Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit);
 
   Simulation simulation;
   Energy energy;
+  std::optional<Robot> robot;
 
  private:
-  void step(std::vector<Push>& pushes, Rollout& result, Auditor* auditor);
+  void load(const std::vector<Pushed>& pushed, int step);
+  void step(std::vector<Pushed>& pushed, Rollout& result, Auditor* auditor);
 };
 
 namespace {
@@ -79,6 +86,11 @@ void validate_record(const std::vector<int>& record, int steps) {
              "ascending numbers of steps from 0 to " + std::to_string(steps));
     }
   }
+}
+
+void require_steps(int steps) {
+  require_at_least("steps", steps, 1);
+  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
 }
 
 void validate_drive(const Scene& scene, const Drive& drive, int steps) {
@@ -106,6 +118,10 @@ void validate_targets(const Scene& scene, const Targets& targets, int steps) {
 }  // namespace
 
 World::World(const Scene& scene) : bullet_(std::make_unique<Bullet>(scene)) {}
+World::World(const Scene& scene, Plan plan) {
+  validate(plan, scene);
+  bullet_ = std::make_unique<Bullet>(scene, plan);
+}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
@@ -139,43 +155,61 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
 Rollout World::rollout_unchecked(const State& state, const Disturbance& wrenches, int steps, const Limit& limit,
                                  const Watch& watch) {
   bullet_->simulation.restore(state);
-  return bullet_->rollout(wrenches, steps, limit, watch, nullptr);
+  return bullet_->rollout({{wrenches, steps}}, limit, watch, nullptr);
 }
 
-Rollout World::Bullet::rollout(const Disturbance& wrenches, int steps, const Limit& limit, const Watch& watch,
+Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit,
+                                 const Watch& watch) {
+  bullet_->simulation.restore(state);
+  return bullet_->rollout(pushes, limit, watch, nullptr);
+}
+
+Rollout World::Bullet::rollout(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch,
                                Auditor* auditor) {
-  std::vector<Push> pushes;
-  for (const Wrench& wrench : wrenches) pushes.emplace_back(*simulation.objects()[pushes.size()], wrench);
-  for (const Push& push : pushes) push.load(simulation);
   Rollout result;
+  std::vector<Pushed> pushed;
   auto next = watch.record.begin();
-  while (result.steps < steps) {
-    result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
-    if (!result.complete) break;
-    step(pushes, result, auditor);
-    ++result.steps;
-    if (next != watch.record.end() && *next == result.steps) {
-      result.recorded.push_back({result.steps, result.effort, {}});
-      simulation.read(result.recorded.back().state);
-      ++next;
+  bool over = false;
+  for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
+    pushed.clear();
+    for (const Wrench& wrench : push->wrenches) pushed.emplace_back(*simulation.objects()[pushed.size()], wrench);
+    for (int i = 0; i < push->steps && !over; ++i) {
+      result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
+      over = !result.complete;
+      if (over) break;
+      if (i == 0 || robot) load(pushed, watch.first + result.steps);
+      step(pushed, result, auditor);
+      ++result.steps;
+      if (next != watch.record.end() && *next == result.steps) {
+        result.recorded.push_back({result.steps, result.effort, {}});
+        simulation.read(result.recorded.back().state);
+        ++next;
+      }
+      over = !(watch.cost + result.effort < watch.bound);
+      if (over || !watch.ends || (watch.first + result.steps) % watch.look_every != 0) continue;
+      simulation.read(result.state);
+      over = watch.ends(result.state);
     }
-    if (!(watch.cost + result.effort < watch.bound)) break;
-    if (!watch.ends || result.steps % watch.look_every != 0) continue;
-    simulation.read(result.state);
-    if (watch.ends(result.state)) break;
   }
   simulation.read(result.state);
   if (!std::isfinite(result.effort)) throw Diverged("the effort");
   return result;
 }
 
-void World::Bullet::step(std::vector<Push>& pushes, Rollout& result, Auditor* auditor) {
+// For the next step, and for those after it if there is no robot.
+void World::Bullet::load(const std::vector<Pushed>& pushed, int step) {
+  simulation.unload();
+  for (const Pushed& push : pushed) push.load(simulation);
+  if (robot) robot->act(simulation, step);
+}
+
+void World::Bullet::step(std::vector<Pushed>& pushed, Rollout& result, Auditor* auditor) {
   double left = simulation.scene().stepping().step;
   for (int parts = 0; left > 0.0; ++parts) {
     if (auditor) auditor->begin();
-    for (Push& push : pushes) push.begin();
+    for (Pushed& push : pushed) push.begin();
     const Advance part = simulation.advance(left, parts);
-    for (const Push& push : pushes) {
+    for (const Pushed& push : pushed) {
       const double work = push.work(part.duration);
       result.effort += std::abs(work);
       result.work += work;
@@ -188,7 +222,7 @@ void World::Bullet::step(std::vector<Push>& pushes, Rollout& result, Auditor* au
 Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
   simulation.restore(state);
   Auditor auditor(simulation, energy);
-  Rollout result = rollout(wrenches, steps, limit, {}, &auditor);
+  Rollout result = rollout({{wrenches, steps}}, limit, {}, &auditor);
   result.energy = energy(result.state);
   result.audit = auditor.audit();
   result.audit->energy_change = result.energy - energy(state);
@@ -199,42 +233,49 @@ Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wr
 std::vector<Frame> World::simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
                                    const Limit& limit) {
   validate(scene(), state);
-  require_at_least("steps", steps, 1);
-  if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
+  require_steps(steps);
+  for (const Drive& drive : script.drives) validate_drive(scene(), drive, steps);
+  for (const Targets& target : script.targets) validate_targets(scene(), target, steps);
+  const Plan plan{scene().stepping().step, script.drives, script.targets};
+  if (plan.rows() == 0) return bullet_->simulate(state, nullptr, steps, record, limit);
+  const Robot robot(scene(), plan);
+  return bullet_->simulate(state, &robot, steps, record, limit);
+}
+
+std::vector<Frame> World::simulate(const State& state, int steps, const std::vector<int>& record, const Limit& limit) {
+  validate(scene(), state);
+  require_steps(steps);
+  return bullet_->simulate(state, bullet_->robot ? &*bullet_->robot : nullptr, steps, record, limit);
+}
+
+std::vector<Frame> World::Bullet::simulate(const State& state, const Robot* along, int steps,
+                                           const std::vector<int>& record, const Limit& limit) {
   validate_record(record, steps);
-  std::vector<std::pair<std::size_t, const Wrenches&>> drives;
-  std::vector<std::pair<std::size_t, const Eigen::VectorXd&>> targets;
-  for (const Drive& drive : script.drives) {
-    validate_drive(scene(), drive, steps);
-    drives.emplace_back(scene().index(drive.body), drive.wrenches);
-  }
-  for (const Targets& target : script.targets) {
-    validate_targets(scene(), target, steps);
-    targets.emplace_back(scene().joint_index(target.joint), target.positions);
-  }
-  Simulation& simulation = bullet_->simulation;
   std::vector<Frame> frames;
   auto next = record.begin();
   if (next != record.end() && *next == 0) {
     frames.push_back({0.0, state, contacts(state)});
     ++next;
   }
+  const double step = simulation.scene().stepping().step;
   simulation.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_looks == 0) limit.require();
     simulation.unload();
-    for (const auto& [body, wrenches] : drives) {
-      simulation.load(body, to_bullet(Vector3(wrenches.row(i - 1).head<3>())),
-                      to_bullet(Vector3(wrenches.row(i - 1).tail<3>())));
-    }
-    for (const auto& [joint, positions] : targets) simulation.set_target(joint, positions[i - 1]);
+    if (along) along->act(simulation, i - 1);
     simulation.step();
     if (i != *next) continue;
-    frames.push_back({i * scene().stepping().step, {}, simulation.contacts()});
+    frames.push_back({i * step, {}, simulation.contacts()});
     simulation.read(frames.back().state);
     ++next;
   }
   return frames;
+}
+
+std::vector<Contact> World::Bullet::contacts(const State& state) {
+  simulation.restore(state);
+  simulation.step();
+  return simulation.contacts();
 }
 
 double World::energy(const State& state) const {
@@ -244,9 +285,7 @@ double World::energy(const State& state) const {
 
 std::vector<Contact> World::contacts(const State& state) {
   validate(scene(), state);
-  bullet_->simulation.restore(state);
-  bullet_->simulation.step();
-  return bullet_->simulation.contacts();
+  return bullet_->contacts(state);
 }
 
 double World::distance(const State& state, const std::string& body_a, const std::string& body_b) {

@@ -180,6 +180,7 @@ void require_least_likelihood(double value) {
 CaptureScore capture_score(const Problem& problem, const CaptureOptions& options) {
   validate(options);
   validate(problem);
+  require_no_clock(problem, "capture_score");
   Forest forest(problem, options);
   forest.grow();
   return forest.score();

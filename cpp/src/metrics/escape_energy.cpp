@@ -51,6 +51,7 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   require_at_least("samples", options.samples, 1);
   if (options.reach) require_positive("reach", *options.reach);
   validate(problem);
+  require_no_clock(problem, "escape_energy");
   const std::size_t object = escaping(problem.scene, options.object);
   const Body& body = problem.scene.bodies()[object];
   if (!std::isfinite(smallest_half_extent(body.shape))) {

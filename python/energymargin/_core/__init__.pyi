@@ -7,7 +7,7 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
 class Cancelled(RuntimeError):
     pass
 class Cancel:
@@ -513,6 +513,65 @@ class Scene:
         """
         [s]
         """
+class Plan:
+    """
+    What the robot does from a problem's state on: K rows in time, each held for `step` [s].
+    
+    wrenches: by free or jointed body, shape (K, 6), force [N] and torque [N m] at its centre of mass in the world's axes.
+    targets: by joint under position control, shape (K,) [rad] or [m]. velocities: by free body, shape (K, 6), the velocity of
+    its frame [m/s] and its angular velocity [rad/s], which a motor of limited force keeps it at. limits: by body of
+    `velocities`, (force [N], torque [N m]), the most along and about each axis of the world; by default twice what holds the
+    body and its links against gravity, and that at the body's radius. Behind the last row motors and wrenches rest, and joints
+    keep their targets. Raises ValueError on rows of unequal number, or that are not finite.
+    """
+    @staticmethod
+    def hold(scene: Scene, state: numpy.typing.ArrayLike, duration: float) -> Plan:
+        """
+        Everything goes on as it moves at a state (n,), for a duration [s]: free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
+        """
+    def __getstate__(self) -> tuple:
+        ...
+    def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple) -> None:
+        ...
+    @property
+    def duration(self) -> float:
+        """
+        Of all rows [s].
+        """
+    @property
+    def limits(self) -> dict[str, typing.Any]:
+        """
+        Of motors whose limits were given: by body, (force [N], torque [N m]).
+        """
+    @property
+    def rows(self) -> int:
+        """
+        K.
+        """
+    @property
+    def step(self) -> float:
+        """
+        Of a row [s].
+        """
+    @property
+    def targets(self) -> dict[str, typing.Any]:
+        """
+        By joint, shape (K,) [rad] or [m].
+        """
+    @property
+    def velocities(self) -> dict[str, typing.Any]:
+        """
+        By body, shape (K, 6) [m/s, rad/s].
+        """
+    @property
+    def wrenches(self) -> dict[str, typing.Any]:
+        """
+        By body, shape (K, 6) [N, N m].
+        """
 class Contact:
     """
     One point where two bodies touch, and the forces there over the last step.
@@ -669,9 +728,9 @@ class Simulation:
         """
 class World:
     """
-    One simulation of a Scene. Every answer is a pure function of its arguments; threads may share a world, which answers one at a time.
+    One simulation of a Scene, in which the robot follows a plan if there is one. Every answer is a pure function of its arguments; threads may share a world, which answers one at a time.
     """
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, plan: Plan | None = None) -> None:
         ...
     def contacts(self, state: numpy.typing.ArrayLike) -> list[Contact]:
         """
@@ -691,7 +750,7 @@ class World:
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
-        One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
+        One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]; without both the robot follows the world's plan. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
         """
     @property
     def scene(self) -> Scene:
@@ -747,7 +806,9 @@ class Problem:
     them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
     escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
     it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
-    state, for the force score. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
+    state, for the force score. horizon [s]: the question is about the next so many seconds, with a plan its length by default; plan: what the robot does
+    in them; check [s]: between two looks at the capture set, by default about 1/60; dwell [s]: how long an object has to stay
+    outside. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
     Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look
     like another unit, and of a start that falls or is outside of the capture set.
     """
@@ -768,7 +829,7 @@ class Problem:
         """
     def __getstate__(self) -> str:
         ...
-    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, start_outside: bool = False) -> None:
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, plan: Plan | None = None, check: float | None = None, dwell: float = 0.0, start_outside: bool = False) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -780,6 +841,10 @@ class Problem:
         """
         Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
         """
+    def replace(self, **kwargs) -> typing.Any:
+        """
+        A copy with other values of some of the constructor's keywords.
+        """
     def save(self, path: typing.Any, meshes: str = 'embedded') -> None:
         """
         Write a JSON file, atomically. meshes: where the points of compounds go that are convex hulls alone, unmoved, as those of a mesh: 'embedded', into the file, or 'files', into OBJ files beside it. Raises ValueError if a region is a Predicate, OSError if a file cannot be written.
@@ -787,6 +852,10 @@ class Problem:
     def to_json(self) -> str:
         """
         The problem as JSON text.
+        """
+    def with_state(self, state: numpy.typing.ArrayLike) -> Problem:
+        """
+        The same question of another state, shape (n,); contacts measured at the old one are gone.
         """
     @property
     def captured(self) -> Region:
@@ -799,6 +868,16 @@ class Problem:
         Where at least one object is captured, or None.
         """
     @property
+    def captured_by_object(self) -> dict[str, Region] | None:
+        """
+        The capture set of each object by its name; None where there is one for all.
+        """
+    @property
+    def check(self) -> float | None:
+        """
+        Between two looks at the capture set [s]; None: about 1/60.
+        """
+    @property
     def contacts(self) -> list[Contact] | None:
         """
         Measured contacts, or None.
@@ -807,6 +886,11 @@ class Problem:
     def duration(self) -> float:
         """
         Longest edge [s].
+        """
+    @property
+    def dwell(self) -> float:
+        """
+        How long an object has to stay outside for an escape [s].
         """
     @property
     def effector(self) -> str:
@@ -820,6 +904,16 @@ class Problem:
     def force_weights(self) -> ForceWeights:
         """
         Weights of the force score.
+        """
+    @property
+    def horizon(self) -> float | None:
+        """
+        The question is about so many seconds [s]; None: it has no clock.
+        """
+    @property
+    def plan(self) -> Plan | None:
+        """
+        What the robot does, or None: the effector coasts.
         """
     @property
     def rate(self) -> float:

@@ -1,0 +1,120 @@
+// Plans for Python.
+
+#include "energymargin/plan.hpp"
+
+#include "described.hpp"
+#include "door.hpp"
+
+namespace energymargin::door {
+namespace {
+
+constexpr const char* plan_doc =
+    R"(What the robot does from a problem's state on: K rows in time, each held for `step` [s].
+
+wrenches: by free or jointed body, shape (K, 6), force [N] and torque [N m] at its centre of mass in the world's axes.
+targets: by joint under position control, shape (K,) [rad] or [m]. velocities: by free body, shape (K, 6), the velocity of
+its frame [m/s] and its angular velocity [rad/s], which a motor of limited force keeps it at. limits: by body of
+`velocities`, (force [N], torque [N m]), the most along and about each axis of the world; by default twice what holds the
+body and its links against gravity, and that at the body's radius. Behind the last row motors and wrenches rest, and joints
+keep their targets. Raises ValueError on rows of unequal number, or that are not finite.)";
+
+using Rows = std::map<std::string, ArrayLike>;
+using Limits = std::map<std::string, std::pair<Number, Number>>;
+
+Plan plan_of(const Number& step, const Rows& wrenches, const Rows& targets, const Rows& velocities,
+             const Limits& limits) {
+  Plan plan{real("step", step)};
+  for (const auto& [body, rows] : wrenches) {
+    plan.wrenches.push_back({body, matrix("wrenches['" + body + "']", rows, -1, 6)});
+  }
+  for (const auto& [joint, rows] : targets) {
+    plan.targets.push_back({joint, vector("targets['" + joint + "']", rows, -1)});
+  }
+  for (const auto& [body, rows] : velocities) {
+    plan.velocities.push_back({body, matrix("velocities['" + body + "']", rows, -1, 6), std::nullopt, std::nullopt});
+    const auto limit = limits.find(body);
+    if (limit == limits.end()) continue;
+    plan.velocities.back().force = real("limits['" + body + "'] force", limit->second.first);
+    plan.velocities.back().torque = real("limits['" + body + "'] torque", limit->second.second);
+  }
+  for (const auto& [body, limit] : limits) {
+    if (velocities.count(body) == 0) {
+      throw std::invalid_argument("limits has '" + body + "', expected bodies of `velocities` only");
+    }
+  }
+  validate(plan);
+  return plan;
+}
+
+template <typename Entries, typename Value>
+py::typing::Dict<py::str, py::object> by_name(const Entries& entries, const Value& value) {
+  py::dict found;
+  for (const auto& entry : entries) {
+    const auto [name, numbers] = value(entry);
+    found[py::str(name)] = numbers;
+  }
+  return found;
+}
+
+py::typing::Dict<py::str, py::object> wrenches_of(const Plan& plan) {
+  return by_name(plan.wrenches, [](const Drive& drive) { return std::pair(drive.body, py::cast(drive.wrenches)); });
+}
+
+py::typing::Dict<py::str, py::object> targets_of(const Plan& plan) {
+  return by_name(plan.targets, [](const Targets& one) { return std::pair(one.joint, py::cast(one.positions)); });
+}
+
+py::typing::Dict<py::str, py::object> velocities_of(const Plan& plan) {
+  return by_name(plan.velocities, [](const Servo& servo) { return std::pair(servo.body, py::cast(servo.velocities)); });
+}
+
+py::typing::Dict<py::str, py::object> limits_of(const Plan& plan) {
+  py::dict found;
+  for (const Servo& servo : plan.velocities) {
+    if (servo.force && servo.torque) found[py::str(servo.body)] = py::make_tuple(*servo.force, *servo.torque);
+  }
+  return found;
+}
+
+py::tuple arguments(const Plan& plan) {
+  return py::make_tuple(plan.step, wrenches_of(plan), targets_of(plan), velocities_of(plan), limits_of(plan));
+}
+
+}  // namespace
+
+void bind_plan(py::module_& module) {
+  py::class_<Plan>(module, "Plan", plan_doc)
+      .def(py::init(&plan_of), py::arg("step"), py::arg("wrenches") = Rows{}, py::arg("targets") = Rows{},
+           py::arg("velocities") = Rows{}, py::arg("limits") = Limits{})
+      .def_static(
+          "hold",
+          [](const Scene& scene, const ArrayLike& state, const Number& duration) {
+            return hold(scene, vector("state", state, -1), real("duration", duration));
+          },
+          py::arg("scene"), py::arg("state"), py::arg("duration"),
+          "Everything goes on as it moves at a state (n,), for a duration [s]: free effector bodies, or those that "
+          "carry "
+          "one, keep their twist in their own frames; joints under position control keep the scene's targets.")
+      .def_readonly("step", &Plan::step, "Of a row [s].")
+      .def_property_readonly("rows", &Plan::rows, "K.")
+      .def_property_readonly("duration", &Plan::duration, "Of all rows [s].")
+      .def_property_readonly("wrenches", &wrenches_of, "By body, shape (K, 6) [N, N m].")
+      .def_property_readonly("targets", &targets_of, "By joint, shape (K,) [rad] or [m].")
+      .def_property_readonly("velocities", &velocities_of, "By body, shape (K, 6) [m/s, rad/s].")
+      .def_property_readonly("limits", &limits_of,
+                             "Of motors whose limits were given: by body, (force [N], torque [N m]).")
+      .def("__repr__",
+           [](const Plan& plan) {
+             py::list names;
+             for (const auto& part : {wrenches_of(plan), targets_of(plan), velocities_of(plan)}) {
+               for (const auto& [name, rows] : part) names.append(name);
+             }
+             return described("Plan", {{"duration", py::cast(plan.duration())}, {"of", names}});
+           })
+      .def(py::pickle(&arguments, [](const py::tuple& kept) {
+        return plan_of(kept[0].cast<Number>(), kept[1].cast<Rows>(), kept[2].cast<Rows>(), kept[3].cast<Rows>(),
+                       kept[4].cast<Limits>());
+      }));
+}
+
+}  // namespace energymargin::door

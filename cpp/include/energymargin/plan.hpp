@@ -1,0 +1,64 @@
+#pragma once
+// What a robot does over time.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "energymargin/scene.hpp"
+#include "energymargin/state.hpp"
+
+namespace energymargin {
+
+//! Wrenches on one body, shape (K, 6) [N, N m], in the world's axes, at its centre of mass.
+struct Drive {
+  std::string body;
+  Wrenches wrenches;
+};
+
+//! Target positions of one joint under position control, shape (K,) [rad] or [m].
+struct Targets {
+  std::string joint;
+  Eigen::VectorXd positions;
+};
+
+//! Velocities that a motor of limited force keeps a free body at, shape (K, 6) [m/s, rad/s], in the world's axes, of
+//! its centre of mass.
+struct Servo {
+  std::string body;
+  Wrenches velocities;
+  std::optional<double> force{};   //!< largest, along each axis [N]; unset: by `with_default_limits`
+  std::optional<double> torque{};  //!< largest, about each axis [N m]; unset: the same
+};
+
+//! What a robot does from a problem's state on: rows in time, each held for `step`.
+struct Plan {
+  double step = 0.0;  //!< of a row [s]; whole steps of the scene
+  std::vector<Drive> wrenches{};
+  std::vector<Targets> targets{};
+  std::vector<Servo> velocities{};
+
+  //! K, 0 if it does nothing.
+  int rows() const;
+
+  double duration() const { return rows() * step; }
+};
+
+//! Throws std::invalid_argument on rows of unequal number or that are not finite, a step that is not whole steps of the
+//! scene, wrenches on fixed bodies, targets of joints without position control, and motors of bodies that are fixed or
+//! on a joint, or with limits that are negative or not finite.
+void validate(const Plan& plan, const Scene& scene);
+
+//! As much of it as can be said without a scene.
+void validate(const Plan& plan);
+
+//! Limits that are unset become twice what holds a body and its links against 9.81 m/s^2 [N], and that at the body's
+//! radius [N m].
+Servo with_default_limits(const Scene& scene, Servo servo);
+
+//! Everything goes on as it moves at a state: the free bodies of role "effector", or those at the root of one, keep
+//! their twist in their own frames, by motors of the default limits; joints keep their targets. Its rows have the
+//! scene's step; `duration` [s] is rounded to whole ones.
+Plan hold(const Scene& scene, const State& state, double duration);
+
+}  // namespace energymargin
