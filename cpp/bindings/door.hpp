@@ -93,6 +93,7 @@ void bind_scene(py::module_& module);
 void bind_world(py::module_& module);
 void bind_regions(py::module_& module);
 void bind_plan(py::module_& module);
+void bind_probability(py::module_& module);
 void bind_problem(py::module_& module);
 void bind_scores(py::module_& module);
 

@@ -10,7 +10,10 @@ PYBIND11_MODULE(_core, module) {
   energymargin::door::bind_regions(module);
   energymargin::door::bind_problem(module);
   energymargin::door::bind_scores(module);
+  energymargin::door::bind_probability(module);
   py::module_ regions = module.attr("regions");
   energymargin::door::name_refused_arguments(module);
   energymargin::door::name_refused_arguments(regions);
+  py::module_ disturbances = module.attr("disturbances");
+  energymargin::door::name_refused_arguments(disturbances);
 }

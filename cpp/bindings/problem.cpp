@@ -80,15 +80,12 @@ std::optional<double> horizon(const Problem& problem) {
   return timing ? std::optional(timing->horizon * problem.scene.stepping().step) : std::nullopt;
 }
 
-// The parts of an intersection that the constructor makes of a dict, with an object each.
-std::optional<RegionByObject> captured_by_object(const Problem& problem) {
-  const auto* parts = std::get_if<regions::Intersection>(&problem.captured.expression());
+std::optional<RegionByObject> sets_by_object(const Problem& problem) {
+  const std::vector<Region> sets = captured_by_object(problem);
+  if (sets.empty()) return std::nullopt;
   const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);
-  if (!problem.captured_any || !parts || parts->of.size() != objects.size()) return std::nullopt;
   RegionByObject found;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    found.emplace(problem.scene.bodies()[objects[i]].name, parts->of[i]);
-  }
+  for (std::size_t i = 0; i < sets.size(); ++i) found.emplace(problem.scene.bodies()[objects[i]].name, sets[i]);
   return found;
 }
 
@@ -195,7 +192,7 @@ void bind_problem(py::module_& module) {
       .def_readonly("plan", &Problem::plan, "What the robot does, or None: the effector coasts.")
       .def_readonly("check", &Problem::check, "Between two looks at the capture set [s]; None: about 1/60.")
       .def_readonly("dwell", &Problem::dwell, "How long an object has to stay outside for an escape [s].")
-      .def_property_readonly("captured_by_object", &captured_by_object,
+      .def_property_readonly("captured_by_object", &sets_by_object,
                              "The capture set of each object by its name; None where there is one for all.")
       .def(
           "with_state",

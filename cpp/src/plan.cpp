@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <type_traits>
 
 #include "check.hpp"
 #include "energymargin/world.hpp"
@@ -125,6 +126,21 @@ Servo with_default_limits(const Scene& scene, Servo servo) {
   if (!servo.force) servo.force = share_of_weight * mass * standard_gravity;
   if (!servo.torque) servo.torque = *servo.force * reach;
   return servo;
+}
+
+Plan fine_rows(const Plan& plan, const Scene& scene) {
+  const auto steps = static_cast<Eigen::Index>(std::lround(plan.step / scene.stepping().step));
+  const auto fine = [steps](const auto& rows) {
+    std::decay_t<decltype(rows)> result(rows.rows() * steps, rows.cols());
+    for (Eigen::Index i = 0; i < result.rows(); ++i) result.row(i) = rows.row(i / steps);
+    return result;
+  };
+  Plan result = plan;
+  result.step = scene.stepping().step;
+  for (Drive& drive : result.wrenches) drive.wrenches = fine(drive.wrenches);
+  for (Targets& targets : result.targets) targets.positions = fine(targets.positions);
+  for (Servo& servo : result.velocities) servo.velocities = fine(servo.velocities);
+  return result;
 }
 
 Plan hold(const Scene& scene, const State& state, double duration) {

@@ -171,6 +171,13 @@ const Region& capture_set(const Problem& problem, Captured captured) {
   return *problem.captured_any;
 }
 
+// The parts of the set of all, which is made of one set an object where there is one of any.
+std::vector<Region> captured_by_object(const Problem& problem) {
+  const auto* parts = std::get_if<regions::Intersection>(&problem.captured.expression());
+  const std::size_t objects = problem.scene.with_role(Role::object).size();
+  return problem.captured_any && parts && parts->of.size() == objects ? parts->of : std::vector<Region>{};
+}
+
 EdgeStart::EdgeStart(const Problem& problem) {
   if (problem.effector == Effector::coast) return;
   const Scene& scene = problem.scene;

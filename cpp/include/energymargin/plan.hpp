@@ -56,6 +56,9 @@ void validate(const Plan& plan);
 //! radius [N m].
 Servo with_default_limits(const Scene& scene, Servo servo);
 
+//! The same plan with a row for each step of the scene.
+Plan fine_rows(const Plan& plan, const Scene& scene);
+
 //! Everything goes on as it moves at a state: the free bodies of role "effector", or those at the root of one, keep
 //! their twist in their own frames, by motors of the default limits; joints keep their targets. Its rows have the
 //! scene's step; `duration` [s] is rounded to whole ones.

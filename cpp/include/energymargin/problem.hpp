@@ -77,6 +77,9 @@ enum class Captured {
 //! The set that an escape leaves. Throws std::invalid_argument if the problem has no set for `any`.
 const Region& capture_set(const Problem& problem, Captured captured);
 
+//! The capture sets of the objects, in the scene's order; empty where there is one for all.
+std::vector<Region> captured_by_object(const Problem& problem);
+
 //! Where an edge of the search starts.
 class EdgeStart {
  public:

@@ -94,9 +94,13 @@ class World {
 
   //! The robot follows `plan` in rollouts and simulations; behind its end its motors and wrenches rest, and joints keep
   //! their last targets. Throws std::invalid_argument on a plan that does not fit the scene.
-  World(const Scene& scene, Plan plan);
+  World(const Scene& scene, const Plan& plan);
   ~World();
   World(World&&) noexcept;
+
+  //! The robot follows another plan from now on, which fits the scene.
+  void follow(const Plan& plan);
+
   World& operator=(World&&) noexcept;
 
   const Scene& scene() const;

@@ -118,13 +118,15 @@ void validate_targets(const Scene& scene, const Targets& targets, int steps) {
 }  // namespace
 
 World::World(const Scene& scene) : bullet_(std::make_unique<Bullet>(scene)) {}
-World::World(const Scene& scene, Plan plan) {
+World::World(const Scene& scene, const Plan& plan) {
   validate(plan, scene);
   bullet_ = std::make_unique<Bullet>(scene, plan);
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
+
+void World::follow(const Plan& plan) { bullet_->robot.emplace(scene(), plan); }
 
 const Scene& World::scene() const { return bullet_->simulation.scene(); }
 const StateLayout& World::layout() const { return bullet_->simulation.layout(); }

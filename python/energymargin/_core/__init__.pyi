@@ -7,7 +7,8 @@ import numpy
 import numpy.typing
 import typing
 from . import regions
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Tree', 'World', 'capture_score', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
+from . import disturbances
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
 class Cancelled(RuntimeError):
     pass
 class Cancel:
@@ -1286,6 +1287,125 @@ class ScoreRun:
         """
         Problems that were added and whose rows are not taken yet.
         """
+class Survival:
+    """
+    How one capture set fares over the horizon.
+    """
+    @property
+    def captured(self) -> float:
+        """
+        Probability of staying captured until the horizon.
+        """
+    @property
+    def curve(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        The same until each of the times, shape (T,).
+        """
+    @property
+    def mean_time(self) -> float:
+        """
+        Mean time captured within the horizon [s].
+        """
+class CaptureProbability:
+    """
+    Probability of staying captured under a stated random disturbance.
+    """
+    def __repr__(self) -> str:
+        ...
+    def interval(self, confidence: float = 0.95, which: str = 'captured') -> tuple[float, float]:
+        """
+        (low, high) of the probability, by Clopper and Pearson, so that it holds at least as often as `confidence`; with a tolerance as much wider as the looks ask for. which: 'captured', 'success' or 'any'.
+        """
+    @property
+    def any(self) -> Survival | None:
+        """
+        Of at least one object, a Survival; None unless by_object.
+        """
+    @property
+    def by_object(self) -> list[Survival]:
+        """
+        Of each object, in the scene's order; or empty.
+        """
+    @property
+    def captured(self) -> float:
+        """
+        Probability that all objects stay captured throughout the horizon.
+        """
+    @property
+    def complete(self) -> bool:
+        """
+        Whether all rollouts are there: False if the timeout or the cancel came first.
+        """
+    @property
+    def curve(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Probability of having been captured throughout until each time, shape (T,).
+        """
+    @property
+    def diverged(self) -> int:
+        """
+        Rollouts that are left out.
+        """
+    @property
+    def effective(self) -> float:
+        """
+        As many rollouts of equal weight say as much.
+        """
+    @property
+    def mean_time(self) -> float:
+        """
+        Mean time captured within the horizon [s], the restricted mean survival time.
+        """
+    @property
+    def rollouts(self) -> int:
+        """
+        Random ones that count.
+        """
+    @property
+    def steps(self) -> int:
+        """
+        Simulation steps, those of the undisturbed one too.
+        """
+    @property
+    def success(self) -> float | None:
+        """
+        Probability of being in the success set at the horizon; None unless asked for.
+        """
+    @property
+    def times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        At which the sets are looked at, shape (T,) [s].
+        """
+    @property
+    def undisturbed(self) -> bool:
+        """
+        Whether they stay captured without any disturbance.
+        """
+    @property
+    def undisturbed_success(self) -> bool | None:
+        """
+        Whether the undisturbed future ends in the success set; None unless asked for.
+        """
+    @property
+    def undisturbed_time(self) -> float:
+        """
+        How long they do within the horizon [s].
+        """
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
+    """
+    Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
+    
+    disturbance: a model of em.disturbances, by default Uniform(), or a function (random, times) of a numpy Generator and the
+    times of the steps, shape (steps,) [s], that gives wrenches (steps, 6 k). rollouts: by default 30; with a tolerance they
+    are added, 32, 64, 128, ..., until half of the 95 % interval is at most that, up to `rollouts`, by default 10000. One more
+    rollout, without disturbance, is told apart. success: also the probability of being in the success set at the horizon, for
+    which rollouts run on after an exit. by_object: of several objects also of any, and of each. The same seed draws the same
+    disturbances in units of the bounds for every problem; the result does not depend on the threads.
+    
+    Raises ValueError on a problem without horizon and plan, RuntimeError if more than 1 % of the rollouts diverge. Ends early
+    after timeout [s], or once cancel is set: the rollouts that are complete count, up to the first that is not; `complete`
+    says so. Without any it raises TimeoutError or Cancelled. progress(rollouts) is called now and then.
+    """
 def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
