@@ -76,7 +76,7 @@ py::typing::Dict<py::str, py::object> limits_of(const Plan& plan) {
   return found;
 }
 
-py::tuple arguments(const Plan& plan) {
+py::typing::Tuple<py::object, py::ellipsis> arguments(const Plan& plan) {
   return py::make_tuple(plan.step, wrenches_of(plan), targets_of(plan), velocities_of(plan), limits_of(plan));
 }
 
@@ -111,7 +111,7 @@ void bind_plan(py::module_& module) {
              }
              return described("Plan", {{"duration", py::cast(plan.duration())}, {"of", names}});
            })
-      .def(py::pickle(&arguments, [](const py::tuple& kept) {
+      .def(py::pickle(&arguments, [](const py::typing::Tuple<py::object, py::ellipsis>& kept) {
         return plan_of(kept[0].cast<Number>(), kept[1].cast<Rows>(), kept[2].cast<Rows>(), kept[3].cast<Rows>(),
                        kept[4].cast<Limits>());
       }));

@@ -92,10 +92,10 @@ void bind_models(py::module_& module) {
 }
 
 using Function = py::typing::Callable<py::object(py::object, py::object)>;
-using Model = std::variant<Uniform, Gaussian, Boltzmann, OfPlan, py::function>;
+using Model = std::variant<Uniform, Gaussian, Boltzmann, OfPlan, Function>;
 
 // What a user's function draws for each rollout.
-Given given_by(const py::function& function, const Problem& problem, int rollouts, std::uint64_t seed_given) {
+Given given_by(const Function& function, const Problem& problem, int rollouts, std::uint64_t seed_given) {
   const auto timing = timing_of(problem);
   if (!timing) throw std::invalid_argument("problem is without horizon and plan, expected one with");
   const py::module_ numpy = py::module_::import("numpy");
@@ -125,7 +125,7 @@ CaptureProbability probability(const Problem& problem, const Model& disturbance,
   options.made = progress.made();
   std::visit(
       [&](const auto& model) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(model)>, py::function>) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(model)>, Function>) {
           if (options.tolerance) {
             throw std::invalid_argument(
                 "tolerance is given with a function as disturbance, expected a model of "

@@ -138,7 +138,15 @@ void bind_problem(py::module_& module) {
       .def_readonly("distance", &ForceWeights::distance)
       .def_readonly("ground_engage", &ForceWeights::ground_engage)
       .def_readonly("ground_stick", &ForceWeights::ground_stick);
-  py::class_<Problem>(module, "Problem", problem_doc)
+  py::class_<Problem> type(module, "Problem", problem_doc);
+  {
+    py::options options;
+    options.disable_function_signatures();
+    type.def("replace", &replace,
+             "replace(self, **changes: typing.Any) -> Problem\n\nA copy with other values of some of the constructor's "
+             "keywords. Raises as the constructor does, and TypeError on other keywords.");
+  }
+  type
       .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
                        const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, const Number& rate,
@@ -205,7 +213,6 @@ void bind_problem(py::module_& module) {
           },
           py::arg("state"),
           "The same question of another state, shape (n,); contacts measured at the old one are gone.")
-      .def("replace", &replace, "A copy with other values of some of the constructor's keywords.")
       .def(
           "save",
           [](const Problem& problem, const py::object& path, const std::string& mode) {

@@ -530,13 +530,13 @@ class Plan:
         """
         Everything goes on as it moves at a state (n,), for a duration [s]: free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
-    def __getstate__(self) -> tuple:
+    def __getstate__(self) -> tuple[typing.Any, ...]:
         ...
     def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple) -> None:
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
         ...
     @property
     def duration(self) -> float:
@@ -842,9 +842,9 @@ class Problem:
         """
         Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
         """
-    def replace(self, **kwargs) -> typing.Any:
+    def replace(self, **changes: typing.Any) -> Problem:
         """
-        A copy with other values of some of the constructor's keywords.
+        A copy with other values of some of the constructor's keywords. Raises as the constructor does, and TypeError on other keywords.
         """
     def save(self, path: typing.Any, meshes: str = 'embedded') -> None:
         """
@@ -1391,7 +1391,7 @@ class CaptureProbability:
         """
         How long they do within the horizon [s].
         """
-def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
     
