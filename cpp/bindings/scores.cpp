@@ -249,12 +249,13 @@ void bind_batch(py::module_& module) {
   py::class_<Batch, HeldBatch>(module, "ScoreRun",
                                "A running batch on a pool of threads, to which problems can be added.")
       .def(py::init([](const std::vector<std::string>& metrics, int nodes, std::uint64_t seed, int threads,
-                       int nodes_per_edge, double least_likelihood, bool stop_at_escape) {
-             return HeldBatch(new Batch(
-                 BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape, seed, threads}));
+                       int nodes_per_edge, double least_likelihood, bool stop_at_escape, int rollouts) {
+             return HeldBatch(new Batch(BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape,
+                                                     rollouts, seed, threads}));
            }),
            py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"), py::kw_only(),
-           py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("stop_at_escape") = false)
+           py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("stop_at_escape") = false,
+           py::arg("rollouts") = 30)
       .def(
           "add",
           [](Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,

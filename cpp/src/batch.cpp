@@ -15,6 +15,7 @@
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/probability.hpp"
 #include "energymargin/random.hpp"
 #include "threads.hpp"
 
@@ -34,6 +35,8 @@ constexpr EffortMetric effort_metrics[] = {{"effort/est", "est", Captured::all},
                                            {"effort/est/any", "est", Captured::any},
                                            {"effort/rrt/any", "rrt", Captured::any}};
 constexpr const char* tree_metrics[] = {"capture", "success", "capture/any", "success/any"};
+
+constexpr const char* probability_metrics[] = {"probability", "probability/success", "probability/any"};
 constexpr const char* force_metric = "force";
 
 const EffortMetric* effort_metric(const std::string& name) {
@@ -47,17 +50,23 @@ bool is_tree_metric(const std::string& name) {
   return std::find(std::begin(tree_metrics), std::end(tree_metrics), name) != std::end(tree_metrics);
 }
 
+bool is_probability_metric(const std::string& name) {
+  return std::find(std::begin(probability_metrics), std::end(probability_metrics), name) !=
+         std::end(probability_metrics);
+}
+
 std::string known_metrics() {
   std::string names = std::string("'") + force_metric + "'";
   for (const char* name : tree_metrics) names += std::string(", '") + name + "'";
   for (const EffortMetric& metric : effort_metrics) names += std::string(", '") + metric.name + "'";
+  for (const char* name : probability_metrics) names += std::string(", '") + name + "'";
   return names;
 }
 
 void require_metrics(const std::vector<std::string>& metrics) {
   if (metrics.empty()) reject("metrics", "empty", "at least one metric");
   for (const std::string& metric : metrics) {
-    if (metric != force_metric && !is_tree_metric(metric) && !effort_metric(metric)) {
+    if (metric != force_metric && !is_tree_metric(metric) && !effort_metric(metric) && !is_probability_metric(metric)) {
       reject("metrics", "'" + metric + "'", "some of " + known_metrics());
     }
   }
@@ -67,6 +76,7 @@ void validate(const BatchOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
   require_least_likelihood(options.least_likelihood);
+  require_at_least("rollouts", options.rollouts, 1);
   require_at_least("threads", options.threads, 1);
   require_metrics(options.metrics);
 }
@@ -108,6 +118,27 @@ void add_effort(const Problem& problem, const EffortMetric& metric, const BatchO
   row.scores[metric.name] = escape.effort;
 }
 
+void add_probability(const Problem& problem, const std::string& metric, const BatchOptions& options, std::uint64_t seed,
+                     ScoreRow& row) {
+  ProbabilityOptions probability;
+  probability.rollouts = options.rollouts;
+  probability.seed = seed;
+  probability.limit = options.limit;
+  probability.success = metric == "probability/success";
+  probability.by_object = metric == "probability/any";
+  const CaptureProbability found = [&] {
+    try {
+      return capture_probability(problem, probability);
+    } catch (const Cancelled&) {
+      throw search::Stopped();
+    } catch (const TimedOut&) {
+      throw search::Stopped();
+    }
+  }();
+  if (!found.complete) throw search::Stopped();
+  row.scores[metric] = found.success ? *found.success : (found.any ? *found.any : found.all).captured();
+}
+
 // What one search gives, and how long it takes.
 void add_search(const Problem& problem, const std::string& search, const BatchOptions& options, ScoreRow& row) {
   const auto start = Clock::now();
@@ -116,6 +147,8 @@ void add_search(const Problem& problem, const std::string& search, const BatchOp
     add_capture(problem, options, seed, row);
   } else if (const EffortMetric* effort = effort_metric(search)) {
     add_effort(problem, *effort, options, seed, row);
+  } else if (is_probability_metric(search)) {
+    add_probability(problem, search, options, seed, row);
   } else {
     row.scores[force_metric] = force_score(problem).force;
   }

@@ -8,8 +8,10 @@ from typing import NamedTuple
 
 __all__ = [
     "ANY",
+    "CLOCKLESS",
     "KINDS",
     "METRICS",
+    "TIMED",
     "Kind",
     "axis_label",
     "check_metrics",
@@ -26,7 +28,14 @@ ANY = "/any"
 METRICS = (
     *("capture", "success", "effort/est", "effort/rrt", "force"),
     *("capture/any", "success/any", "effort/est/any", "effort/rrt/any"),
+    *("probability", "probability/success", "probability/any"),
 )
+
+TIMED = ("probability", "probability/success", "probability/any")
+"""Those that ask about a problem's horizon."""
+
+CLOCKLESS = ("capture", "success", "force", "capture/any", "success/any")
+"""Those that ask a question without a clock."""
 
 
 class Kind(NamedTuple):
@@ -46,6 +55,7 @@ class Kind(NamedTuple):
 
 KINDS = {
     "likelihood": Kind(("capture", "success"), "likelihood", "0..1"),
+    "probability": Kind(("probability", "probability/success"), "probability", "0..1"),
     "effort": Kind(("effort/est", "effort/rrt"), "effort of escape", "J"),
     "force": Kind(("force",), "force score", "-"),
 }
@@ -64,7 +74,7 @@ def unit(metric: str) -> str:
 
 def is_likelihood(metric: str) -> bool:
     """Whether it lies between 0 and 1."""
-    return _kind(metric) is KINDS["likelihood"]
+    return _kind(metric) in (KINDS["likelihood"], KINDS["probability"])
 
 
 def axis_label(metric: str) -> str:

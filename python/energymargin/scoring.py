@@ -17,7 +17,7 @@ from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
-from energymargin.metrics import ANY, METRICS, check_metrics
+from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
 from energymargin.settings import SearchSettings
 from energymargin.tasks.base import whole_number
 
@@ -159,6 +159,7 @@ def score(
     nodes_per_edge: int = 1,
     least_likelihood: float = 0.0,
     stop_at_escape: bool = False,
+    rollouts: int = 30,
     progress: Callable[[int, int], None] | None = None,
     on_rows: Callable[[list[Row]], None] | None = None,
     indices: Sequence[int] | None = None,
@@ -170,7 +171,8 @@ def score(
     `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
     search tree, `threads` None takes all cores this process may use. `executor`, in place of
     `threads`, is of `em.executors`: Processes, or Dask. `nodes_per_edge` and `least_likelihood` go
-    to `capture_score`, `stop_at_escape` to `escape_effort`. `progress(done, total)` and
+    to `capture_score`, `stop_at_escape` to `escape_effort`, `rollouts` to `capture_probability`,
+    which takes its default disturbance. `progress(done, total)` and
     `on_rows(rows)` are called as scores come in. `indices` are the problems' stream indices, 0 to
     N-1 if not given: a part of the problems with their own indices gets the scores it has in the
     whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
@@ -188,7 +190,9 @@ def score(
         raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
     metrics = chosen_metrics(problems, metrics)
     check_metrics(metrics)
-    settings = SearchSettings(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape)
+    settings = SearchSettings(
+        nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape, rollouts
+    )
     if executor is not None and threads is not None:
         raise ValueError(f"threads is {threads}, expected None with an executor")
     executor = chosen_executor(executor, threads)
@@ -224,8 +228,9 @@ def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
     """The metrics that every one of the problems has, in the order of METRICS."""
     there = set(METRICS)
     for problem in problems:
+        there -= set(TIMED if problem.horizon is None else CLOCKLESS)
         if problem.succeeded is None:
-            there.discard("success")
+            there -= {"success", "probability/success"}
         if problem.succeeded_any is None:
             there.discard("success" + ANY)
         if problem.captured_any is None:
@@ -241,6 +246,15 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
     there = metrics_of(problems)
     lacking = [metric for metric in metrics or () if metric in METRICS and metric not in there]
     if lacking:
+        timed = lacking[0] in TIMED
+        if lacking[0] in (*TIMED, *CLOCKLESS) and any(
+            (problem.horizon is None) == timed for problem in problems
+        ):
+            way = "horizon=..." if timed else "horizon=None, plan=None"
+            raise ValueError(
+                f"metrics has {lacking[0]!r}, but not every problem is {'with' if timed else 'without'}"
+                f" a horizon: problem.replace({way})"
+            )
         of_each = " for each object" if lacking[0].endswith(ANY) else ""
         kind = "success" if lacking[0].startswith("success") else "capture"
         raise ValueError(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from energymargin.metrics import TIMED
 from energymargin.tasks.base import whole_number, yes_or_no
 
 __all__ = ["ALGORITHM", "SearchSettings", "algorithm"]
@@ -20,6 +21,7 @@ MOST_NODES = 10**9
 # Of each kind of metric, the settings that change its value.
 _OF_TREE = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
 _OF_EFFORT = ("nodes", "seed", "stop_at_escape")
+_OF_PROBABILITY = ("rollouts", "seed")
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class SearchSettings:
     """Of capture and success, as of `capture_score`."""
     stop_at_escape: bool = False
     """Of the efforts, as of `escape_effort`."""
+    rollouts: int = 30
+    """Of the probabilities, as of `capture_probability`."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
@@ -45,6 +49,7 @@ class SearchSettings:
             "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
             "least_likelihood": _share("least_likelihood", self.least_likelihood),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
+            "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -53,7 +58,9 @@ class SearchSettings:
         """Those that change the value of one metric."""
         if metric == "force":
             return {}
-        names = _OF_EFFORT if metric.startswith("effort") else _OF_TREE
+        names: tuple[str, ...] = _OF_EFFORT if metric.startswith("effort") else _OF_TREE
+        if metric in TIMED:
+            names = _OF_PROBABILITY
         return {name: value for name, value in self.all().items() if name in names}
 
     def all(self) -> dict[str, Any]:

@@ -397,3 +397,24 @@ def test_intervals_hold():
         low, high = em.capture_probability(problem, rollouts=20, seed=seed).interval()
         inside += low <= truth <= high
     assert inside >= 279  # 93 of 100
+
+
+# -- as a metric
+
+
+def test_a_batch_gives_the_bits_of_single_calls():
+    """Each problem has its own stream; those with a clock have other metrics than those without."""
+    problems = [ball(bound) for bound in (15.0, 20.0, 30.0)]
+    table = em.score(problems, seed=4, rollouts=20, nodes=20)
+    assert set(table.scores) == {"probability", "effort/est", "effort/rrt"}
+    single = [
+        em.capture_probability(problem, rollouts=20, seed=em.stream(4, i)).captured
+        for i, problem in enumerate(problems)
+    ]
+    assert table["probability"].tolist() == single
+
+
+def test_a_metric_that_the_problem_cannot_answer_is_refused():
+    """By name, with what to do."""
+    with pytest.raises(ValueError, match=r"replace\(horizon="):
+        em.score([ball(1.0, horizon=None)], metrics=("probability",))

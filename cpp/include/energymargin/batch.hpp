@@ -25,12 +25,14 @@ struct ScoreRow {
 //! What to compute, and how.
 struct BatchOptions {
   //! Of "capture", "success", "effort/est", "effort/rrt", "force" and, for several objects, with "/any" for those of at
-  //! least one: "capture/any", "success/any", "effort/est/any", "effort/rrt/any".
+  //! least one: "capture/any", "success/any", "effort/est/any", "effort/rrt/any". Of problems with a horizon
+  //! "probability", "probability/success" and "probability/any", under disturbances::Uniform.
   std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
   int nodes = 1000;
   int nodes_per_edge = 1;         //!< of capture and success, as CaptureOptions
   double least_likelihood = 0.0;  //!< the same
   bool stop_at_escape = false;    //!< of the efforts, as EffortOptions
+  int rollouts = 30;              //!< of the probabilities, as ProbabilityOptions
   std::uint64_t seed = 0;
   int threads = 1;
   //! Stream index of each problem, so that a run that goes on gives the same bits; empty: 0, 1, 2, ...

@@ -1263,7 +1263,7 @@ class ScoreRun:
     """
     A running batch on a pool of threads, to which problems can be added.
     """
-    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False, rollouts: typing.SupportsInt | typing.SupportsIndex = 30) -> None:
         ...
     def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """

@@ -11,7 +11,7 @@ import numpy as np
 
 from energymargin.curves import target_name
 from energymargin.evaluation import SUCCESS, Evaluation
-from energymargin.metrics import ANY, METRICS
+from energymargin.metrics import ANY, METRICS, TIMED
 from energymargin.report.subject import Data, Subject
 from energymargin.settings import ALGORITHM, SearchSettings
 
@@ -55,7 +55,8 @@ def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
 
 def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
     """Metrics that the run was not asked for."""
-    there = [m for m in METRICS if subject.several or not m.endswith(ANY)]
+    asked = [m for m in METRICS if m not in TIMED]
+    there = [m for m in asked if subject.several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
     if unasked:
         yield Notice(

@@ -76,7 +76,7 @@ CREATE INDEX claims_of_scorer ON claims (scorer);
 """
 
 # Settings that older files do not name, as they were then.
-_BEFORE = {"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False}
+_BEFORE = {"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False, "rollouts": 30}
 # Settings of older files that are none of a search.
 _OF_FILE = ("task", "dataset", "metrics", "energymargin")
 
