@@ -250,10 +250,11 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
         if lacking[0] in (*TIMED, *CLOCKLESS) and any(
             (problem.horizon is None) == timed for problem in problems
         ):
+            has = "has a" if timed else "is without"
             way = "horizon=..." if timed else "horizon=None, plan=None"
             raise ValueError(
-                f"metrics has {lacking[0]!r}, but not every problem is {'with' if timed else 'without'}"
-                f" a horizon: problem.replace({way})"
+                f"metrics has {lacking[0]!r}, but not every problem {has} horizon: "
+                f"problem.replace({way})"
             )
         of_each = " for each object" if lacking[0].endswith(ANY) else ""
         kind = "success" if lacking[0].startswith("success") else "capture"
