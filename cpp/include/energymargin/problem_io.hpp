@@ -8,8 +8,9 @@
 
 namespace energymargin {
 
-//! Format version that `save` writes; `load` refuses newer ones.
-inline constexpr int problem_format_version = 3;
+//! Newest version of the format; `load` refuses newer ones. `save` writes it if the problem has a horizon, plan, check
+//! or dwell, and version 3 if it has none of them.
+inline constexpr int problem_format_version = 4;
 
 //! The JSON Schema (draft-07) of problem files, which every file is checked against when it is read.
 const std::string& problem_schema();
