@@ -144,6 +144,15 @@ TEST(ProblemIo, RoundTripOfAPlanMovesTheRobotToTheSameBits) {
   EXPECT_FALSE(same_bits(one.state, World(given.scene).rollout(given.state, none, *given.horizon).state));
 }
 
+TEST(ProblemIo, PlanAloneIsWrittenAsInAProblemAndReadWithoutAScene) {
+  const std::string text = to_json(*planned().plan);
+  EXPECT_EQ(Json::parse(text), Json::parse(to_json(planned()))["plan"]);
+  EXPECT_EQ(to_json(plan_from_json(text)), text);
+  EXPECT_TRUE(rejects([] { to_json(Plan{0.1}); }, {"plan is empty"}));
+  EXPECT_TRUE(rejects([] { plan_from_json(" "); }, {"it is empty, expected the JSON of a plan"}));
+  EXPECT_TRUE(rejects([] { plan_from_json("{\"step\": 0.1}"); }, {"plan is empty"}));
+}
+
 TEST(ProblemIo, RowsOfAPlanMayBeWrittenAsLists) {
   const std::string text = with_listed_rows(planned());
   EXPECT_EQ(Json::parse(text)["plan"]["targets"][0]["rows"].size(), 7u);

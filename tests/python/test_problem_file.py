@@ -117,6 +117,23 @@ def test_horizon_and_plan_are_kept_to_the_last_bit(copied):
     assert bits(end) == bits(again)
 
 
+def test_a_plan_alone_keeps_its_bits_and_its_order():
+    scene = em.Scene()
+    for x, name in enumerate(("right", "left")):
+        scene.add_body(name, em.Sphere(0.1), mass=1, position=(x, 0, 0), role="effector")
+    state = scene.pack(left={"velocity": (0.1, 0, 1 / 3), "angular_velocity": (0, 0.7, 0)})
+    plan = em.Plan.hold(scene, state, 0.1)
+    for read in (em.Plan.from_json(plan.to_json()), pickle.loads(pickle.dumps(plan))):
+        assert_same_plan(read, plan)
+        assert list(read.velocities) == ["right", "left"]
+    with pytest.raises(ValueError, match="it is empty, expected the JSON of a plan"):
+        em.Plan.from_json("")
+    with pytest.raises(ValueError, match=r"plan is empty, expected at least one row"):
+        em.Plan.from_json('{"step": 1}')
+    with pytest.raises(ValueError, match=r"plan\.velocities\[0\] has no \"rows\", expected one"):
+        em.Plan.from_json('{"step": 1, "velocities": [{"body": "left"}]}')
+
+
 def test_rows_of_a_plan_are_base64_that_any_program_can_read():
     problem = planned_problem()
     motor = json.loads(problem.to_json())["plan"]["velocities"][0]

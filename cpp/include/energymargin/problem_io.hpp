@@ -22,6 +22,12 @@ std::string to_json(const Problem& problem);
 //! that names the place and what was expected.
 Problem from_json(const std::string& text, const std::string& folder = "");
 
+//! The plan as JSON text, as it stands in a problem file. Throws std::invalid_argument if it is none.
+std::string to_json(const Plan& plan);
+
+//! Reads JSON text and validates the plan, as far as that needs no scene. Throws as `from_json`.
+Plan plan_from_json(const std::string& text);
+
 //! A file cannot be opened or written.
 class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -44,7 +44,7 @@ void read_clock(const Place& place, int version, Problem& problem) {
   if (place.has("horizon")) problem.horizon = place["horizon"].number();
   if (place.has("check")) problem.check = place["check"].number();
   if (place.has("dwell")) problem.dwell = place["dwell"].number();
-  if (place.has("plan")) problem.plan = read_plan(place["plan"], problem.scene);
+  if (place.has("plan")) problem.plan = read_plan(place["plan"], &problem.scene);
 }
 
 Contact read_contact(const Place& place, const Scene& scene) {
@@ -60,6 +60,8 @@ Contact read_contact(const Place& place, const Scene& scene) {
 }
 
 }  // namespace
+
+Plan read_plan(const Json& json) { return read_plan(Place(json, "plan"), nullptr); }
 
 Problem read_problem(const Json& json, const std::string& folder) {
   const Place place(json, "problem");

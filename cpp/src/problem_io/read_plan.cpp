@@ -42,34 +42,39 @@ Wrenches read_rows(const Place& place, int columns) {
   return read_packed(place, columns);
 }
 
-std::string read_joint_name(const Place& place, const Scene& scene) {
+std::string read_name_of_body(const Place& place, const Scene* scene) {
+  return scene == nullptr ? place.word() : read_body_name(place, *scene);
+}
+
+std::string read_name_of_joint(const Place& place, const Scene* scene) {
   const std::string name = place.word();
+  if (scene == nullptr) return name;
   std::string known;
-  for (const Joint& joint : scene.joints()) {
+  for (const Joint& joint : scene->joints()) {
     if (joint.name == name) return name;
     known += (known.empty() ? "'" : ", '") + joint.name + "'";
   }
   place.fail(known.empty() ? "no targets: the scene has no joints" : "one of the joints " + known);
 }
 
-Servo read_servo(const Place& place, const Scene& scene) {
+Servo read_servo(const Place& place, const Scene* scene) {
   place.only({"body", "rows", "force", "torque"});
-  Servo servo{read_body_name(place["body"], scene), read_rows(place["rows"], 6)};
+  Servo servo{read_name_of_body(place["body"], scene), read_rows(place["rows"], 6)};
   if (place.has("force")) servo.force = place["force"].number();
   if (place.has("torque")) servo.torque = place["torque"].number();
   return servo;
 }
 
-Plan read_parts(const Place& place, const Scene& scene) {
+Plan read_parts(const Place& place, const Scene* scene) {
   place.only({"step", "wrenches", "targets", "velocities"});
   Plan plan{place["step"].number()};
   add_each(place, "wrenches", [&](const Place& drive) {
     drive.only({"body", "rows"});
-    plan.wrenches.push_back({read_body_name(drive["body"], scene), read_rows(drive["rows"], 6)});
+    plan.wrenches.push_back({read_name_of_body(drive["body"], scene), read_rows(drive["rows"], 6)});
   });
   add_each(place, "targets", [&](const Place& targets) {
     targets.only({"joint", "rows"});
-    plan.targets.push_back({read_joint_name(targets["joint"], scene), read_rows(targets["rows"], 1)});
+    plan.targets.push_back({read_name_of_joint(targets["joint"], scene), read_rows(targets["rows"], 1)});
   });
   add_each(place, "velocities", [&](const Place& servo) { plan.velocities.push_back(read_servo(servo, scene)); });
   return plan;
@@ -77,10 +82,10 @@ Plan read_parts(const Place& place, const Scene& scene) {
 
 }  // namespace
 
-Plan read_plan(const Place& place, const Scene& scene) {
+Plan read_plan(const Place& place, const Scene* scene) {
   return located(place, [&](const Place& at) {
     Plan plan = read_parts(at, scene);
-    validate(plan, scene);
+    scene == nullptr ? validate(plan) : validate(plan, *scene);
     return plan;
   });
 }

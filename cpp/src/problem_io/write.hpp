@@ -22,9 +22,6 @@ OrderedJson write(const Shape& shape);
 //! A compound whose parts are in a file.
 OrderedJson write_mesh_shape(const Compound& compound, const std::string& file);
 
-//! Rows are packed.
-OrderedJson write(const Plan& plan);
-
 //! Throws std::invalid_argument for a region made of a user's own predicate.
 OrderedJson write(const Region& region);
 

@@ -1,7 +1,7 @@
 // Plans as JSON.
 
+#include "json.hpp"
 #include "packed.hpp"
-#include "write.hpp"
 
 namespace energymargin::problem_io {
 
