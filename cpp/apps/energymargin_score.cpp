@@ -30,7 +30,8 @@ constexpr const char* usage =
        energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
        energymargin_score --schema
 
-Scores a problem file and prints JSON.
+Scores a problem file and prints JSON. Of a problem with a horizon or a plan it prints these too: "horizon", "check" and
+"dwell" [s], and of the plan "step" [s], "rows", and what its "wrenches", "targets" and "velocities" move.
 
   --metric    capture: capture and success score (the default), null for the sets that the problem does not have;
               effort: effort of escape [J], null if no escape was found; force: the wrench-based baseline;
@@ -251,12 +252,41 @@ Json force(const energymargin::Problem& problem) {
           {"distance", score.distance}};
 }
 
+// What the question was about, if it has a clock: its times [s], and the plan's rows and what they move.
+Json clock(const energymargin::Problem& problem, const energymargin::Timing& timing) {
+  const double step = problem.scene.stepping().step;
+  Json json = {{"horizon", timing.horizon * step},
+               {"check", timing.check * step},
+               {"dwell", timing.dwell * step},
+               {"plan", nullptr}};
+  if (!problem.plan) return json;
+  Json wrenches = Json::array();
+  Json targets = Json::array();
+  Json velocities = Json::array();
+  for (const energymargin::Drive& drive : problem.plan->wrenches) wrenches.push_back(drive.body);
+  for (const energymargin::Targets& of : problem.plan->targets) targets.push_back(of.joint);
+  for (const energymargin::Servo& servo : problem.plan->velocities) velocities.push_back(servo.body);
+  json["plan"] = {{"step", problem.plan->step},
+                  {"rows", problem.plan->rows()},
+                  {"wrenches", wrenches},
+                  {"targets", targets},
+                  {"velocities", velocities}};
+  return json;
+}
+
 // A file's own words may be in an error, and a failure or a warning is one line.
 std::string one_line(std::string text) {
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
   }
   return text;
+}
+
+Json of_metric(const energymargin::Problem& problem, const Arguments& arguments) {
+  if (arguments.metric == "capture") return capture(problem, arguments);
+  if (arguments.metric == "effort") return effort(problem, arguments);
+  if (arguments.metric == "escape_energy") return escape_energy(problem, arguments);
+  return force(problem);
 }
 
 Json score(const Arguments& arguments) {
@@ -269,10 +299,9 @@ Json score(const Arguments& arguments) {
   for (const energymargin::Doubt& doubt : energymargin::implausible(problem)) {
     std::cerr << "warning: " << one_line(doubt.text) << "\n";
   }
-  if (arguments.metric == "capture") return capture(problem, arguments);
-  if (arguments.metric == "effort") return effort(problem, arguments);
-  if (arguments.metric == "escape_energy") return escape_energy(problem, arguments);
-  return force(problem);
+  Json json = of_metric(problem, arguments);
+  if (const auto timing = energymargin::timing_of(problem)) json.update(clock(problem, *timing));
+  return json;
 }
 
 // What it does, and the text that it prints.

@@ -4,6 +4,7 @@
 
 #include "described.hpp"
 #include "door.hpp"
+#include "energymargin/problem_io.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -76,10 +77,6 @@ py::typing::Dict<py::str, py::object> limits_of(const Plan& plan) {
   return found;
 }
 
-py::typing::Tuple<py::object, py::ellipsis> arguments(const Plan& plan) {
-  return py::make_tuple(plan.step, wrenches_of(plan), targets_of(plan), velocities_of(plan), limits_of(plan));
-}
-
 }  // namespace
 
 void bind_plan(py::module_& module) {
@@ -111,10 +108,13 @@ void bind_plan(py::module_& module) {
              }
              return described("Plan", {{"duration", py::cast(plan.duration())}, {"of", names}});
            })
-      .def(py::pickle(&arguments, [](const py::typing::Tuple<py::object, py::ellipsis>& kept) {
-        return plan_of(kept[0].cast<Number>(), kept[1].cast<Rows>(), kept[2].cast<Rows>(), kept[3].cast<Rows>(),
-                       kept[4].cast<Limits>());
-      }));
+      .def(
+          "to_json", [](const Plan& plan) { return to_json(plan); },
+          "The plan as JSON text, as it stands in a problem file.")
+      .def_static("from_json", &plan_from_json, py::arg("text"),
+                  "A plan from JSON text. Raises ValueError that names the place and what was expected.")
+      .def(py::pickle([](const Plan& plan) { return py::str(to_json(plan)); },
+                      [](const py::str& text) { return plan_from_json(text); }));
 }
 
 }  // namespace energymargin::door

@@ -244,7 +244,8 @@ void bind_problem(py::module_& module) {
           py::arg("node"),
           "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
           "its velocity of the start state.")
-      .def("to_json", &to_json, "The problem as JSON text.")
+      .def(
+          "to_json", [](const Problem& problem) { return to_json(problem); }, "The problem as JSON text.")
       .def_static(
           "from_json",
           [](const std::string& text, const py::object& folder) {

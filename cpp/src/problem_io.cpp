@@ -13,13 +13,17 @@
 namespace energymargin {
 namespace {
 
-std::string json_text(const Problem& problem, const problem_io::MeshFiles& meshes) {
-  validate(problem);
+std::string text_of(const problem_io::OrderedJson& json) {
   try {
-    return problem_io::write_problem(problem, meshes).dump(1) + "\n";
+    return json.dump(1) + "\n";
   } catch (const problem_io::OrderedJson::type_error&) {
     throw std::invalid_argument("a body or joint has a name that is not valid UTF-8, and JSON knows nothing else");
   }
+}
+
+std::string json_text(const Problem& problem, const problem_io::MeshFiles& meshes) {
+  validate(problem);
+  return text_of(problem_io::write_problem(problem, meshes));
 }
 
 // "push-cup.obj" for the body "cup" of "push.json"; what a file's name does not bear becomes "_".
@@ -60,6 +64,13 @@ Problem from_json(const std::string& text, const std::string& folder) {
   problem_io::check_schema(json);
   return problem;
 }
+
+std::string to_json(const Plan& plan) {
+  validate(plan);
+  return text_of(problem_io::write(plan));
+}
+
+Plan plan_from_json(const std::string& text) { return problem_io::read_plan(problem_io::parse(text, "a plan")); }
 
 void save(const Problem& problem, const std::string& path, Meshes meshes) {
   const std::filesystem::path file = path;

@@ -161,6 +161,63 @@ TEST_F(App, EffortOfEachPlannerIsTheLibrarysToTheLastBit) {
   }
 }
 
+// A pusher that goes on, for half of its plan.
+Problem pushed_on() {
+  Problem problem = push(Effector::coast);
+  problem.horizon = 0.25;
+  problem.dwell = 0.05;
+  problem.plan = hold(problem.scene, problem.state, 0.5);
+  return problem;
+}
+
+TEST_F(App, EffortWithAHorizonAndAPlanIsTheLibrarysToTheLastBit) {
+  save(pushed_on(), problem);
+  for (const std::string planner : {"est", "rrt"}) {
+    const Outcome outcome = run(problem + " --metric effort --nodes 100 --seed 3 --planner " + planner);
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    const Escape escape = escape_effort(pushed_on(), {planner, 100, 3});
+    ASSERT_TRUE(std::isfinite(escape.effort));
+    const Json json = Json::parse(outcome.out);
+    EXPECT_TRUE(same_bits(json["effort"].get<double>(), escape.effort));
+    EXPECT_EQ(json["nodes"], escape.nodes());
+    ASSERT_EQ(json["history"].size(), escape.history.size());
+    for (std::size_t i = 0; i < escape.history.size(); ++i) {
+      EXPECT_EQ(json["history"][i]["nodes"], escape.history[i].first);
+      EXPECT_TRUE(same_bits(json["history"][i]["effort"].get<double>(), escape.history[i].second));
+    }
+  }
+}
+
+TEST_F(App, HorizonAndPlanAreToldIfThereAreAny) {
+  const auto told = [&](const Problem& given) {
+    save(given, problem);
+    const Outcome outcome = run(problem + " --metric effort --nodes 5");
+    EXPECT_EQ(outcome.code, 0) << outcome.error;
+    return Json::parse(outcome.out);
+  };
+  const Json json = told(pushed_on());
+  const double step = push_scene().stepping().step;
+  EXPECT_EQ(json["horizon"], 60 * step);
+  EXPECT_EQ(json["check"], 4 * step);
+  EXPECT_EQ(json["dwell"], 12 * step);
+  EXPECT_EQ(json["plan"], Json({{"step", step},
+                                {"rows", 120},
+                                {"wrenches", Json::array()},
+                                {"targets", Json::array()},
+                                {"velocities", {"effector"}}}));
+  Problem coasting = pushed_on();
+  coasting.plan.reset();
+  EXPECT_TRUE(told(coasting).at("plan").is_null());
+  EXPECT_FALSE(told(push()).contains("horizon"));
+  EXPECT_FALSE(told(push()).contains("plan"));
+}
+
+TEST_F(App, MetricOfAQuestionWithoutAClockRefusesAPlanInOneLine) {
+  save(pushed_on(), problem);
+  expect_error(problem, {"with a plan", "capture_score"});
+  expect_error(problem + " --metric force", {"with a plan", "force_score"});
+}
+
 TEST_F(App, EffortWithoutAnEscapeIsNull) {
   save(closed_cage(), problem);
   const Outcome outcome = run(problem + " --metric effort --nodes 20");
@@ -194,7 +251,7 @@ TEST_F(App, ForceIsTheLibrarysToTheLastBit) {
 }
 
 TEST_F(App, SavedCopyHasTheSameBytes) {
-  for (const Problem& given : {everything(), articulated(), two_drifters()}) {
+  for (const Problem& given : {everything(), articulated(), planned(), two_drifters()}) {
     save(given, problem);
     const Outcome outcome = run(problem + " --save " + (folder / "copy.json"));
     ASSERT_EQ(outcome.code, 0) << outcome.error;

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
@@ -137,6 +139,64 @@ inline Problem articulated() {
   problem.force_weights = {0.1, 1.0 / 3.0, 7.0, -0.1, 1.0 / 9.0};
   problem.effector = Effector::drive;
   return problem;
+}
+
+//! Rows of numbers that have many digits, a zero with a sign and the smallest number there is among them.
+inline Wrenches uneven_rows(int rows, double size, int columns = 6) {
+  Wrenches numbers(rows, columns);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) numbers(i, j) = size * std::sin(1.0 + i * columns + j) / 3.0;
+  }
+  numbers(0, 0) = -0.0;
+  numbers(rows - 1, columns - 1) = 5e-324;
+  return numbers;
+}
+
+//! The hand and three free bodies with a horizon and a plan of every kind, in no order of names, with and without limits.
+inline Problem planned() {
+  constexpr int rows = 7;
+  Problem problem = articulated();
+  const double step = problem.scene.stepping().step;
+  for (const auto& [name, x] : {std::pair{"pusher", 3.0}, {"cart", 4.0}, {"guide", 5.0}}) {
+    problem.scene.add_body(body(name, Sphere{0.05}, 1.0 / 3.0, {x, 0.0, 1.0}, Role::effector));
+  }
+  problem.state = pack(problem.scene, {}, {{"left 1", {0.5 + 1.0 / 30.0, 1.0 / 7.0}}});
+  problem.effector = Effector::coast;
+  problem.horizon = 11 * step;
+  problem.check = 3 * step;
+  problem.dwell = step;
+  Plan plan{2 * step};
+  plan.wrenches = {{"tip", uneven_rows(rows, 0.1)}, {"pusher", uneven_rows(rows, 0.7)}};
+  plan.targets = {{"right 2", uneven_rows(rows, 0.3, 1)}, {"left 1", uneven_rows(rows, 0.2, 1)}};
+  plan.velocities = {{"pusher", uneven_rows(rows, 0.5), 1.0 / 3.0, 0.0},
+                     {"cart", uneven_rows(rows, 0.4), std::nullopt, 2.0 / 3.0},
+                     {"guide", uneven_rows(rows, 0.3)}};
+  problem.plan = plan;
+  return problem;
+}
+
+//! The JSON of a problem with a plan whose rows are lists, as they may be written by hand.
+inline std::string with_listed_rows(const Problem& problem) {
+  auto json = nlohmann::ordered_json::parse(to_json(problem));
+  const auto list = [](nlohmann::ordered_json& rows, const auto& numbers) {
+    rows = nlohmann::ordered_json::array();
+    for (Eigen::Index i = 0; i < numbers.rows(); ++i) {
+      const Eigen::VectorXd row = numbers.row(i);
+      if (row.size() == 1) rows.push_back(row[0]);
+      if (row.size() > 1) rows.push_back(std::vector<double>(row.begin(), row.end()));
+    }
+  };
+  auto& plan = json["plan"];
+  for (std::size_t i = 0; i < problem.plan->wrenches.size(); ++i) {
+    list(plan["wrenches"][i]["rows"], problem.plan->wrenches[i].wrenches);
+  }
+  for (std::size_t i = 0; i < problem.plan->targets.size(); ++i) {
+    list(plan["targets"][i]["rows"], problem.plan->targets[i].positions);
+  }
+  for (std::size_t i = 0; i < problem.plan->velocities.size(); ++i) {
+    list(plan["velocities"][i]["rows"], problem.plan->velocities[i].velocities);
+  }
+  return json.dump();
 }
 
 }  // namespace energymargin::scenes

@@ -23,6 +23,13 @@ auto reading(const Problem& problem, const std::string& pointer, const Json& val
 }
 auto reading(const std::string& pointer, const Json& value) { return reading(push(), pointer, value); }
 
+// Reading a problem's file without one key.
+Problem read_without(const Problem& problem, const std::string& pointer, const std::string& key) {
+  Json json = Json::parse(to_json(problem));
+  json[Json::json_pointer(pointer)].erase(key);
+  return from_json(json.dump());
+}
+
 // Reading the push's file with other words in it.
 auto reading_text(const std::string& old, const std::string& changed) {
   return [=] {
@@ -107,8 +114,8 @@ TEST(ProblemIoErrors, FileOfAnotherFormatOrNewerVersionIsRejected) {
   EXPECT_TRUE(rejects([] { from_json("[1, 2]"); }, {"[1,2]", "object"}));
   EXPECT_TRUE(rejects(reading("/format", "urdf"), {"format", "energymargin-problem"}));
   EXPECT_TRUE(rejects(reading("/format", 7), {"format", "7"}));
-  EXPECT_TRUE(rejects(reading("/version", 4), {"version is 4", "at most 3", "newer"}));
-  EXPECT_TRUE(rejects(reading("/version", 0), {"version is 0", "from 1 to 3"}));
+  EXPECT_TRUE(rejects(reading("/version", 5), {"version is 5", "at most 4", "newer"}));
+  EXPECT_TRUE(rejects(reading("/version", 0), {"version is 0", "from 1 to 4"}));
   EXPECT_TRUE(rejects(reading("/version", "1"), {"version", "\"1\"", "whole number"}));
 }
 
@@ -186,6 +193,81 @@ TEST(ProblemIoErrors, JointsAndSpringsThatCannotBeAreRejectedByTheirPlace) {
   EXPECT_TRUE(rejects(reading_hand("/scene/springs/0/stiffness", 1e9), {"scene.springs[0]", "stiffness is 1e+09"}));
   EXPECT_TRUE(rejects(reading_hand("/scene/friction_directions", 1), {"friction_directions", "2"}));
   EXPECT_TRUE(rejects(reading_hand("/force_weights/enage", 1), {"force_weights", "\"enage\"", "engage"}));
+}
+
+// Reading a plan of one number a row with another text for its rows.
+auto reading_rows(const std::string& rows) { return reading(planned(), "/plan/targets/0/rows", rows); }
+
+TEST(ProblemIoErrors, ClockInAFileOfAnOlderVersionIsRejected) {
+  for (const char* key : {"horizon", "check", "dwell", "plan"}) {
+    Json json = Json::parse(to_json(planned()));
+    for (const char* other : {"horizon", "check", "dwell", "plan"}) {
+      if (std::string(other) != key) json.erase(other);
+    }
+    for (const int version : {1, 2, 3}) {
+      json["version"] = version;
+      EXPECT_TRUE(rejects([&] { from_json(json.dump()); }, {"problem has \"" + std::string(key) + "\"",
+                                                            "\"version\": 4", "says " + std::to_string(version)}));
+    }
+  }
+}
+
+TEST(ProblemIoErrors, HorizonCheckAndDwellThatCannotBeAreRejected) {
+  const Problem problem = planned();
+  EXPECT_TRUE(rejects(reading(problem, "/horizon", 0), {"horizon is 0", "whole steps"}));
+  EXPECT_TRUE(rejects(reading(problem, "/horizon", nullptr), {"horizon is null", "a number"}));
+  EXPECT_TRUE(rejects(reading(problem, "/horizon", 1e300), {"horizon is 1e+300", "at most"}));
+  EXPECT_TRUE(rejects(reading(problem, "/horizon", 5.0), {"plan is ", "as long as the horizon, 5 s"}));
+  EXPECT_TRUE(rejects(reading(problem, "/check", "often"), {"check is \"often\"", "a number"}));
+  EXPECT_TRUE(rejects(reading(problem, "/check", -1.0), {"check is -1", "whole steps"}));
+  EXPECT_TRUE(rejects(reading(problem, "/dwell", -1.0), {"dwell is -1", "whole steps"}));
+  EXPECT_TRUE(rejects(reading(problem, "/effector", "drive"), {"effector is \"drive\" with a plan", "coast"}));
+}
+
+TEST(ProblemIoErrors, PlansThatCannotBeAreRejectedByTheirPlace) {
+  const auto reading_plan = [](const std::string& pointer, const Json& value) {
+    return reading(planned(), "/plan" + pointer, value);
+  };
+  EXPECT_TRUE(rejects(reading_plan("", 3), {"plan is 3", "an object"}));
+  EXPECT_TRUE(rejects(reading_plan("", Json{{"step", 1.0}}), {"plan is empty", "at least one row"}));
+  EXPECT_TRUE(rejects(reading_plan("/stepp", 3), {"plan has an unknown \"stepp\"", "step, wrenches"}));
+  EXPECT_TRUE(rejects(reading_plan("/step", 0.001), {"plan: step of the plan is 0.001", "whole steps"}));
+  EXPECT_TRUE(rejects(reading_plan("/step", 1e300), {"plan: plan is ", "at most 1000000 steps"}));
+  EXPECT_TRUE(rejects(reading_plan("/wrenches", "none"), {"plan.wrenches is \"none\"", "a list"}));
+  EXPECT_TRUE(rejects(reading_plan("/wrenches/0/body", "cup"), {"plan.wrenches[0].body is \"cup\"", "'palm'"}));
+  EXPECT_TRUE(rejects(reading_plan("/wrenches/0/body", "palm"), {"plan: wrenches['palm'] is on a fixed body"}));
+  EXPECT_TRUE(rejects(reading_plan("/wrenches/0/body", "pusher"), {"plan: wrenches['pusher'] is there twice"}));
+  EXPECT_TRUE(rejects(reading_plan("/wrenches/0/force", 1.0), {"plan.wrenches[0] has an unknown \"force\""}));
+  EXPECT_TRUE(rejects(reading_plan("/targets/1/joint", "hip"), {"plan.targets[1].joint is \"hip\"", "'left 1'"}));
+  EXPECT_TRUE(rejects(reading_plan("/targets/1/joint", "weld"), {"plan: targets['weld']", "position control"}));
+  EXPECT_TRUE(rejects(reading_plan("/velocities/0/body", "tip"), {"plan: velocities['tip']", "a free body"}));
+  EXPECT_TRUE(rejects(reading_plan("/velocities/0/force", -1.0), {"plan: limits['pusher'] force is -1"}));
+  EXPECT_TRUE(rejects(reading_plan("/velocities/1/torque", "inf"), {"plan.velocities[1].torque is \"inf\""}));
+  EXPECT_TRUE(rejects(reading_plan("/velocities/1/limit", 1.0), {"plan.velocities[1] has an unknown \"limit\""}));
+  EXPECT_TRUE(
+      rejects([] { read_without(planned(), "/plan/velocities/0", "rows"); }, {"plan.velocities[0] has no \"rows\""}));
+}
+
+TEST(ProblemIoErrors, RowsThatAreNoneAreRejectedByTheirPlace) {
+  const std::string rows = "plan.targets[0].rows is ";
+  const auto reading_list = [](const Json& list) { return reading(planned(), "/plan/velocities/2/rows", list); };
+  EXPECT_TRUE(rejects(reading_rows(""), {rows + "\"\"", "8 bytes each, and at least one; these are 0 bytes"}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA8D8"), {rows, "with its \"=\""}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA8D8=="), {rows, "with its \"=\""}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA8D9="), {rows, "as this library writes it"}));  // a bit that nobody reads
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA 8D8="), {rows, "only digits of base64"}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA\xc3\xa9"
+                                   "D8="),
+                      {rows, "only digits of base64"}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA8A=="), {rows, "these are 7 bytes"}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA8D8="), {"plan: targets", "1 rows, expected 7 rows"}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA8D8AAAAAAADwfw=="), {rows, "finite numbers, also in row 1"}));
+  EXPECT_TRUE(rejects(reading_rows("AAAAAAAA+H8="), {rows, "finite numbers, also in row 0"}));
+  EXPECT_TRUE(rejects(reading_list(Json::array()), {"plan.velocities[2].rows is []", "at least one row"}));
+  EXPECT_TRUE(rejects(reading_list({{0, 0, 0, 0, 0, 0}, {0, 0, 0}}), {"plan.velocities[2].rows[1]", "6 numbers"}));
+  EXPECT_TRUE(rejects(reading_list({{0, 0, 0, 0, 0, "x"}}), {"plan.velocities[2].rows[0][5] is \"x\"", "a number"}));
+  EXPECT_TRUE(rejects(reading_list({{0, 0, 0, 0, 0, 0}}), {"plan: velocities['guide'] is 1 rows, expected 7 rows"}));
+  EXPECT_TRUE(rejects(reading_list(3), {"plan.velocities[2].rows is 3", "a list of rows, or base64"}));
 }
 
 TEST(ProblemIoErrors, JointThatFollowsAFollowerIsRejectedByItsPlace) {

@@ -55,11 +55,13 @@ class Places {
   std::set<std::string> kinds_;
 };
 
-// Everything that a file can hold, in two files.
-std::vector<Json> full_files() { return {Json::parse(to_json(everything())), Json::parse(to_json(articulated()))}; }
+// Everything that a file can hold, in three files.
+std::vector<Json> full_files() {
+  return {Json::parse(to_json(everything())), Json::parse(to_json(articulated())), Json::parse(to_json(planned()))};
+}
 
 TEST(ProblemSchema, EveryFileThatIsWrittenFits) {
-  for (const Problem& problem : {everything(), articulated(), push(), closed_cage(), lift(0.1), drift()}) {
+  for (const Problem& problem : {everything(), articulated(), planned(), push(), closed_cage(), lift(0.1), drift()}) {
     EXPECT_NO_THROW(problem_io::check_schema(Json::parse(to_json(problem))));
   }
   const Folder folder;
@@ -68,20 +70,22 @@ TEST(ProblemSchema, EveryFileThatIsWrittenFits) {
 }
 
 TEST(ProblemSchema, KeyThatTheReaderMissesTheSchemaMissesToo) {
-  const std::set<std::string> optional{"succeeded",     "within",   "captured_any",
-                                       "succeeded_any", "margin",   "joints",
-                                       "springs",       "contacts", "disabled_collisions",
-                                       "force_weights", "inertial", "friction_directions",
-                                       "mimic",         "frame",    "at",
-                                       "solid"};
+  const std::set<std::string> optional{"succeeded",     "within",    "captured_any",
+                                       "succeeded_any", "margin",    "joints",
+                                       "springs",       "contacts",  "disabled_collisions",
+                                       "force_weights", "inertial",  "friction_directions",
+                                       "mimic",         "frame",     "at",
+                                       "solid",         "horizon",   "check",
+                                       "dwell",         "plan",      "wrenches",
+                                       "targets",       "velocities"};
   std::set<std::string> left_out;
   for (const Json& file : full_files()) {
     for (const Pointer& place : Places(file).all) {
       if (!file[place.parent_pointer()].is_object()) continue;
       Json changed = file;
       changed[place.parent_pointer()].erase(place.back());
-      const bool of_body = place.back() == "force" && place.parent_pointer() != Pointer();
-      if (of_body || optional.count(place.back()) != 0) {
+      const bool of_part = (place.back() == "force" || place.back() == "torque") && place.parent_pointer() != Pointer();
+      if (of_part || optional.count(place.back()) != 0) {
         EXPECT_TRUE(fits_schema(changed)) << place;
         left_out.insert(place.back());
       } else {
@@ -90,7 +94,7 @@ TEST(ProblemSchema, KeyThatTheReaderMissesTheSchemaMissesToo) {
       }
     }
   }
-  EXPECT_EQ(left_out.size(), optional.size() + 1);  // the files have all of them, and "force"
+  EXPECT_EQ(left_out.size(), optional.size() + 2);  // the files have all of them, "force" and "torque"
 }
 
 TEST(ProblemSchema, ValueOfAnotherTypeIsRefusedByBoth) {

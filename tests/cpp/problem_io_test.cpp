@@ -18,7 +18,7 @@ using namespace scenes;
 using Json = nlohmann::ordered_json;
 
 TEST(ProblemIo, RoundTripGivesTheSameTextForEveryShapeRegionAndJoint) {
-  for (const Problem& problem : {everything(), articulated(), push(), closed_cage(), lift(0.1)}) {
+  for (const Problem& problem : {everything(), articulated(), planned(), push(), closed_cage(), lift(0.1)}) {
     const std::string text = to_json(problem);
     EXPECT_EQ(to_json(from_json(text)), text);
   }
@@ -104,6 +104,84 @@ TEST(ProblemIo, RoundTripKeepsEveryNumberOfJointsSpringsForcesAndWeights) {
   EXPECT_EQ(read.force_weights.stick, 1.0 / 3.0);
   EXPECT_EQ(read.force_weights.ground_engage, -0.1);
   EXPECT_EQ(read.force_weights.ground_stick, 1.0 / 9.0);
+}
+
+TEST(ProblemIo, RoundTripKeepsEveryNumberOfAPlanItsOrderAndItsLimits) {
+  const Problem given = planned();
+  const Problem read = from_json(to_json(given));
+  EXPECT_EQ(to_json(read), to_json(given));
+  EXPECT_EQ(read.horizon, given.horizon);
+  EXPECT_EQ(read.check, given.check);
+  EXPECT_EQ(read.dwell, given.dwell);
+  ASSERT_TRUE(read.plan);
+  EXPECT_EQ(read.plan->step, given.plan->step);
+  ASSERT_EQ(read.plan->wrenches.size(), 2u);
+  ASSERT_EQ(read.plan->targets.size(), 2u);
+  ASSERT_EQ(read.plan->velocities.size(), 3u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read.plan->wrenches[i].body, given.plan->wrenches[i].body);
+    EXPECT_TRUE(same_bits(read.plan->wrenches[i].wrenches, given.plan->wrenches[i].wrenches));
+    EXPECT_EQ(read.plan->targets[i].joint, given.plan->targets[i].joint);
+    EXPECT_TRUE(same_bits(read.plan->targets[i].positions, given.plan->targets[i].positions));
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Servo& one = read.plan->velocities[i];
+    const Servo& two = given.plan->velocities[i];
+    EXPECT_EQ(one.body, two.body);
+    EXPECT_TRUE(same_bits(one.velocities, two.velocities));
+    EXPECT_EQ(one.force, two.force);
+    EXPECT_EQ(one.torque, two.torque);
+  }
+}
+
+TEST(ProblemIo, RoundTripOfAPlanMovesTheRobotToTheSameBits) {
+  const Problem given = planned();
+  const Problem read = from_json(to_json(given));
+  const Disturbance none(1);
+  const Rollout one = World(given.scene, *given.plan).rollout(given.state, none, *given.horizon);
+  const Rollout two = World(read.scene, *read.plan).rollout(read.state, none, *read.horizon);
+  EXPECT_TRUE(same_bits(one.state, two.state));
+  EXPECT_FALSE(same_bits(one.state, World(given.scene).rollout(given.state, none, *given.horizon).state));
+}
+
+TEST(ProblemIo, PlanAloneIsWrittenAsInAProblemAndReadWithoutAScene) {
+  const std::string text = to_json(*planned().plan);
+  EXPECT_EQ(Json::parse(text), Json::parse(to_json(planned()))["plan"]);
+  EXPECT_EQ(to_json(plan_from_json(text)), text);
+  EXPECT_TRUE(rejects([] { to_json(Plan{0.1}); }, {"plan is empty"}));
+  EXPECT_TRUE(rejects([] { plan_from_json(" "); }, {"it is empty, expected the JSON of a plan"}));
+  EXPECT_TRUE(rejects([] { plan_from_json("{\"step\": 0.1}"); }, {"plan is empty"}));
+}
+
+TEST(ProblemIo, RowsOfAPlanMayBeWrittenAsLists) {
+  const std::string text = with_listed_rows(planned());
+  EXPECT_EQ(Json::parse(text)["plan"]["targets"][0]["rows"].size(), 7u);
+  EXPECT_EQ(to_json(from_json(text)), to_json(planned()));
+}
+
+TEST(ProblemIo, PackedRowsAreBase64OfLittleEndianDoubles) {
+  Problem problem = planned();
+  problem.horizon.reset();
+  problem.plan = Plan{problem.scene.stepping().step};
+  problem.plan->targets = {{"left 1", Eigen::Vector3d(1.0, -2.0, 0.1)}};
+  EXPECT_EQ(Json::parse(to_json(problem))["plan"]["targets"][0]["rows"], "AAAAAAAA8D8AAAAAAAAAwJqZmZmZmbk/");
+}
+
+TEST(ProblemIo, VersionIsFourOnlyWithAClockSoThatOlderProgramsReadTheRest) {
+  const auto version = [](const Problem& problem) { return Json::parse(to_json(problem))["version"].get<int>(); };
+  EXPECT_EQ(version(push()), 3);
+  EXPECT_EQ(version(planned()), 4);
+  const auto changed = [&](const auto& change) {
+    Problem problem = push(Effector::coast);
+    change(problem);
+    EXPECT_EQ(to_json(from_json(to_json(problem))), to_json(problem));
+    return version(problem);
+  };
+  EXPECT_EQ(changed([](Problem& problem) { problem.horizon = 0.5; }), 4);
+  EXPECT_EQ(changed([](Problem& problem) { problem.check = 0.1; }), 4);
+  EXPECT_EQ(changed([](Problem& problem) { problem.dwell = 0.1; }), 4);
+  EXPECT_EQ(changed([](Problem& problem) { problem.plan = hold(problem.scene, problem.state, 0.1); }), 4);
+  EXPECT_EQ(changed([](Problem&) {}), 3);
 }
 
 TEST(ProblemIo, RoundTripOfAFileGivesTheSameScoreBits) {

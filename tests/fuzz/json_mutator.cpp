@@ -16,7 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int deepest = 100;  // levels that are looked into
+constexpr std::size_t packed_row = 64;  // characters of a plan's row of six numbers
+constexpr int deepest = 100;            // levels that are looked into
 
 // Limits of types, of formats and of what bodies can be.
 constexpr std::array<double, 26> numbers{
@@ -39,7 +40,7 @@ class Mutator {
     } else if (value.is_number()) {
       value = number(value.get<double>());
     } else if (value.is_string()) {
-      value = text(values);
+      value = one_in(3) ? damaged(value.get<std::string>()) : text(values);
     } else if (value.is_structured() && !value.empty()) {
       change_items(value, other);
     } else {
@@ -80,6 +81,20 @@ class Mutator {
       if (value->is_string()) texts.push_back(value->get<std::string>());
     }
     return texts[below(texts.size())];
+  }
+
+  // Packed rows with another number, or with a row's length more or less.
+  Json damaged(std::string text) {
+    if (text.empty()) return text;
+    const std::size_t at = below(text.size());
+    if (one_in(2)) {
+      text[at] = text[below(text.size())];
+    } else if (one_in(2)) {
+      text.erase(at, packed_row);
+    } else {
+      text.insert(at, text.substr(at, packed_row));
+    }
+    return text;
   }
 
   void change_items(Json& value, const Json& other) {

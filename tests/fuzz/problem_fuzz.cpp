@@ -48,7 +48,7 @@ void require_written_and_read_back(const Problem& problem) {
 }
 
 void require_simulated(const Problem& problem) {
-  World world(problem.scene);
+  World world = problem.plan ? World(problem.scene, *problem.plan) : World(problem.scene);
   const Disturbance wrenches(problem.scene.with_role(Role::object).size(), Wrench{problem.force, problem.torque});
   try {
     const Rollout rollout = world.rollout(problem.state, wrenches, 2.0 * problem.scene.stepping().step);

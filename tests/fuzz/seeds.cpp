@@ -43,6 +43,8 @@ std::string bytes(int count) {
 void write_all(const std::filesystem::path& corpus) {
   write(corpus / "problem" / "everything.json", in_one_line(scenes::everything()));
   write(corpus / "problem" / "articulated.json", in_one_line(scenes::articulated()));
+  write(corpus / "problem" / "planned.json", in_one_line(scenes::planned()));
+  write(corpus / "problem" / "listed_rows.json", scenes::with_listed_rows(scenes::planned()));
   write(corpus / "problem" / "push.json", in_one_line(scenes::push()));
   write(corpus / "problem" / "lift.json", in_one_line(scenes::lift(0.1)));
   write(corpus / "problem" / "drift.json", in_one_line(scenes::drift()));

@@ -162,6 +162,27 @@ def full_problem():
     )
 
 
+ROWS = 9
+
+
+def rows(seed, *columns):
+    """Rows of a plan whose numbers have many digits."""
+    return np.random.default_rng(seed).normal(scale=0.01, size=(ROWS, *columns))
+
+
+def planned_problem():
+    """The same with a horizon, and a plan of all that a plan can have."""
+    step = full_problem().scene.step
+    plan = em.Plan(
+        step=2 * step,
+        wrenches={"weight": rows(1, 6), "upper": rows(2, 6)},
+        targets={"hinge": rows(3)},
+        velocities={"cup": rows(4, 6), "weight": rows(5, 6)},
+        limits={"weight": (1 / 3, 0.01)},
+    )
+    return full_problem().replace(horizon=13 * step, plan=plan, check=4 * step, dwell=step)
+
+
 def run(*arguments):
     command = [EXECUTABLE, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from problem_files import at_path, full_problem, run
+from problem_files import at_path, full_problem, planned_problem, run
 
 import energymargin as em
 
@@ -97,8 +97,8 @@ BROKEN = {
         'it has no "format": "energymargin-problem", so it is no problem file',
     ),
     "newer version": (
-        with_value(("version",), 4),
-        "version is 4, expected at most 3; a newer energymargin wrote this file",
+        with_value(("version",), 5),
+        "version is 5, expected at most 4; a newer energymargin wrote this file",
     ),
     "unknown key": (
         with_value((*CUP, "shape", "parts", 0, "posiiton"), 1),
@@ -188,6 +188,74 @@ def test_a_broken_file_is_one_precise_error_in_python_and_from_the_executable(
     text = spoil(problem.to_json())
     file.write_text(text)
     error = error.replace("{folder}", str(folder)).replace("{line}", line_of(text, "NaN"))
+    with pytest.raises(ValueError, match=r"^problem file ") as refused:
+        em.Problem.load(file)
+    assert str(refused.value) == f"problem file '{file}': {error}"
+    outcome = run(file)
+    assert (outcome.returncode, outcome.stdout) == (2, "")
+    assert outcome.stderr == f"error: {refused.value}\n"
+
+
+PLAN = ("plan",)
+BROKEN_PLAN = {
+    "older version": (
+        with_value(("version",), 3),
+        'problem has "horizon", expected only from "version": 4 on; this file says 3',
+    ),
+    "part of a step": (
+        with_value(("horizon",), 0.001),
+        "horizon is 0.001, expected whole steps of the scene, of 0.00416667 s, at most 1000000",
+    ),
+    "unknown key": (
+        with_value((*PLAN, "wrench"), []),
+        'plan has an unknown "wrench", expected only step, wrenches, targets, velocities',
+    ),
+    "no rows": (
+        without(*PLAN, "velocities", 1, "rows"),
+        'plan.velocities[1] has no "rows", expected one',
+    ),
+    "rows of unequal number": (
+        with_value((*PLAN, "targets", 0, "rows"), [0.1, 0.2]),
+        "plan: targets['hinge'] is 2 rows, expected 9 rows, as the others of the plan",
+    ),
+    "row of another length": (
+        with_value((*PLAN, "wrenches", 0, "rows"), [[1, 2, 3]]),
+        "plan.wrenches[0].rows[0] is [1,2,3], expected a list of 6 numbers",
+    ),
+    "not finite": (
+        with_value((*PLAN, "targets", 0, "rows"), "AAAAAAAA+H8="),
+        'plan.targets[0].rows is "AAAAAAAA+H8=", expected finite numbers, also in row 0',
+    ),
+    "no base64": (
+        with_value((*PLAN, "targets", 0, "rows"), "0.1 0.2"),
+        'plan.targets[0].rows is "0.1 0.2", expected only digits of base64',
+    ),
+    "cut off": (
+        with_value((*PLAN, "wrenches", 0, "rows"), "AAAAAAAA8D8="),
+        'plan.wrenches[0].rows is "AAAAAAAA8D8=", expected rows of 6 numbers, 48 bytes each, and '
+        "at least one; these are 8 bytes",
+    ),
+    "fixed body": (
+        with_value((*PLAN, "wrenches", 0, "body"), "wall"),
+        "plan: wrenches['wall'] is on a fixed body, expected a body that can move",
+    ),
+    "unknown joint": (
+        with_value((*PLAN, "targets", 0, "joint"), "hip"),
+        "plan.targets[0].joint is \"hip\", expected one of the joints 'rail', 'hinge', 'follower', "
+        "'echo', 'weld'",
+    ),
+    "shorter than the horizon": (
+        with_value(("horizon",), 0.2),
+        "plan is 0.075 s, expected at least as long as the horizon, 0.2 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN_PLAN)
+def test_a_broken_plan_is_one_precise_error_in_python_and_from_the_executable(folder, name):
+    spoil, error = BROKEN_PLAN[name]
+    file = folder / "plan.json"
+    file.write_text(spoil(planned_problem().to_json()))
     with pytest.raises(ValueError, match=r"^problem file ") as refused:
         em.Problem.load(file)
     assert str(refused.value) == f"problem file '{file}': {error}"

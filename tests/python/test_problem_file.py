@@ -1,11 +1,14 @@
 """Problem files: Python and the executable agree on them, to the last bit."""
 
+import base64
+import copy
 import itertools
 import json
+import pickle
 
 import numpy as np
 import pytest
-from problem_files import brick, full_problem, run
+from problem_files import brick, full_problem, planned_problem, run
 
 import energymargin as em
 
@@ -79,10 +82,116 @@ def test_the_effort_that_is_compared_is_one(problem):
     assert np.isfinite(em.escape_effort(problem, nodes=80, seed=7, captured="any").effort)
 
 
+def bits(rows):
+    return np.asarray(rows).tobytes()
+
+
+def assert_same_plan(one, two):
+    assert (one.step, one.rows, one.limits) == (two.step, two.rows, two.limits)
+    for part in ("wrenches", "targets", "velocities"):
+        of_one, of_two = getattr(one, part), getattr(two, part)
+        assert {name: bits(rows) for name, rows in of_one.items()} == {
+            name: bits(rows) for name, rows in of_two.items()
+        }
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        lambda problem: em.Problem.from_json(problem.to_json()),
+        lambda problem: pickle.loads(pickle.dumps(problem)),
+        copy.deepcopy,
+    ],
+    ids=["json", "pickle", "copy"],
+)
+def test_horizon_and_plan_are_kept_to_the_last_bit(copied):
+    problem = planned_problem()
+    read = copied(problem)
+    assert read.to_json() == problem.to_json()
+    assert (read.horizon, read.check, read.dwell) == (problem.horizon, problem.check, problem.dwell)
+    assert_same_plan(read.plan, problem.plan)
+    end, again = (
+        em.World(at.scene, at.plan).rollout(at.state, np.zeros((2, 6)), at.horizon).state
+        for at in (problem, read)
+    )
+    assert bits(end) == bits(again)
+
+
+def test_a_plan_alone_keeps_its_bits_and_its_order():
+    scene = em.Scene()
+    for x, name in enumerate(("right", "left")):
+        scene.add_body(name, em.Sphere(0.1), mass=1, position=(x, 0, 0), role="effector")
+    state = scene.pack(left={"velocity": (0.1, 0, 1 / 3), "angular_velocity": (0, 0.7, 0)})
+    plan = em.Plan.hold(scene, state, 0.1)
+    for read in (em.Plan.from_json(plan.to_json()), pickle.loads(pickle.dumps(plan))):
+        assert_same_plan(read, plan)
+        assert list(read.velocities) == ["right", "left"]
+    with pytest.raises(ValueError, match="it is empty, expected the JSON of a plan"):
+        em.Plan.from_json("")
+    with pytest.raises(ValueError, match=r"plan is empty, expected at least one row"):
+        em.Plan.from_json('{"step": 1}')
+    with pytest.raises(ValueError, match=r"plan\.velocities\[0\] has no \"rows\", expected one"):
+        em.Plan.from_json('{"step": 1, "velocities": [{"body": "left"}]}')
+
+
+def test_rows_of_a_plan_are_base64_that_any_program_can_read():
+    problem = planned_problem()
+    motor = json.loads(problem.to_json())["plan"]["velocities"][0]
+    read = np.frombuffer(base64.b64decode(motor["rows"], validate=True), "<f8").reshape(-1, 6)
+    assert bits(read) == bits(problem.plan.velocities[motor["body"]])
+
+
+def test_rows_of_a_plan_may_be_written_as_lists():
+    problem = planned_problem()
+    text = json.loads(problem.to_json())
+    for part in ("wrenches", "targets", "velocities"):
+        for entry in text["plan"][part]:
+            rows = getattr(problem.plan, part)[entry.get("body") or entry["joint"]]
+            entry["rows"] = rows.tolist()
+    assert em.Problem.from_json(json.dumps(text)).to_json() == problem.to_json()
+
+
+def test_only_a_problem_with_a_clock_needs_version_4(problem):
+    def version(of):
+        return json.loads(of.to_json())["version"]
+
+    assert version(problem) == 3
+    assert version(problem.replace(horizon=0.5)) == 4
+    assert version(problem.replace(dwell=0.1)) == 4
+    assert version(planned_problem()) == 4
+    assert planned_problem().replace(horizon=None, plan=None, check=None, dwell=0).to_json() == (
+        problem.to_json()
+    )
+
+
+def test_the_executable_has_pythons_effort_of_a_horizon_and_a_plan_to_the_last_bit(tmp_path):
+    problem = planned_problem()
+    problem.save(tmp_path / "p.json")
+    for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
+        effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
+        printed = scored(
+            tmp_path / "p.json", "--metric", "effort", "--planner", planner, "--captured", captured
+        )
+        assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
+        assert [(at["nodes"], at["effort"]) for at in printed["history"]] == effort.history
+        assert (printed["nodes"], printed["discarded"]) == (effort.nodes, effort.discarded)
+    assert (printed["horizon"], printed["dwell"]) == (problem.horizon, problem.dwell)
+    assert printed["check"] == problem.check
+    assert printed["plan"] == {
+        "step": problem.plan.step,
+        "rows": problem.plan.rows,
+        "wrenches": list(problem.plan.wrenches),
+        "targets": list(problem.plan.targets),
+        "velocities": list(problem.plan.velocities),
+    }
+
+
+@pytest.mark.parametrize("clock", [False, True], ids=["", "clock"])
 @pytest.mark.parametrize("meshes", ["embedded", "files"])
-def test_the_executable_writes_the_same_bytes_as_python(problem, meshes, tmp_path):
+def test_the_executable_writes_the_same_bytes_as_python(problem, meshes, clock, tmp_path):
     for folder in ("python", "executable"):
         (tmp_path / folder).mkdir()
+    problem = planned_problem() if clock else problem
     problem.save(tmp_path / "python" / "p.json", meshes=meshes)
     other = "files" if meshes == "embedded" else "embedded"
     problem.save(tmp_path / "from.json", meshes=other)

@@ -6,7 +6,7 @@ from importlib import resources
 
 import jsonschema
 import pytest
-from problem_files import at_path, full_problem, run
+from problem_files import at_path, full_problem, planned_problem, run
 
 import energymargin as em
 
@@ -49,6 +49,7 @@ def test_the_problem_of_every_task_fits_the_schema(name):
 
 def test_everything_that_a_file_can_hold_fits_the_schema(problem, tmp_path):
     SCHEMA.validate(json.loads(problem.to_json()))
+    SCHEMA.validate(json.loads(planned_problem().to_json()))
     problem.save(tmp_path / "p.json", meshes="files")
     SCHEMA.validate(json.loads((tmp_path / "p.json").read_text()))
 
@@ -79,9 +80,22 @@ def spoiled(given):
             yield path, changed
 
 
-def test_the_reader_refuses_what_the_schema_refuses_and_has_the_better_words(problem):
-    for path, changed in spoiled(json.loads(problem.to_json())):
+def test_the_reader_refuses_what_the_schema_refuses_and_has_the_better_words():
+    for path, changed in spoiled(json.loads(planned_problem().to_json())):
         assert not SCHEMA.is_valid(changed), path
         with pytest.raises(ValueError, match=r"expected") as refused:
             em.Problem.from_json(json.dumps(changed))
         assert "does not fit the schema" not in str(refused.value), path
+
+
+@pytest.mark.parametrize("key", ["horizon", "check", "dwell", "plan"])
+def test_an_older_version_with_a_clock_is_refused_by_schema_and_reader(key):
+    fields = json.loads(planned_problem().to_json())
+    for other in {"horizon", "check", "dwell", "plan"} - {key}:
+        del fields[other]
+    SCHEMA.validate(fields)
+    for version in (1, 2, 3):
+        older = {**fields, "version": version}
+        assert not SCHEMA.is_valid(older)
+        with pytest.raises(ValueError, match=f'problem has "{key}", expected only from "version"'):
+            em.Problem.from_json(json.dumps(older))

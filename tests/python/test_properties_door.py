@@ -9,13 +9,14 @@ import pytest
 from anything import ANYTHING, NUMBERS, VECTORS, changed, finite
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from problem_files import full_problem
+from problem_files import full_problem, planned_problem
 
 import energymargin as em
 
 PROBLEM = full_problem()
 SCENE = PROBLEM.scene
 TEXT = json.loads(PROBLEM.to_json())
+PLANNED_TEXT = json.loads(planned_problem().to_json())
 VALIDATOR = jsonschema.Draft7Validator(em.Problem.schema())
 FREE, JOINTS = ("cup", "dice", "weight"), ("hinge", "rail")
 
@@ -182,7 +183,7 @@ def test_a_rollout_of_anything_is_finite_or_refused(value, which):
         assert finite(rollout.state, rollout.effort, rollout.work, rollout.energy)
 
 
-@given(changed(TEXT))
+@given(changed(TEXT) | changed(PLANNED_TEXT))
 def test_a_changed_problem_fits_the_schema_and_is_written_as_it_is_read_or_is_refused(changed_text):
     try:
         problem = em.Problem.from_json(json.dumps(changed_text))

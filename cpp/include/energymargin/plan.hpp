@@ -22,8 +22,8 @@ struct Targets {
   Eigen::VectorXd positions;
 };
 
-//! Velocities that a motor of limited force keeps a free body at, shape (K, 6) [m/s, rad/s], in the world's axes, of
-//! its centre of mass.
+//! Velocities that a motor of limited force keeps a free body at, shape (K, 6) [m/s, rad/s], in the world's axes,
+//! of its frame.
 struct Servo {
   std::string body;
   Wrenches velocities;

@@ -8,8 +8,9 @@
 
 namespace energymargin {
 
-//! Format version that `save` writes; `load` refuses newer ones.
-inline constexpr int problem_format_version = 3;
+//! Newest version of the format; `load` refuses newer ones. `save` writes it if the problem has a horizon, plan, check
+//! or dwell, and version 3 if it has none of them.
+inline constexpr int problem_format_version = 4;
 
 //! The JSON Schema (draft-07) of problem files, which every file is checked against when it is read.
 const std::string& problem_schema();
@@ -20,6 +21,12 @@ std::string to_json(const Problem& problem);
 //! Reads JSON text and validates the problem; paths of meshes are relative to the folder. Throws std::invalid_argument
 //! that names the place and what was expected.
 Problem from_json(const std::string& text, const std::string& folder = "");
+
+//! The plan as JSON text, as it stands in a problem file. Throws std::invalid_argument if it is none.
+std::string to_json(const Plan& plan);
+
+//! Reads JSON text and validates the plan, as far as that needs no scene. Throws as `from_json`.
+Plan plan_from_json(const std::string& text);
 
 //! A file cannot be opened or written.
 class FileError : public std::runtime_error {

@@ -22,4 +22,10 @@ OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes = {});
 //! the file and what was expected there.
 Problem read_problem(const Json& json, const std::string& folder);
 
+//! Rows are packed.
+OrderedJson write(const Plan& plan);
+
+//! A plan alone, which no scene is there for. Throws as `read_problem`.
+Plan read_plan(const Json& json);
+
 }  // namespace energymargin::problem_io

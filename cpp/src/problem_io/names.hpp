@@ -10,6 +10,8 @@
 namespace energymargin::problem_io {
 
 inline constexpr const char* format_name = "energymargin-problem";
+inline constexpr int version_without_clock = 3;
+inline constexpr int version_with_clock = 4;
 
 inline const std::vector<std::pair<const char*, Role>> roles{
     {"none", Role::none}, {"object", Role::object}, {"effector", Role::effector}};

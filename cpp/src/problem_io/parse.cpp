@@ -132,9 +132,9 @@ class Builder : public Json::json_sax_t {
 
 }  // namespace
 
-Json parse(const std::string& text) {
+Json parse(const std::string& text, const std::string& what) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw std::invalid_argument("it is empty, expected the JSON of a problem");
+    throw std::invalid_argument("it is empty, expected the JSON of " + what);
   Builder builder(text);
   Json::sax_parse(text, &builder);
   return builder.take();

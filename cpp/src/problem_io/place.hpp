@@ -68,6 +68,8 @@ class Place {
     if (!json_.is_string()) fail("a text");
     return json_.get<std::string>();
   }
+  bool is_list() const { return json_.is_array(); }
+  bool is_text() const { return json_.is_string(); }
   std::vector<Place> items() const {
     if (!json_.is_array()) fail("a list");
     std::vector<Place> places;
@@ -122,6 +124,13 @@ auto located(const Place& place, const Read& read) {
     const std::string what = error.what();
     throw std::invalid_argument(what.rfind(place.path(), 0) == 0 ? what : place.path() + ": " + what);
   }
+}
+
+//! Reads each item of a list, if there is one, and adds it; an error says where.
+template <typename Add>
+void add_each(const Place& place, const std::string& key, const Add& add) {
+  if (!place.has(key)) return;
+  for (const Place& item : place[key].items()) located(item, add);
 }
 
 }  // namespace energymargin::problem_io

@@ -34,6 +34,19 @@ ForceWeights read_force_weights(const Place& place) {
           place["ground_engage"].number(), place["ground_stick"].number()};
 }
 
+// A horizon, a plan, and how the capture set is looked at.
+void read_clock(const Place& place, int version, Problem& problem) {
+  for (const char* key : {"horizon", "check", "dwell", "plan"}) {
+    if (version >= version_with_clock || !place.has(key)) continue;
+    throw std::invalid_argument("problem has \"" + std::string(key) + "\", expected only from \"version\": " +
+                                std::to_string(version_with_clock) + " on; this file says " + std::to_string(version));
+  }
+  if (place.has("horizon")) problem.horizon = place["horizon"].number();
+  if (place.has("check")) problem.check = place["check"].number();
+  if (place.has("dwell")) problem.dwell = place["dwell"].number();
+  if (place.has("plan")) problem.plan = read_plan(place["plan"], &problem.scene);
+}
+
 Contact read_contact(const Place& place, const Scene& scene) {
   place.only({"body_a", "body_b", "position", "normal", "distance", "normal_force", "tangential_force", "friction"});
   return {read_body_name(place["body_a"], scene),
@@ -48,11 +61,14 @@ Contact read_contact(const Place& place, const Scene& scene) {
 
 }  // namespace
 
+Plan read_plan(const Json& json) { return read_plan(Place(json, "plan"), nullptr); }
+
 Problem read_problem(const Json& json, const std::string& folder) {
   const Place place(json, "problem");
   const int version = read_version(place);
-  place.only({"$schema", "format", "version", "scene", "state", "force", "torque", "duration", "captured", "succeeded",
-              "within", "effector", "rate", "force_weights", "contacts", "captured_any", "succeeded_any"});
+  place.only({"$schema",  "format",       "version",       "scene",   "state",    "force", "torque",
+              "duration", "captured",     "succeeded",     "within",  "effector", "rate",  "force_weights",
+              "contacts", "captured_any", "succeeded_any", "horizon", "check",    "dwell", "plan"});
   if (place.has("$schema")) place["$schema"].word();
   const Scene scene = read_scene(place["scene"], version, folder);
   Problem problem{scene,
@@ -72,6 +88,7 @@ Problem read_problem(const Json& json, const std::string& folder) {
     problem.contacts.emplace();
     for (const Place& contact : place["contacts"].items()) problem.contacts->push_back(read_contact(contact, scene));
   }
+  read_clock(place, version, problem);
   return problem;
 }
 

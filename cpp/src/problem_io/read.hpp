@@ -15,6 +15,9 @@ Scene read_scene(const Place& place, int version, const std::string& folder);
 //! A region on bodies of the scene.
 Region read_region(const Place& place, const Scene& scene);
 
+//! A plan that fits the scene or, where there is none, one that may fit some scene.
+Plan read_plan(const Place& place, const Scene* scene);
+
 //! The name of one of the scene's bodies.
 std::string read_body_name(const Place& place, const Scene& scene);
 

@@ -92,13 +92,6 @@ Stepping read_stepping(const Place& place, int version) {
   return stepping;
 }
 
-// Reads each item of a list, if there is one, and adds it; an error says where.
-template <typename Add>
-void add_each(const Place& place, const std::string& key, const Add& add) {
-  if (!place.has(key)) return;
-  for (const Place& item : place[key].items()) located(item, add);
-}
-
 }  // namespace
 
 std::string read_body_name(const Place& place, const Scene& scene) {

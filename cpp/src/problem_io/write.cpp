@@ -105,10 +105,16 @@ OrderedJson write(const Contact& contact) {
           {"friction", contact.friction}};
 }
 
+// The oldest version that can say it: what has no clock, programs read that know no clock.
+int version_of(const Problem& problem) {
+  const bool clock = problem.horizon || problem.plan || problem.check || problem.dwell != 0.0;
+  return clock ? version_with_clock : version_without_clock;
+}
+
 }  // namespace
 
 OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes) {
-  OrderedJson json = {{"format", format_name}, {"version", problem_format_version}};
+  OrderedJson json = {{"format", format_name}, {"version", version_of(problem)}};
   json["scene"] = write(problem.scene, meshes);
   json["state"] = std::vector<double>(problem.state.begin(), problem.state.end());
   json["force"] = write(problem.force);
@@ -126,6 +132,10 @@ OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes) {
     json["contacts"] = OrderedJson::array();
     for (const Contact& contact : *problem.contacts) json["contacts"].push_back(write(contact));
   }
+  if (problem.horizon) json["horizon"] = *problem.horizon;
+  if (problem.check) json["check"] = *problem.check;
+  if (problem.dwell != 0.0) json["dwell"] = problem.dwell;
+  if (problem.plan) json["plan"] = write(*problem.plan);
   return json;
 }
 
