@@ -25,7 +25,8 @@ class Search {
  public:
   Search(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm)
       : problem_(problem), planner_(planner), shortening_(shortening), confirm_(confirm) {
-    if (problem_.escaped(0)) add(0);
+    const int first = problem_.escaped(0) ? 0 : problem_.extend_undisturbed();
+    if (problem_.escaped(first)) add(first);
   }
 
   bool finished() const { return problem_.spent() || ended_ || effort() == 0.0; }

@@ -4,6 +4,7 @@
 #include <ompl/util/RandomNumbers.h>
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "energymargin/search/bounded_problem.hpp"
@@ -11,7 +12,8 @@
 namespace energymargin::search {
 
 //! Local search around the best escape. What it tries are rollouts like all others: rows of the tree, and they count as
-//! nodes. AO-x's planner explores, this polishes what it found.
+//! nodes. AO-x's planner explores, this polishes what it found. With a clock an edge keeps its time when one before it
+//! changes: what lies between them is a wait, an edge without a wrench of any length.
 class Shortening {
  public:
   //! `largest` bounds the edges.
@@ -27,9 +29,14 @@ class Shortening {
   int end() const { return path_.back(); }
 
  private:
-  using Edges = std::vector<Edge>;
+  struct TimedEdge : Edge {
+    int start = 0;  // steps since the root; where no clock runs, edges follow one another whatever it says
+  };
+  using Edges = std::vector<TimedEdge>;
   using Change = void (Shortening::*)(Edges&);
-  static const std::vector<Change> changes;
+
+  std::vector<Change> changes() const;
+  std::size_t drawn_node();
 
   // Each changes the first of the edges that lead from a node of the path to its end, or several of them.
   void drop(Edges& edges);
@@ -41,11 +48,22 @@ class Shortening {
   void cut(Edges& edges);
   void merge(Edges& edges);
 
-  Edge nudged(Edge edge);
+  // With a clock alone.
+  void shift(Edges& edges);
+  void hasten(Edges& edges);
+  void silence(Edges& edges);
+
+  double drawn_size();
+  TimedEdge nudged(TimedEdge edge);
+  TimedEdge rest(int start, int steps) const;
+  Edges edges_from(std::size_t node) const;
+  Edges with_waits(const Edges& edges, int time) const;
   bool replay(std::size_t from, const Edges& edges);
 
   BoundedProblem& problem_;
   Edge largest_;
+  std::optional<int> horizon_;  // steps
+  std::vector<Change> changes_;
   ompl::RNG rng_;
   std::vector<int> path_;  // nodes from the root to the end of the best escape
 };
