@@ -101,6 +101,7 @@ void bind_tree(py::module_& module) {
       .def_readonly("controls", &Tree::controls,
                     "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
       .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
+      .def_property_readonly("times", &Tree::times, "Since the root, shape (M + 1,) [s].")
       .def(
           "path_to", [](const Tree& tree, const WholeNumber& node) { return tree.path_to(count("node", node, 0)); },
           py::arg("node"), "Rows from the root to a node, both included.")
@@ -177,8 +178,10 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
           "Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to 1.2 "
           "times as strong, they do not lead out.")
       .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
-      .def_property_readonly("nodes", &Escape::nodes,
-                             "How many there are besides the root; so many nodes give the same bits again.")
+      .def_property_readonly(
+          "nodes", &Escape::nodes,
+          "How many there are besides the root and, with a horizon, the undisturbed future in row 1; so many "
+          "nodes give the same bits again.")
       .def("__repr__", [](const Escape& escape) {
         return described("EscapeEffort", {{"effort", py::cast(escape.effort)},
                                           {"nodes", py::cast(escape.nodes())},

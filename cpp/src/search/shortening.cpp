@@ -15,9 +15,12 @@ constexpr double axis_share = 0.5;  // of the nudges are along one axis
 constexpr double end_share = 0.15;  // of the nudges set an axis to zero or to a bound
 constexpr double rest_share = 0.5;  // of the edges that are cut go on without a wrench
 
-constexpr double all_share = 0.5;    // of the shifts move all edges
-constexpr double small_share = 0.5;  // of the shifts are small
-constexpr double tiny = 1e-300;      // instead of a bound of 0, where the wrench is 0 too
+// With a clock.
+constexpr double whole_share = 0.5;   // of the changes begin at the root, and of the guesses last up to the horizon
+constexpr double single_share = 0.5;  // of the guesses push one object alone
+constexpr double all_share = 0.5;     // of the shifts, and of the pushes that become one, take all edges
+constexpr double small_share = 0.5;   // of the shifts are small
+constexpr double tiny = 1e-300;       // instead of a bound of 0, where the wrench is 0 too
 constexpr int axes_of_an_object = 6;
 
 }  // namespace
@@ -38,10 +41,27 @@ std::vector<Shortening::Change> Shortening::changes() const {
   return all;
 }
 
+bool Shortening::guess() {
+  const bool whole = rng_.uniform01() < whole_share;
+  const int start = whole ? 0 : rng_.uniformInt(0, *horizon_ - 1);
+  TimedEdge push = rest(start, whole ? *horizon_ : rng_.uniformInt(1, *horizon_ - start));
+  const auto axes = static_cast<int>(push.wrenches.size());
+  const int object = rng_.uniform01() < single_share ? rng_.uniformInt(0, axes / axes_of_an_object - 1) : -1;
+  for (int axis = 0; axis < axes; ++axis) {
+    if (object >= 0 && axis / axes_of_an_object != object) continue;
+    push.wrenches[axis] = rng_.uniformInt(-1, 1) * largest_.wrenches[axis];
+  }
+  path_ = {0};
+  Edges edges;
+  insert_whole(edges, push);
+  return replay(0, with_waits(edges, 0));
+}
+
 bool Shortening::attempt() {
   const std::size_t node = drawn_node();
   const auto change = changes_[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(changes_.size()) - 1))];
-  const std::size_t from = change == &Shortening::silence ? 0 : node;
+  const bool whole = horizon_ && (change == &Shortening::silence || rng_.uniform01() < whole_share);
+  const std::size_t from = whole ? 0 : node;
   Edges edges = edges_from(from);
   if (edges.empty()) return false;
   (this->*change)(edges);
@@ -141,12 +161,31 @@ void Shortening::shift(Edges& edges) {
   for (int i = first; i <= last; ++i) edges[static_cast<std::size_t>(i)].start += steps;
 }
 
-// The same push, as strong as the bounds let it be, and so much shorter, or a little more.
+// The first few edges become one push with all their impulse, or a little less: as strong as the bounds let it be, and
+// so as early as can be.
 void Shortening::hasten(Edges& edges) {
-  TimedEdge& edge = edges.front();
-  const double share = (edge.wrenches.array().abs() / largest_.wrenches.array().max(tiny)).maxCoeff();
-  edge.wrenches /= share;
-  edge.steps = std::max(1, static_cast<int>(edge.steps * share * (1.0 - rng_.uniform01() * drawn_size())));
+  const auto all = static_cast<int>(edges.size());
+  const int count = rng_.uniform01() < all_share ? all : rng_.uniformInt(1, all);
+  TimedEdge push = rest(edges.front().start, 0);
+  for (int i = 0; i < count; ++i)
+    push.wrenches += edges[static_cast<std::size_t>(i)].steps * edges[static_cast<std::size_t>(i)].wrenches;
+  const double steps = (push.wrenches.array().abs() / largest_.wrenches.array().max(tiny)).maxCoeff();
+  edges.erase(edges.begin(), edges.begin() + count);
+  if (steps == 0.0) return;
+  push.wrenches /= steps;
+  push.steps = std::max(1, static_cast<int>(std::ceil(steps * (1.0 - rng_.uniform01() * drawn_size()))));
+  insert_whole(edges, push);
+}
+
+// In front of the others, as edges that are not too long.
+void Shortening::insert_whole(Edges& edges, const TimedEdge& push) const {
+  const int left = push.steps % largest_.steps;
+  for (int over = push.steps - left; over >= 0; over -= largest_.steps) {
+    TimedEdge part = push;
+    part.start += over;
+    part.steps = std::min(largest_.steps, push.steps - over);
+    if (part.steps > 0) edges.insert(edges.begin(), part);
+  }
 }
 
 // All objects but one are left alone.

@@ -23,6 +23,7 @@ constexpr double axis_share = 0.15;      // one axis alone
 
 constexpr double wait_share =
     0.5;  // with a horizon, of the draws without a wrench: even up to all the time that is left
+constexpr double longest_share = 0.2;  // with a horizon, of the others: as long as they may be
 
 // Draws wrenches between their bounds, and durations as T U^(1/d) with d the number of axes that act on an object: even
 // in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the least work.
@@ -42,6 +43,7 @@ class WrenchSampler : public ompl::control::ControlSampler {
     draw_evenly(values);
     const bool coasts = mixed_ && mix(values, rng_.uniform01());
     values[axes_] = coasts && steps_left_ && rng_.uniform01() < wait_share ? drawn_wait() : drawn_steps();
+    if (mixed_ && steps_left_ && !coasts && rng_.uniform01() < longest_share) values[axes_] = bounds_.high.back();
   }
 
   void sample(ompl::control::Control* control, const ompl::base::State* state) override {
@@ -59,7 +61,9 @@ class WrenchSampler : public ompl::control::ControlSampler {
   void sampleNext(ompl::control::Control* control, const ompl::control::Control* previous,
                   const ompl::base::State* state) override {
     steps_left_ = space_->as<WrenchSpace>()->steps_left(state);
-    sampleNext(control, previous);
+    // Planners call this one. Without a clock it is as OMPL's own, which forgets the edge before.
+    if (steps_left_) return sampleNext(control, previous);
+    sample(control);
   }
 
  private:

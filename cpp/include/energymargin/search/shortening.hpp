@@ -22,6 +22,11 @@ class Shortening {
   //! Goes on from the escape that ends in `node`.
   void start(int node) { path_ = problem_.path_to(node); }
 
+  //! Tries one push at the bounds of its axes, on one object or all, from some time on, for some time or up to the
+  //! horizon: there is no escape yet, and where time is short few draws of a planner's lead to one. True if this did;
+  //! then the bound has fallen to its cost. With a clock.
+  bool guess();
+
   //! Tries one change. True if it gave a cheaper escape: then the problem's bound has fallen to its cost.
   bool attempt();
 
@@ -53,6 +58,7 @@ class Shortening {
   void hasten(Edges& edges);
   void silence(Edges& edges);
 
+  void insert_whole(Edges& edges, const TimedEdge& push) const;
   double drawn_size();
   TimedEdge nudged(TimedEdge edge);
   TimedEdge rest(int start, int steps) const;
