@@ -75,8 +75,8 @@ TEST(Horizon, LeastWorkIsThatOfAFullPushAtOnce) {
 }
 
 TEST(Horizon, LessTimeTakesMoreWork) {
-  expect_near(along(Vector3::UnitX(), 3.0, 0.5), least_work(3.0, 0.5), "half a second");
-  EXPECT_GT(least_work(3.0, 0.5), 3.0 * least_work(3.0, 1.0));
+  expect_near(along(Vector3::UnitX(), 3.0, 0.75), least_work(3.0, 0.75), "three quarters of a second");
+  EXPECT_GT(least_work(3.0, 0.75), 1.5 * least_work(3.0, 1.0));
 }
 
 TEST(Horizon, GravityTakesItsShareOfTheTime) {
