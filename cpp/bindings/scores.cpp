@@ -321,6 +321,11 @@ made so far, of all trees, for a bar; what it raises ends the search.)");
 
 With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
 
+With a horizon or a plan it has to be outside in time, at one of the looks (every `check`), and to stay outside for
+`dwell`, or up to the horizon, without a wrench; the effort is that up to its first look outside. The first rollout is the
+undisturbed future: what leaves by itself has effort 0, whatever the nodes, and be it through `within` or not. A state
+that is outside at the start has effort 0 too. A wrench lasts up to `duration`, a wait as long as it takes.
+
 sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
 bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
 cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. stop_at_escape:
