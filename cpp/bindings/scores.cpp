@@ -101,6 +101,7 @@ void bind_tree(py::module_& module) {
       .def_readonly("controls", &Tree::controls,
                     "Wrenches that led to the node, shape (M + 1, 6 k) for k objects [N, N m].")
       .def_readonly("durations", &Tree::durations, "How long it acted, shape (M + 1,) [s].")
+      .def_property_readonly("times", &Tree::times, "Since the root, shape (M + 1,) [s].")
       .def(
           "path_to", [](const Tree& tree, const WholeNumber& node) { return tree.path_to(count("node", node, 0)); },
           py::arg("node"), "Rows from the root to a node, both included.")
@@ -177,8 +178,10 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
           "Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to 1.2 "
           "times as strong, they do not lead out.")
       .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
-      .def_property_readonly("nodes", &Escape::nodes,
-                             "How many there are besides the root; so many nodes give the same bits again.")
+      .def_property_readonly(
+          "nodes", &Escape::nodes,
+          "How many there are besides the root and, with a horizon, the undisturbed future in row 1; so many "
+          "nodes give the same bits again.")
       .def("__repr__", [](const Escape& escape) {
         return described("EscapeEffort", {{"effort", py::cast(escape.effort)},
                                           {"nodes", py::cast(escape.nodes())},
@@ -318,6 +321,11 @@ made so far, of all trees, for a bar; what it raises ends the search.)");
              R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
 
 With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+
+With a horizon or a plan it has to be outside in time, at one of the looks (every `check`), and to stay outside for
+`dwell`, or up to the horizon, without a wrench; the effort is that up to its first look outside. The first rollout is the
+undisturbed future: what leaves by itself has effort 0, whatever the nodes, and be it through `within` or not. A state
+that is outside at the start has effort 0 too. A wrench lasts up to `duration`, a wait as long as it takes.
 
 sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
 bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it

@@ -25,14 +25,16 @@ class Search {
  public:
   Search(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm)
       : problem_(problem), planner_(planner), shortening_(shortening), confirm_(confirm) {
-    if (problem_.escaped(0)) add(0);
+    const int first = problem_.escaped(0) ? 0 : problem_.extend_undisturbed();
+    futures_ = problem_.nodes();
+    if (problem_.escaped(first)) add(first);
   }
 
   bool finished() const { return problem_.spent() || ended_ || effort() == 0.0; }
 
   void plan() {
     const int before = problem_.nodes();
-    const bool take_turns = shortening_ && !found_.empty();
+    const bool take_turns = shortening_ && (!found_.empty() || problem_.horizon());
     planner_.solve(take_turns ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
     ended_ = problem_.nodes() == before;  // the planner has nothing left to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
@@ -43,11 +45,11 @@ class Search {
   }
 
   void shorten() {
-    if (!shortening_ || found_.empty()) return;
+    if (!shortening_ || (found_.empty() && !problem_.horizon())) return;
     const int end = problem_.nodes() + shortening_turn;
     const double before = effort();
     while (problem_.nodes() < end && !finished()) {
-      if (shortening_->attempt()) add(shortening_->end());
+      if (found_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
     }
     if (effort() < before) prune();
   }
@@ -82,6 +84,7 @@ class Search {
     escape.discarded = discarded_;
     escape.diverged = problem_.diverged();
     escape.tree = problem_.take_tree(counted_ < 0 ? problem_.nodes() : counted_);
+    escape.undisturbed = futures_ > 0;
     escape.path = escape.tree.path_to(found_.empty() ? -1 : found_.back().node);
     return escape;
   }
@@ -103,7 +106,7 @@ class Search {
   }
 
   void add(int node) {
-    found_.push_back({node, problem_.nodes()});
+    found_.push_back({node, problem_.nodes() - futures_});
     problem_.lower_bound(effort());
     if (shortening_) shortening_->start(node);
   }
@@ -132,6 +135,7 @@ class Search {
   Confirm confirm_;
   std::vector<Found> found_;   // each cheaper than the one before
   std::size_t confirmed_ = 0;  // of them, which count
+  int futures_ = 0;            // nodes of the undisturbed future
   int next_confirmation_ = 0;  // nodes
   int discarded_ = 0;
   bool ended_ = false;

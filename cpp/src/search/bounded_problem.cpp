@@ -59,7 +59,7 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   space_ = std::make_shared<CostSpace>(problem, stream(seed, sampler_stream));
   const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, control_stream), sampling);
   si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
-  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit);
+  propagator_ = std::make_shared<Propagator>(si_, problem, nodes, limit, captured);
   si_->setStatePropagator(propagator_);
   // The control carries its own duration, so OMPL's counts as one.
   si_->setPropagationStepSize(1.0);
@@ -84,18 +84,31 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
 }
 
 void BoundedProblem::stop_at_escape() {
-  if (captured_) propagator_->end_where([this](const State& state) { return !(*captured_)(state); });
+  if (captured_ && !horizon()) propagator_->end_where([this](const State& state) { return !(*captured_)(state); });
 }
 
 ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) const {
   return ompl::base::PlannerTerminationCondition([this, nodes] { return this->nodes() >= nodes || spent(); });
 }
 
+std::optional<int> BoundedProblem::horizon() const {
+  const std::optional<Horizon>& horizon = propagator_->horizon();
+  return horizon ? std::optional(horizon->end()) : std::nullopt;
+}
+
+int BoundedProblem::extend_undisturbed() {
+  if (!horizon() || !captured_) return -1;
+  ++most_nodes_;
+  return propagator_->extend_undisturbed();
+}
+
 bool BoundedProblem::allowed(int node) const {
+  if (node >= 0 && horizon() && time(node) >= *horizon() && !escaped(node)) return false;
   return node >= 0 && cost(node) < bound() && (!within_ || (*within_)(State(propagator_->state(node))));
 }
 
 bool BoundedProblem::escaped(int node) const {
+  if (node > 0 && horizon()) return propagator_->escaped(node);
   return node >= 0 && captured_ && !(*captured_)(State(propagator_->state(node)));
 }
 

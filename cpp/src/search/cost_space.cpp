@@ -41,7 +41,8 @@ BodyState between(const BodyState& a, const BodyState& b, double t) {
           mix(a.angular_velocity, b.angular_velocity)};
 }
 
-// Draws around the starts: position, orientation and velocities evenly, the cost evenly below its bound.
+// Draws around the starts: position, orientation and velocities evenly, the cost evenly below its bound, the time
+// evenly up to the horizon.
 class CostSampler : public ompl::base::StateSampler {
  public:
   CostSampler(const CostSpace* space, std::uint64_t seed) : StateSampler(space), cost_space_(space) {
@@ -55,6 +56,7 @@ class CostSampler : public ompl::base::StateSampler {
     }
     const double bound = cost_space_->bound();
     sample->cost = std::isfinite(bound) ? rng_.uniformReal(0.0, bound) : 0.0;
+    if (cost_space_->horizon()) sample->time = rng_.uniformReal(0.0, *cost_space_->horizon());
     sample->node = -1;
   }
 
@@ -109,8 +111,9 @@ Scales::Scales(const Problem& problem, std::size_t index) {
 }
 
 CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
-    : bound_(std::numeric_limits<double>::infinity()), seed_(seed) {
+    : bound_(std::numeric_limits<double>::infinity()), seed_(seed), duration_(problem.duration) {
   setName("StateCost");
+  if (const auto timing = timing_of(problem)) horizon_ = timing->horizon * problem.scene.stepping().step;
   const StateLayout layout(problem.scene);
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
     starts_.push_back(StateLayout::read(problem.state.data() + layout.offset(object)));
@@ -132,6 +135,10 @@ double CostSpace::distance(const ompl::base::State* a, const ompl::base::State* 
     sum += squared_distance(one->objects[i], two->objects[i], scales_[i]);
   }
   sum /= static_cast<double>(scales_.size());
+  if (horizon_) {
+    const double time = (one->time - two->time) / duration_;
+    sum += time * time;
+  }
   if (std::isfinite(bound_) && bound_ > 0.0) {
     const double cost = cost_weight * (one->cost - two->cost) / bound_;
     sum += cost * cost;
@@ -152,7 +159,7 @@ bool CostSpace::equalStates(const ompl::base::State* a, const ompl::base::State*
     return x.position == y.position && x.orientation.coeffs() == y.orientation.coeffs() && x.velocity == y.velocity &&
            x.angular_velocity == y.angular_velocity;
   };
-  return one->node == two->node && one->cost == two->cost &&
+  return one->node == two->node && one->cost == two->cost && one->time == two->time &&
          std::equal(one->objects.begin(), one->objects.end(), two->objects.begin(), same);
 }
 
@@ -165,6 +172,7 @@ void CostSpace::interpolate(const ompl::base::State* from, const ompl::base::Sta
     middle->objects[i] = between(one.objects[i], two.objects[i], t);
   }
   middle->cost = (1.0 - t) * one.cost + t * two.cost;
+  middle->time = (1.0 - t) * one.time + t * two.time;
   middle->node = -1;
 }
 

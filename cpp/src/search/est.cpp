@@ -24,7 +24,8 @@ double within_cells(double coordinate) {
   return std::clamp(coordinate, static_cast<double>(Cell::min()), static_cast<double>(Cell::max()));
 }
 
-// Six coordinates an object, so that no motion of one makes up for that of another, and the cost.
+// Six coordinates an object, so that no motion of one makes up for that of another, the cost, and with a horizon the
+// time.
 class Projection : public ompl::base::ProjectionEvaluator {
  public:
   explicit Projection(const std::shared_ptr<ompl::base::StateSpace>& space)
@@ -32,7 +33,7 @@ class Projection : public ompl::base::ProjectionEvaluator {
     setCellSizes(std::vector<double>(getDimension(), 1.0));
   }
 
-  unsigned int getDimension() const override { return 6 * static_cast<unsigned int>(cost_space_.starts().size()) + 1; }
+  unsigned int getDimension() const override { return timeless_dimension() + (cost_space_.horizon() ? 1 : 0); }
 
   void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
     const auto* node = state->as<CostSpace::StateType>();
@@ -44,12 +45,15 @@ class Projection : public ompl::base::ProjectionEvaluator {
       object.head<3>() = cells_per_edge / scales.position * (node->objects[i].position - start.position);
       object.tail<3>() = cells_per_edge / scales.orientation * turned(start, node->objects[i]);
     }
-    const Eigen::Index cost = projection.size() - 1;
+    const Eigen::Index cost = timeless_dimension() - 1;
     projection[cost] = std::isfinite(bound) && bound > 0.0 ? cells_of_cost * node->cost / bound : 0.0;
+    if (cost_space_.horizon()) projection[cost + 1] = cells_per_edge / cost_space_.duration() * node->time;
     for (double& coordinate : projection) coordinate = within_cells(coordinate);
   }
 
  private:
+  unsigned int timeless_dimension() const { return 6 * static_cast<unsigned int>(cost_space_.starts().size()) + 1; }
+
   const CostSpace& cost_space_;
 };
 

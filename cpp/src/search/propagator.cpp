@@ -27,13 +27,16 @@ std::vector<int> between(int steps, int stretches) {
 }  // namespace
 
 Propagator::Propagator(const ompl::control::SpaceInformationPtr& si, const Problem& problem, int nodes,
-                       const Limit& limit)
+                       const Limit& limit, const Region* captured)
     : StatePropagator(si),
       space_(*si->getStateSpace()->as<CostSpace>()),
       most_nodes_(nodes),
       limit_(limit),
-      world_(problem.scene),
+      world_(world_of(problem)),
       edge_start_(problem),
+      horizon_(Horizon::of(problem, captured)),
+      times_{0},
+      escaped_{false},
       step_(problem.scene.stepping().step) {
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
     objects_.push_back(world_.layout().offset(object));
@@ -57,23 +60,48 @@ void Propagator::propagate(const ompl::base::State* from, const ompl::control::C
 }
 
 int Propagator::extend(int from, const Edge& edge) const {
+  const int before = nodes_;
+  const int node = grow(from, edge);
+  if (made_) made_->fetch_add(nodes_ - before, std::memory_order_relaxed);
+  return node;
+}
+
+int Propagator::grow(int from, const Edge& edge) const {
   const Watch watch{tree_.costs[from], space_.bound(),
                     between(edge.steps, std::min(nodes_per_edge_, most_nodes_ - nodes_)), ends_, look_every};
-  const std::optional<Rollout> rolled_out = roll_out(from, edge, watch);
-  if (!rolled_out) return add(from, edge, 0, std::numeric_limits<double>::infinity(), tree_.states.row(from));
-  const Rollout& rollout = *rolled_out;
+  const std::optional<Stretch> stretch = roll_out(from, edge, watch);
+  if (!stretch) return add(from, edge, 0, std::numeric_limits<double>::infinity(), tree_.states.row(from));
+  const Rollout& rollout = stretch->rollout;
   if (!rollout.complete) return -1;
   for (const Moment& moment : rollout.recorded) {
     if (moment.steps < rollout.steps) add(from, edge, moment.steps, moment.effort, moment.state);
   }
-  return add(from, edge, rollout.steps, rollout.effort, rollout.state);
+  const int node = add(from, edge, rollout.steps, rollout.effort, rollout.state);
+  escaped_.back() = stretch->escaped;
+  return node;
+}
+
+int Propagator::extend_undisturbed() const {
+  const Edge rest{Eigen::VectorXd::Zero(tree_.controls.cols()), horizon_->end()};
+  std::optional<Stretch> stretch;
+  try {
+    stretch = horizon_->undisturbed(world_, tree_.states.row(0), limit_);
+  } catch (const Diverged&) {
+    ++diverged_;
+    return add(0, rest, 0, std::numeric_limits<double>::infinity(), tree_.states.row(0));
+  }
+  if (!stretch->rollout.complete) return -1;
+  const int node = add(0, rest, stretch->rollout.steps, 0.0, stretch->rollout.state);
+  escaped_.back() = stretch->escaped;
+  return node;
 }
 
 // None if the simulation diverges.
-std::optional<Rollout> Propagator::roll_out(int from, const Edge& edge, const Watch& watch) const {
+std::optional<Stretch> Propagator::roll_out(int from, const Edge& edge, const Watch& watch) const {
   try {
-    return world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps, limit_,
-                                    watch);
+    if (horizon_) return horizon_->extend(world_, tree_.states.row(from), time(from), edge, limit_, watch);
+    return Stretch{world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps,
+                                            limit_, watch)};
   } catch (const Diverged&) {
     ++diverged_;
     return std::nullopt;
@@ -82,13 +110,14 @@ std::optional<Rollout> Propagator::roll_out(int from, const Edge& edge, const Wa
 
 int Propagator::add(int from, const Edge& edge, int steps, double effort, const State& state) const {
   const int node = ++nodes_;
-  if (made_) made_->fetch_add(1, std::memory_order_relaxed);
   if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
   tree_.states.row(node) = state.transpose();
   tree_.costs[node] = tree_.costs[from] + effort;
   tree_.parents[node] = from;
   tree_.controls.row(node) = edge.wrenches.transpose();
   tree_.durations[node] = steps * step_;
+  times_.push_back(time(from) + steps);
+  escaped_.push_back(false);
   return node;
 }
 
@@ -96,6 +125,7 @@ void Propagator::describe(int node, CostSpace::Values& values) const {
   const double* state = tree_.states.row(node).data();
   for (std::size_t i = 0; i < objects_.size(); ++i) values.objects[i] = StateLayout::read(state + objects_[i]);
   values.cost = tree_.costs[node];
+  values.time = horizon_ ? time(node) * step_ : 0.0;
   values.node = node;
 }
 

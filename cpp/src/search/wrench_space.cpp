@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 
+#include "energymargin/search/cost_space.hpp"
+
 namespace energymargin::search {
 namespace {
 
@@ -18,6 +20,10 @@ constexpr double repeated_share = 0.15;  // the wrench of the edge before
 constexpr double coasting_share = 0.15;  // no wrench: what moves costs nothing
 constexpr double ends_share = 0.15;      // each axis at a bound or at zero: least-effort pushes are often bang-bang
 constexpr double axis_share = 0.15;      // one axis alone
+
+constexpr double wait_share =
+    0.5;  // with a horizon, of the draws without a wrench: even up to all the time that is left
+constexpr double longest_share = 0.2;  // with a horizon, of the others: as long as they may be
 
 // Draws wrenches between their bounds, and durations as T U^(1/d) with d the number of axes that act on an object: even
 // in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the least work.
@@ -35,8 +41,14 @@ class WrenchSampler : public ompl::control::ControlSampler {
   void sample(ompl::control::Control* control) override {
     double* values = control->as<WrenchSpace::ControlType>()->values;
     draw_evenly(values);
-    if (mixed_) mix(values, rng_.uniform01());
-    values[axes_] = drawn_steps();
+    const bool coasts = mixed_ && mix(values, rng_.uniform01());
+    values[axes_] = coasts && steps_left_ && rng_.uniform01() < wait_share ? drawn_wait() : drawn_steps();
+    if (mixed_ && steps_left_ && !coasts && rng_.uniform01() < longest_share) values[axes_] = bounds_.high.back();
+  }
+
+  void sample(ompl::control::Control* control, const ompl::base::State* state) override {
+    steps_left_ = space_->as<WrenchSpace>()->steps_left(state);
+    sample(control);
   }
 
   void sampleNext(ompl::control::Control* control, const ompl::control::Control* previous) override {
@@ -44,6 +56,14 @@ class WrenchSampler : public ompl::control::ControlSampler {
     double* values = control->as<WrenchSpace::ControlType>()->values;
     std::copy_n(previous->as<WrenchSpace::ControlType>()->values, axes_, values);
     values[axes_] = drawn_steps();
+  }
+
+  void sampleNext(ompl::control::Control* control, const ompl::control::Control* previous,
+                  const ompl::base::State* state) override {
+    steps_left_ = space_->as<WrenchSpace>()->steps_left(state);
+    // Planners call this one. Without a clock it is as OMPL's own, which forgets the edge before.
+    if (steps_left_) return sampleNext(control, previous);
+    sample(control);
   }
 
  private:
@@ -55,10 +75,13 @@ class WrenchSampler : public ompl::control::ControlSampler {
     }
   }
 
-  void mix(double* values, double share) {
+  // True if there is no wrench at all.
+  bool mix(double* values, double share) {
     if ((share -= coasting_share) < 0.0) {
       std::fill_n(values, axes_, 0.0);
-    } else if ((share -= ends_share) < 0.0) {
+      return true;
+    }
+    if ((share -= ends_share) < 0.0) {
       for (unsigned int i = 0; i < axes_; ++i) {
         if (values[i] != 0.0) values[i] = rng_.uniformInt(-1, 1) * bounds_.high[i];
       }
@@ -66,7 +89,10 @@ class WrenchSampler : public ompl::control::ControlSampler {
       const unsigned int kept = drawn_axis(values);
       for (unsigned int i = 0; i < axes_; ++i) values[i] = i == kept ? values[i] : 0.0;
     }
+    return false;
   }
+
+  double drawn_wait() { return rng_.uniformInt(1, std::max(*steps_left_, 1)); }
 
   double drawn_steps() {
     const double longest = bounds_.high.back();
@@ -94,6 +120,7 @@ class WrenchSampler : public ompl::control::ControlSampler {
   unsigned int axes_;
   bool mixed_;
   int active_ = 0;
+  std::optional<int> steps_left_;  // until the horizon, from the state that is drawn for
 };
 
 }  // namespace
@@ -102,7 +129,8 @@ WrenchSpace::WrenchSpace(const ompl::base::StateSpacePtr& states, const Problem&
                          Sampling sampling)
     : RealVectorControlSpace(states, static_cast<unsigned int>(largest_edge(problem).wrenches.size()) + 1),
       seed_(seed),
-      sampling_(sampling) {
+      sampling_(sampling),
+      step_(problem.scene.stepping().step) {
   const Edge largest = largest_edge(problem);
   objects_ = static_cast<unsigned int>(largest.wrenches.size()) / wrench_axes;
   ompl::base::RealVectorBounds bounds(getDimension());
@@ -117,6 +145,12 @@ Edge WrenchSpace::edge(const ompl::control::Control* control) const {
   const double* values = control->as<ControlType>()->values;
   const Eigen::Index axes = objects_ * wrench_axes;
   return {Eigen::Map<const Eigen::VectorXd>(values, axes), static_cast<int>(values[axes])};
+}
+
+std::optional<int> WrenchSpace::steps_left(const ompl::base::State* state) const {
+  const std::optional<double>& horizon = stateSpace_->as<CostSpace>()->horizon();
+  if (!horizon) return std::nullopt;
+  return static_cast<int>(std::lround((*horizon - state->as<CostSpace::StateType>()->time) / step_));
 }
 
 ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const {

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.jobs import complete_lines, finished
-from energymargin.experiments.known_answers import KnownAnswer, known_answers
+from energymargin.experiments.known_answers import KNOWN, KnownAnswer, known_answers
+from energymargin.experiments.timed_answers import TIMED
 
 __all__ = ["PLANNERS", "SEARCHES", "ClosedForms", "Run", "reproduce"]
 
@@ -109,8 +110,23 @@ class ClosedForms:
         return sorted(found, key=lambda run: run.job.seed)
 
     def to_markdown(self) -> str:
-        """Both tables."""
-        return "\n".join([*self._ratio_table(), "", *self._gain_table()]) + "\n"
+        """The tables: ratios, those of problems with a horizon, and what each change gains."""
+        tables = [self._ratio_table(), self._timed_table(), self._gain_table()]
+        return "\n\n".join("\n".join(table) for table in tables if table) + "\n"
+
+    def _timed_table(self) -> list[str]:
+        """Nothing without such a problem."""
+        timed = [problem for problem in self.problems if problem.timed]
+        head = " | ".join(f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES)
+        lines = [
+            f"| within a horizon | answer [J] | {head} |",
+            "| --- " * (2 + len(PLANNERS) * len(NODES)) + "|",
+        ]
+        for problem in timed:
+            cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
+            answer = f"{problem.formula} = {problem.answer:.4g}"
+            lines.append(f"| {problem.name}: {problem.text} | {answer} | {' | '.join(cells)} |")
+        return lines if timed else []
 
     def _ratio_table(self) -> list[str]:
         head = " | ".join(f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES)
@@ -119,6 +135,8 @@ class ClosedForms:
             "| --- " * (4 + len(PLANNERS) * len(NODES)) + "|",
         ]
         for problem in self.problems:
+            if problem.timed:
+                continue
             cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
             title = f"{problem.name}: {problem.text}"
             answer = (
@@ -132,7 +150,7 @@ class ClosedForms:
     def _cell(self, problem: KnownAnswer, planner: str, nodes: int) -> str:
         """Median and range of the ratio over the seeds; of the effort where there is no ratio."""
         efforts = self.efforts(problem, planner, OURS, nodes)
-        if not measurable(problem):
+        if not 0.0 < problem.answer < math.inf:
             return _many(efforts)
         low, middle, high = (f(efforts) / problem.answer for f in (np.min, np.median, np.max))
         return f"**{middle:.3f}** {low:.3f} to {high:.3f}"
@@ -183,7 +201,7 @@ def reproduce(
 ) -> ClosedForms:
     """Makes every search that is not in the folder yet: `seeds` of ours and `gain_seeds` of the
     others, for each problem and planner. Raises ValueError on an unknown problem."""
-    known = {problem.name: problem for problem in known_answers(problems)}
+    known = {problem.name: problem for problem in known_answers(problems, {**KNOWN, **TIMED})}
     wanted = list(_jobs(known.values(), nodes, seeds, gain_seeds))
     path = folder / RUNS_FILE
     runs = {run.job: run for run in map(Run.from_json, complete_lines(path))}
@@ -259,8 +277,8 @@ def _run(known: KnownAnswer, job: Job, cancel: Cancel) -> Run:
 
 
 def measurable(problem: KnownAnswer) -> bool:
-    """Whether there is a ratio to the answer."""
-    return 0.0 < problem.answer < math.inf
+    """Whether there is a ratio to the answer, and no horizon: searches are compared on those."""
+    return 0.0 < problem.answer < math.inf and not problem.timed
 
 
 def _many(efforts: NDArray[np.float64]) -> str:

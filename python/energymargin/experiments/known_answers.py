@@ -8,7 +8,7 @@ have the default stepping (240 Hz, 50 iterations).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from energymargin import regions
@@ -32,14 +32,20 @@ class KnownAnswer:
     """Effort of escape [J]; inf for a cage."""
     planar: bool
     """The least-effort way out lies in a plane."""
+    timed: bool = False
+    """It has to be out within a horizon."""
 
 
-def known_answers(names: list[str] | None = None) -> list[KnownAnswer]:
-    """All problems, or those of these names. Raises ValueError on an unknown name."""
+def known_answers(
+    names: list[str] | None = None, of: Mapping[str, Callable[[], KnownAnswer]] | None = None
+) -> list[KnownAnswer]:
+    """All problems, or those of these names; by default without those of `timed_answers`. Raises
+    ValueError on an unknown name."""
+    of = KNOWN if of is None else of
     for name in names or ():
-        if name not in KNOWN:
-            raise ValueError(f"problems has {name!r}, expected some of {', '.join(KNOWN)}")
-    return [KNOWN[name]() for name in names or KNOWN]
+        if name not in of:
+            raise ValueError(f"problems has {name!r}, expected some of {', '.join(of)}")
+    return [of[name]() for name in names or of]
 
 
 def _scene() -> Scene:

@@ -14,7 +14,7 @@ namespace energymargin {
 
 struct EffortOptions {
   std::string planner = "est";  //!< "est" or "rrt": the x of AO-x
-  int nodes = 1000;             //!< nodes of the tree besides its root, over all iterations of AO-x
+  int nodes = 1000;  //!< nodes of the tree besides its root and the undisturbed future, over all iterations of AO-x
   std::uint64_t seed = 0;
   Captured captured = Captured::all;    //!< of several objects, which have to leave
   Limit limit{};                        //!< ends the search early; what it has found counts
@@ -27,8 +27,10 @@ struct EffortOptions {
 //! The same search as it was published: controls drawn evenly, nothing shortened, rollouts looked at their ends.
 EffortOptions as_published(EffortOptions options);
 
-//! Least effort found that leads out of the capture set; inf if none was. A search that reaches its limit gives the
-//! tree as far as it is, the bits of one of so many nodes. Throws std::invalid_argument on bad input.
+//! Least effort found that leads out of the capture set; inf if none was. With a horizon it has to lead out in time,
+//! and to stay outside for `dwell` without a wrench; its cost is that up to there, and an object that leaves by itself
+//! needs none. A search that reaches its limit gives the tree as far as it is, the bits of one of so many nodes. Throws
+//! std::invalid_argument on bad input.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

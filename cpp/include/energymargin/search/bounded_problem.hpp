@@ -39,7 +39,7 @@ class BoundedProblem {
   //! From now on `made`, unless it is null, goes up with each node. It has to outlive this.
   void count_in(std::atomic<int>* made) { propagator_->count_in(made); }
 
-  //! From now on a rollout ends where it is seen outside of the capture set.
+  //! From now on a rollout ends where it is seen outside of the capture set; with a clock it always does.
   void stop_at_escape();
 
   const ompl::control::SpaceInformationPtr& space_information() const { return si_; }
@@ -59,6 +59,14 @@ class BoundedProblem {
   //! The node that an edge from `node` leads to; it counts as one of the nodes. -1 if the limit was reached first.
   int extend(int node, const Edge& edge) { return propagator_->extend(node, edge); }
 
+  //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: it is an escape if that leaves
+  //! the capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.
+  int extend_undisturbed();
+
+  //! Steps from the root to a node, and to the horizon; none without a clock.
+  int time(int node) const { return propagator_->time(node); }
+  std::optional<int> horizon() const;
+
   //! Whether the escape that ends in a node leads out in a finer simulation too; none if the limit was reached first.
   std::optional<bool> confirmed(int node);
 
@@ -72,6 +80,7 @@ class BoundedProblem {
   }
 
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
+  //! With a clock, whether it is an escape; at the horizon nothing else is allowed, since nothing can grow from it.
   bool allowed(int node) const;
   bool escaped(int node) const;
 

@@ -4,6 +4,7 @@
 #include <ompl/base/StateSpace.h>
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "energymargin/problem.hpp"
@@ -28,6 +29,7 @@ class CostSpace : public ompl::base::StateSpace {
   struct Values {
     std::vector<BodyState> objects;  //!< the objects' parts of z
     double cost = 0.0;               //!< effort from the root [J]
+    double time = 0.0;               //!< since the root, with a horizon [s]
     int node = -1;                   //!< row of the tree; -1 for a sample
   };
   class StateType : public ompl::base::State, public Values {};
@@ -43,11 +45,19 @@ class CostSpace : public ompl::base::StateSpace {
   double bound() const { return bound_; }
   void lower_bound(double cost) { bound_ = cost; }
 
-  //! Root of the sum of squared, scaled differences of an object's coordinates, squares meaned over the objects; once
-  //! the bound is finite, of the cost too.
+  //! Up to which times are drawn [s]; none without a clock.
+  const std::optional<double>& horizon() const { return horizon_; }
+
+  //! The unit of time, a longest edge [s].
+  double duration() const { return duration_; }
+
+  //! Root of the sum of squared, scaled differences of an object's coordinates, squares meaned over the objects; with a
+  //! horizon of the time too; once the bound is finite, of the cost too.
   double distance(const ompl::base::State* a, const ompl::base::State* b) const override;
 
-  unsigned int getDimension() const override { return 13 * static_cast<unsigned int>(starts_.size()) + 1; }
+  unsigned int getDimension() const override {
+    return 13 * static_cast<unsigned int>(starts_.size()) + 1 + (horizon_ ? 1 : 0);
+  }
   double getMaximumExtent() const override;
   double getMeasure() const override { return 1.0; }
   void enforceBounds(ompl::base::State*) const override {}
@@ -65,6 +75,8 @@ class CostSpace : public ompl::base::StateSpace {
   std::vector<Scales> scales_;
   double bound_;
   std::uint64_t seed_;
+  std::optional<double> horizon_;
+  double duration_;
 };
 
 //! Rotation vector that turns one orientation into another [rad].

@@ -16,8 +16,9 @@ struct Escape {
   bool complete = true;                         //!< the nodes are spent, or nothing is left to gain
   int discarded = 0;  //!< best escapes that do not count: in a simulation with a quarter of the step they lead not out
   int diverged = 0;   //!< rollouts that diverged: nodes of infinite cost
+  bool undisturbed = false;  //!< with a clock: node 1 is the undisturbed future, which is not one of the `nodes`
 
-  int nodes() const { return tree.size() - 1; }
+  int nodes() const { return tree.size() - 1 - (undisturbed ? 1 : 0); }
 };
 
 }  // namespace energymargin

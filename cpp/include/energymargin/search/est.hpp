@@ -10,8 +10,8 @@
 
 namespace energymargin::search {
 
-//! The density is counted in a grid over each object's change of position and orientation and, below a finite bound,
-//! the cost.
+//! The density is counted in a grid over each object's change of position and orientation, with a horizon the time and,
+//! below a finite bound, the cost.
 class Est : public ompl::control::EST, public Prunable {
  public:
   Est(const BoundedProblem& problem, std::uint64_t seed);

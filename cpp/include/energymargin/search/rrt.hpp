@@ -1,5 +1,5 @@
 #pragma once
-// RRT with pruning: the node nearest to a random state and cost is extended.
+// RRT with pruning: the node nearest to a random state, cost and, with a horizon, time is extended.
 
 #include <ompl/control/planners/rrt/RRT.h>
 

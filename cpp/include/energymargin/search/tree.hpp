@@ -18,6 +18,9 @@ struct Tree {
 
   int size() const { return static_cast<int>(costs.size()); }
 
+  //! Of the nodes, since the root (M + 1,) [s].
+  Eigen::VectorXd times() const;
+
   //! Nodes from the root to `node`, both included.
   std::vector<int> path_to(int node) const;
 };

@@ -4,6 +4,7 @@
 #include <ompl/control/spaces/RealVectorControlSpace.h>
 
 #include <cstdint>
+#include <optional>
 
 #include "energymargin/problem.hpp"
 #include "energymargin/search/sampling.hpp"
@@ -28,12 +29,16 @@ class WrenchSpace : public ompl::control::RealVectorControlSpace {
   unsigned int objects() const { return objects_; }
   Sampling sampling() const { return sampling_; }
 
+  //! From a state of a CostSpace to the horizon; none without a clock.
+  std::optional<int> steps_left(const ompl::base::State* state) const;
+
   ompl::control::ControlSamplerPtr allocDefaultControlSampler() const override;
 
  private:
   unsigned int objects_;
   std::uint64_t seed_;
   Sampling sampling_;
+  double step_;
 };
 
 //! The largest edge: the bounds of its wrenches, and the most steps.
