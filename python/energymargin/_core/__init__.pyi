@@ -990,6 +990,11 @@ class Tree:
         """
         Shape (M + 1, n).
         """
+    @property
+    def times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Since the root, shape (M + 1,) [s].
+        """
 class CaptureScore:
     """
     Capture and success score, Section IV-B and Algorithm 2.
@@ -1136,7 +1141,7 @@ class EscapeEffort:
     @property
     def nodes(self) -> int:
         """
-        How many there are besides the root; so many nodes give the same bits again.
+        How many there are besides the root and, with a horizon, the undisturbed future in row 1; so many nodes give the same bits again.
         """
     @property
     def path(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -1425,6 +1430,11 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     
     With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+    
+    With a horizon or a plan it has to be outside in time, at one of the looks (every `check`), and to stay outside for
+    `dwell`, or up to the horizon, without a wrench; the effort is that up to its first look outside. The first rollout is the
+    undisturbed future: what leaves by itself has effort 0, whatever the nodes, and be it through `within` or not. A state
+    that is outside at the start has effort 0 too. A wrench lasts up to `duration`, a wait as long as it takes.
     
     sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
     bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
