@@ -162,9 +162,10 @@ TEST_F(App, EffortOfEachPlannerIsTheLibrarysToTheLastBit) {
   }
 }
 
-// A pusher that goes on, for half of its plan.
+// A pusher that goes on, for half of its plan, and disturbances that are strong enough to get the bar out in that time.
 Problem pushed_on() {
   Problem problem = push(Effector::coast);
+  problem.force = {20.0, 20.0, 0.0};
   problem.horizon = 0.25;
   problem.dwell = 0.05;
   problem.plan = hold(problem.scene, problem.state, 0.5);
