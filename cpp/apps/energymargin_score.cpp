@@ -16,6 +16,7 @@
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/metrics/interval.hpp"
+#include "energymargin/metrics/probability.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/problem_io.hpp"
 
@@ -24,9 +25,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* usage =
-    R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|force|escape_energy] [--planner NAME]
-                          [--captured all|any] [--nodes M] [--samples N] [--seed S] [--trees R] [--threads T]
-                          [--tolerance E] [--timeout S]
+    R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|probability|force|escape_energy]
+                          [--planner NAME] [--captured all|any] [--nodes M] [--samples N] [--rollouts N]
+                          [--strength X] [--seed S] [--trees R] [--threads T] [--tolerance E] [--timeout S]
        energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
        energymargin_score --schema
 
@@ -34,7 +35,8 @@ Scores a problem file and prints JSON. Of a problem with a horizon or a plan it 
 "dwell" [s], and of the plan "step" [s], "rows", and what its "wrenches", "targets" and "velocities" move.
 
   --metric    capture: capture and success score (the default), null for the sets that the problem does not have;
-              effort: effort of escape [J], null if no escape was found; force: the wrench-based baseline;
+              effort: effort of escape [J], null if no escape was found; probability: that the objects stay captured
+              until the horizon, under a disturbance that is even within the bounds; force: the wrench-based baseline;
               escape_energy: least potential energy of a quasi-static escape [J], null if none was found
   --planner   for --metric effort: the x of AO-x, est or rrt (default est); for --metric escape_energy: bit* or rrt*
               (default bit*)
@@ -42,11 +44,13 @@ Scores a problem file and prints JSON. Of a problem with a horizon or a plan it 
               the last one has
   --nodes     nodes of the search tree (default 1000)
   --samples   for --metric escape_energy: poses of the object to draw (default 2000)
+  --rollouts  for --metric probability (default 30; with a tolerance the most, 10000)
+  --strength  for --metric probability: of the disturbance, as a share of the problem's bounds (default 1)
   --seed      64-bit seed (default 0); the same seed gives the same bits, also from Python
   --trees     for --metric capture: independent trees, two or more give standard errors (default 1)
-  --threads   for several trees (default 1)
+  --threads   for several trees, or rollouts (default 1)
   --tolerance for --metric capture: adds trees until every standard error is at most that, at least 8 and at most
-              --trees (default 1000 then)
+              --trees (default 1000 then); for --metric probability: adds rollouts until half of the 95 % interval is
   --timeout   seconds after which the search ends with what it has; "complete" is false then
 
 Or writes it again, and prints nothing.
@@ -66,6 +70,8 @@ struct Arguments {
   std::string planner;  // empty: the metric's own default
   int nodes = 1000;
   int samples = 2000;
+  std::optional<int> rollouts;
+  double strength = 1.0;
   std::uint64_t seed = 0;
   std::optional<int> trees;
   int threads = 1;
@@ -75,6 +81,10 @@ struct Arguments {
   std::string copy;  // where to save to; empty: score
   std::optional<energymargin::Meshes> meshes;
 };
+
+bool has(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
 
 // The value that a word stands for.
 template <typename Value>
@@ -156,6 +166,10 @@ Arguments parse(const std::vector<std::string>& words) {
       arguments.nodes = count(word, value);
     } else if (word == "--samples") {
       arguments.samples = count(word, value);
+    } else if (word == "--rollouts") {
+      arguments.rollouts = count(word, value);
+    } else if (word == "--strength") {
+      arguments.strength = number(word, value);
     } else if (word == "--seed") {
       arguments.seed = whole_number(word, value);
     } else if (word == "--trees") {
@@ -225,6 +239,31 @@ Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
           {"complete", escape.complete}};
 }
 
+Json probability(const energymargin::Problem& problem, const Arguments& arguments) {
+  energymargin::ProbabilityOptions options;
+  options.disturbance = energymargin::disturbances::Uniform{arguments.strength};
+  options.rollouts = arguments.rollouts;
+  options.seed = arguments.seed;
+  options.threads = arguments.threads;
+  options.tolerance = arguments.tolerance;
+  options.success = problem.succeeded.has_value();
+  options.limit = energymargin::Limit(nullptr, arguments.timeout);
+  const energymargin::CaptureProbability p = energymargin::capture_probability(problem, options);
+  const energymargin::Interval found = energymargin::interval(p.all.captured(), p.effective, 1.0 - 0.05 / p.looks);
+  return {{"captured", p.all.captured()},
+          {"interval", {found.low, found.high}},
+          {"mean_time", p.all.mean_time},
+          {"success", optional_number(p.success)},
+          {"undisturbed", p.undisturbed},
+          {"undisturbed_time", p.undisturbed_time},
+          {"times", std::vector<double>(p.times.begin(), p.times.end())},
+          {"curve", std::vector<double>(p.all.curve.begin(), p.all.curve.end())},
+          {"rollouts", p.rollouts},
+          {"diverged", p.diverged},
+          {"steps", p.steps},
+          {"complete", p.complete}};
+}
+
 Json escape_energy(const energymargin::Problem& problem, const Arguments& arguments) {
   energymargin::EscapeEnergyOptions options;
   if (!arguments.planner.empty()) options.planner = arguments.planner;
@@ -285,15 +324,16 @@ std::string one_line(std::string text) {
 Json of_metric(const energymargin::Problem& problem, const Arguments& arguments) {
   if (arguments.metric == "capture") return capture(problem, arguments);
   if (arguments.metric == "effort") return effort(problem, arguments);
+  if (arguments.metric == "probability") return probability(problem, arguments);
   if (arguments.metric == "escape_energy") return escape_energy(problem, arguments);
   return force(problem);
 }
 
 Json score(const Arguments& arguments) {
-  if (arguments.metric != "capture" && arguments.metric != "effort" && arguments.metric != "force" &&
-      arguments.metric != "escape_energy") {
+  const std::vector<std::string> metrics{"capture", "effort", "probability", "force", "escape_energy"};
+  if (!has(metrics, arguments.metric)) {
     throw std::invalid_argument("--metric is '" + arguments.metric +
-                                "', expected capture, effort, force or escape_energy");
+                                "', expected capture, effort, probability, force or escape_energy");
   }
   const energymargin::Problem problem = energymargin::load(arguments.file);
   for (const energymargin::Doubt& doubt : energymargin::implausible(problem)) {
@@ -315,10 +355,6 @@ std::string run(const Arguments& arguments) {
 void print(const std::string& text) {
   std::cout << text << std::flush;
   if (!std::cout) throw std::runtime_error("the output cannot be written");
-}
-
-bool has(const std::vector<std::string>& words, const std::string& word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/metrics/interval.hpp"
+#include "energymargin/metrics/probability.hpp"
 #include "expect.hpp"
 #include "problem_files.hpp"
 
@@ -161,9 +162,10 @@ TEST_F(App, EffortOfEachPlannerIsTheLibrarysToTheLastBit) {
   }
 }
 
-// A pusher that goes on, for half of its plan.
+// A pusher that goes on, for half of its plan, and disturbances that are strong enough to get the bar out in that time.
 Problem pushed_on() {
   Problem problem = push(Effector::coast);
+  problem.force = {20.0, 20.0, 0.0};
   problem.horizon = 0.25;
   problem.dwell = 0.05;
   problem.plan = hold(problem.scene, problem.state, 0.5);
@@ -186,6 +188,29 @@ TEST_F(App, EffortWithAHorizonAndAPlanIsTheLibrarysToTheLastBit) {
       EXPECT_TRUE(same_bits(json["history"][i]["effort"].get<double>(), escape.history[i].second));
     }
   }
+}
+
+TEST_F(App, ProbabilityIsTheLibrarysToTheLastBit) {
+  save(pushed_on(), problem);
+  const Outcome outcome = run(problem + " --metric probability --rollouts 20 --strength 0.5 --seed 3 --threads 2");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  ProbabilityOptions options;
+  options.disturbance = disturbances::Uniform{0.5};
+  options.rollouts = 20;
+  options.seed = 3;
+  options.success = true;
+  const CaptureProbability p = capture_probability(pushed_on(), options);
+  const Json json = Json::parse(outcome.out);
+  EXPECT_TRUE(same_bits(json["captured"].get<double>(), p.all.captured()));
+  EXPECT_TRUE(same_bits(json["mean_time"].get<double>(), p.all.mean_time));
+  EXPECT_TRUE(same_bits(json["success"].get<double>(), *p.success));
+  EXPECT_TRUE(same_bits(json["interval"][0].get<double>(), interval(p.all.captured(), p.effective).low));
+  EXPECT_EQ(json["curve"].get<std::vector<double>>(), std::vector<double>(p.all.curve.begin(), p.all.curve.end()));
+  EXPECT_EQ(json["undisturbed"], p.undisturbed);
+  EXPECT_EQ(json["rollouts"], 20);
+  EXPECT_EQ(json["plan"]["rows"], 120);
+  save(push(), problem);
+  expect_error(problem + " --metric probability", {"horizon"});
 }
 
 TEST_F(App, HorizonAndPlanAreToldIfThereAreAny) {
@@ -279,8 +304,9 @@ TEST_F(App, SchemaIsTheLibrarys) {
 TEST_F(App, HelpNamesEveryOption) {
   const Outcome outcome = run("--help");
   EXPECT_EQ(outcome.code, 0);
-  for (const char* option : {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads",
-                             "--captured", "--tolerance", "--timeout", "--save", "--meshes", "--schema"}) {
+  for (const char* option :
+       {"--metric", "--planner", "--nodes", "--samples", "--seed", "--trees", "--threads", "--captured", "--rollouts",
+        "--strength", "--tolerance", "--timeout", "--save", "--meshes", "--schema"}) {
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   }
 }
@@ -296,7 +322,8 @@ TEST_F(App, WrongArgumentsAreOneClearLine) {
   expect_error(problem + " --timeout soon", {"--timeout", "soon", "a number"});
   expect_error(problem + " --tolerance -1", {"tolerance is -1", "above 0"});
   expect_error(problem + " --tolerance 0.1 --trees 2", {"trees with a tolerance is 2", "at least 8"});
-  expect_error(problem + " --metric luck", {"--metric", "luck", "capture, effort, force or escape_energy"});
+  expect_error(problem + " --metric luck",
+               {"--metric", "luck", "capture, effort, probability, force or escape_energy"});
   expect_error(problem + " --metric effort --planner sst", {"planner", "sst", "'est' or 'rrt'"});
   expect_error(problem + " --colour red", {"--colour"});
   expect_error(problem + " --nodes", {"--nodes", "no value"});

@@ -186,6 +186,25 @@ def test_the_executable_has_pythons_effort_of_a_horizon_and_a_plan_to_the_last_b
     }
 
 
+def test_the_executable_has_pythons_probability_to_the_last_bit(tmp_path):
+    problem = planned_problem()
+    problem.save(tmp_path / "p.json")
+    p = em.capture_probability(problem, rollouts=12, seed=7, success=True)
+    outcome = run(tmp_path / "p.json", "--metric", "probability", "--rollouts", 12, "--seed", 7)
+    printed = json.loads(outcome.stdout)
+    for name in ("captured", "success", "mean_time", "undisturbed", "undisturbed_time"):
+        assert printed[name] == getattr(p, name)
+    assert tuple(printed["interval"]) == p.interval()
+    assert printed["times"] == p.times.tolist()
+    assert printed["curve"] == p.curve.tolist()
+    assert (printed["rollouts"], printed["steps"], printed["diverged"], printed["complete"]) == (
+        p.rollouts,
+        p.steps,
+        p.diverged,
+        p.complete,
+    )
+
+
 @pytest.mark.parametrize("clock", [False, True], ids=["", "clock"])
 @pytest.mark.parametrize("meshes", ["embedded", "files"])
 def test_the_executable_writes_the_same_bytes_as_python(problem, meshes, clock, tmp_path):
