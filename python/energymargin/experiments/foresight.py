@@ -347,6 +347,7 @@ def learned(
     """
     from sklearn.ensemble import HistGradientBoostingClassifier
     from sklearn.model_selection import GroupKFold
+    from threadpoolctl import threadpool_limits  # of scikit-learn
 
     found = np.full(len(labels), np.nan)
     chosen = np.flatnonzero(counts)
@@ -360,6 +361,7 @@ def learned(
             found[chosen[test]] = float(known[0])
             continue
         classifier = HistGradientBoostingClassifier(random_state=seed)
-        classifier.fit(states[chosen[train]], known)
-        found[chosen[test]] = classifier.predict_proba(states[chosen[test]])[:, 1]
+        with threadpool_limits(1):  # so few states: threads that wait for each other take longer
+            classifier.fit(states[chosen[train]], known)
+            found[chosen[test]] = classifier.predict_proba(states[chosen[test]])[:, 1]
     return found
