@@ -134,11 +134,15 @@ def test_a_learner_foresees_trajectories_that_it_has_not_seen() -> None:
     found = foresight.learned(states, stays, trajectory, counts, seed=0)
     assert np.array_equal(np.isnan(found), ~counts)
     assert np.mean((found[counts] > 0.5) == stays[counts]) > 0.95
-    memory = trajectory % 2 == 0  # nothing but which trajectory it is, which is of no use
-    unknown = foresight.learned(
-        np.repeat(random.normal(size=(40, 3)), 10, axis=0), memory, trajectory, counts, seed=0
-    )
-    assert np.mean((unknown[counts] > 0.5) == memory[counts]) < 0.75
+
+
+def test_a_learner_cannot_remember_a_trajectory() -> None:
+    random = np.random.default_rng(1)
+    trajectory = np.repeat(np.arange(200), 4)  # each has one state, and a label by chance
+    states = random.normal(size=(200, 3))[trajectory]
+    stays = (random.uniform(size=200) < 0.5)[trajectory]
+    found = foresight.learned(states, stays, trajectory, np.ones(800, dtype=bool), seed=0)
+    assert 0.35 < np.mean((found > 0.5) == stays) < 0.65
 
 
 @pytest.mark.parametrize(
