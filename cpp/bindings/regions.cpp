@@ -134,12 +134,15 @@ void bind_primitives(py::module_& module) {
       "a motion to fix the sweep in the world; by default the state's own.");
   module.def(
       "HalfSpace",
-      [](std::string body, const ArrayLike& normal, const Number& offset, const Frame& frame) -> Region {
+      [](std::string body, const ArrayLike& normal, const Number& offset, const Frame& frame,
+         const Number& ahead) -> Region {
         return regions::HalfSpace{std::move(body), vector3("normal", normal), real("offset", offset),
-                                  frame.value_or("")};
+                                  frame.value_or(""), real("ahead", ahead)};
       },
-      py::arg("body"), py::arg("normal"), py::arg("offset"), py::arg("frame") = py::none(),
-      "normal . position <= offset [m]; the normal is a unit vector.");
+      py::arg("body"), py::arg("normal"), py::arg("offset"), py::arg("frame") = py::none(), py::kw_only(),
+      py::arg("ahead") = 0.0,
+      "normal . position <= offset [m]; the normal is a unit vector. Where the frame's body moves along the normal it "
+      "reaches further, by what that covers in `ahead` [s].");
   module.def(
       "Speed",
       [](std::string body, const Number& limit, const ArrayLike& point, const Frame& frame) -> Region {

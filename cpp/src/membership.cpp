@@ -41,6 +41,12 @@ class RelativeReader {
     return frame.orientation.conjugate() * (position - frame.position);
   }
 
+  //! Of the frame's body, in its own axes.
+  Vector3 frame_velocity(const double* state) const {
+    const BodyState frame = frame_(state);
+    return frame.orientation.conjugate() * frame.velocity;
+  }
+
   Vector3 direction(const double* state, const Vector3& axis) const {
     const Vector3 direction = body_(state).orientation * axis;
     return in_world_ ? direction : Vector3(frame_(state).orientation.conjugate() * direction);
@@ -125,7 +131,9 @@ class Compiler {
   }
   Test operator()(const regions::HalfSpace& half_space) const {
     return [half_space, seen = reader(half_space)](const double* state) {
-      return half_space.normal.dot(seen.position(state)) <= half_space.offset;
+      const double beyond = half_space.normal.dot(seen.position(state)) - half_space.offset;
+      if (half_space.ahead == 0.0 || beyond <= 0.0) return beyond <= 0.0;
+      return beyond <= half_space.ahead * half_space.normal.dot(seen.frame_velocity(state));
     };
   }
   Test operator()(const regions::Speed& speed) const {

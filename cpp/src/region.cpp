@@ -47,6 +47,10 @@ struct Validator {
   void operator()(const regions::HalfSpace& half_space) const {
     require_unit("normal", half_space.normal);
     require_finite("offset", half_space.offset);
+    require_not_negative("ahead", half_space.ahead);
+    if (half_space.ahead > 0.0 && half_space.frame.empty()) {
+      reject("ahead", text(half_space.ahead), "0 without a frame, whose motion it is about");
+    }
   }
   void operator()(const regions::Speed& speed) const {
     require_not_negative("limit", speed.limit);

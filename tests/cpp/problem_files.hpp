@@ -90,8 +90,9 @@ inline Problem everything() {
   const Region half = regions::HalfSpace{"body 0", Vector3(1.0, -1.0, 0.5).normalized(), 0.1};
   const Region speed = regions::Speed{"body 0", 0.1, {0.0, 0.1, 0.0}, "body 3"};
   const Region tilt = regions::Tilt{"body 0", Vector3::UnitX(), Vector3(1.0, 1.0, 1.0).normalized(), 0.1, "body 4"};
+  const Region ahead = regions::HalfSpace{"body 0", Vector3::UnitX(), 0.1, "body 3", 1.0 / 3.0};
   Problem problem{scene, pack(scene), {1.0, 0.0, 0.1}, {0.0, 1.0 / 3.0, 0.0}, 0.7, (ball | box) & ~(disc & sector)};
-  problem.succeeded = half & speed;
+  problem.succeeded = half & ahead & speed;
   problem.captured_any = ball | box;
   problem.succeeded_any = half | speed;
   regions::Swept swept{"body 0", "body 1", 0.1, 0.2, 0.3, 0.4, 0.5};

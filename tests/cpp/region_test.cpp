@@ -183,6 +183,23 @@ TEST(Region, HalfSpaceHoldsItsBorder) {
   EXPECT_FALSE(contains(below, {0.0, 0.0, 1.25 + hair}));
 }
 
+TEST(Region, HalfSpaceReachesAheadOfAFrameThatMovesAlongItsNormal) {
+  const Region near = regions::HalfSpace{"object", Vector3::UnitX(), 0.2, "carrier", 2.0};
+  const auto holds = [&](double x, const Vector3& velocity) {
+    BodyState object, carrier = turned(turn(0.5 * pi, Vector3::UnitZ()));  // its x axis is the world's y axis
+    object.position = {0.0, x, 0.0};
+    carrier.velocity = velocity;
+    return contains(near, object, carrier);
+  };
+  EXPECT_TRUE(holds(0.2 - hair, Vector3::Zero()));
+  EXPECT_FALSE(holds(0.2 + hair, Vector3::Zero()));
+  EXPECT_TRUE(holds(0.8 - hair, {5.0, 0.3, 5.0}));
+  EXPECT_FALSE(holds(0.8 + hair, {5.0, 0.3, 5.0}));
+  EXPECT_TRUE(holds(0.2 - hair, {0.0, -9.0, 0.0}));
+  EXPECT_TRUE(
+      rejects(making(regions::HalfSpace{"object", Vector3::UnitX(), 0.0, "", 1.0}), {"ahead", "0 without a frame"}));
+}
+
 TEST(Region, SpeedIsThatOfABodysPoint) {
   BodyState object = turned(turn(0.7, Vector3::UnitZ()));
   object.velocity = {3.0, 4.0, 0.0};

@@ -85,12 +85,13 @@ struct Swept {
   std::optional<PlanarMotion> at{};  //!< the sweep from this motion, fixed in the world; unset: from the state's own
 };
 
-//! normal . position <= offset.
+//! normal . position <= offset, and further by what the frame's body moves along the normal in a while.
 struct HalfSpace {
   std::string body;
   Vector3 normal = Vector3::UnitZ();  //!< unit vector
   double offset = 0.0;                //!< [m]
   std::string frame{};
+  double ahead = 0.0;  //!< time of the frame's motion that counts, above 0 with a frame alone [s]
 };
 
 //! |velocity of a body's point| <= limit; with a frame, the velocity as seen from that body.

@@ -81,8 +81,9 @@ class RegionReader {
     return swept;
   }
   regions::HalfSpace half_space(const Place& place) const {
-    only(place, {"normal", "offset"});
-    return {body(place), place["normal"].vector3(), place["offset"].number(), frame(place)};
+    only(place, {"normal", "offset", "ahead"});
+    const double ahead = place.has("ahead") ? place["ahead"].number() : 0.0;
+    return {body(place), place["normal"].vector3(), place["offset"].number(), frame(place), ahead};
   }
   regions::Speed speed(const Place& place) const {
     only(place, {"limit", "point"});

@@ -57,7 +57,9 @@ struct RegionWriter {
     return json;
   }
   OrderedJson operator()(const regions::HalfSpace& r) const {
-    return with_body("half_space", r, {{"normal", write(r.normal)}, {"offset", r.offset}});
+    OrderedJson json = with_body("half_space", r, {{"normal", write(r.normal)}, {"offset", r.offset}});
+    if (r.ahead > 0.0) json["ahead"] = r.ahead;
+    return json;
   }
   OrderedJson operator()(const regions::Speed& r) const {
     return with_body("speed", r, {{"limit", r.limit}, {"point", write(r.point)}});

@@ -24,9 +24,9 @@ def Disc(body: str, center: numpy.typing.ArrayLike, radius: float, frame: str | 
     """
     Distance from the center (2,) in x and y <= radius [m].
     """
-def HalfSpace(body: str, normal: numpy.typing.ArrayLike, offset: float, frame: str | None = None) -> energymargin._core.Region:
+def HalfSpace(body: str, normal: numpy.typing.ArrayLike, offset: float, frame: str | None = None, *, ahead: float = 0.0) -> energymargin._core.Region:
     """
-    normal . position <= offset [m]; the normal is a unit vector.
+    normal . position <= offset [m]; the normal is a unit vector. Where the frame's body moves along the normal it reaches further, by what that covers in `ahead` [s].
     """
 def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], numpy.typing.ArrayLike]) -> energymargin._core.Region:
     """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Problem, Scene, World
-from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask
+from energymargin.tasks.base import STEP, Drive, Params, PerStep, ScriptedTask
 
 __all__ = ["BalanceTask"]
 
@@ -106,9 +106,22 @@ class BalanceTask(ScriptedTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """Lift and torque on the support, drawn anew at each step, against its weight."""
+        lift = random.uniform(*LIFT_RANGE, self.steps)
+        return self._lift(lift, random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps))
+
+    def script(self, params: Params) -> Drive:
+        """A steady lift on the support, against its weight."""
+        return self._lift(float(np.mean(LIFT_RANGE)), 0.0)
+
+    def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:
+        """The support is held against its weight and the object's."""
+        return {"effector": np.array([0.0, -(SUPPORT_MASS + OBJECT_MASS) * GRAVITY[1], 0, 0, 0, 0])}
+
+    def _lift(self, lift: PerStep, torque: PerStep) -> Drive:
+        """Of a force [N] and a torque [N m] on the support, or one for each step."""
         wrenches = np.zeros((self.steps, 6))
-        wrenches[:, 1] = -SUPPORT_MASS * GRAVITY[1] + random.uniform(*LIFT_RANGE, self.steps)
-        wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
+        wrenches[:, 1] = -SUPPORT_MASS * GRAVITY[1] + lift
+        wrenches[:, 5] = torque
         return Drive({"effector": wrenches})
 
     def problem(
@@ -137,6 +150,10 @@ class BalanceTask(ScriptedTask):
 
         The same for all states, shape (n,): it moves with the support.
         """
+        return _on_support()
+
+    def captured_throughout(self, params: Params) -> regions.Region:
+        """Z_cap of every instant, which is that of any."""
         return _on_support()
 
     def succeeded(self, params: Params | None = None) -> regions.Region:

@@ -16,18 +16,30 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import Cancel, Contact, Problem, Region, Scene, Simulation, World
+from energymargin._core import (
+    Cancel,
+    Contact,
+    Plan,
+    Problem,
+    Region,
+    Scene,
+    Simulation,
+    World,
+    regions,
+)
 from energymargin.limits import Limit
 
 __all__ = [
     "Drive",
+    "Following",
     "FrictionTask",
     "Params",
+    "PerStep",
     "Regions",
     "ScriptedTask",
     "Task",
@@ -46,6 +58,12 @@ Params = Mapping[str, float]
 
 Regions = Region | dict[str, Region]
 """A set of states, or the set of each object by its name."""
+
+PerStep = float | NDArray[np.float64]
+"""A number of a script, such as a force: one, or an array with one for each step."""
+
+Following = Literal["script", "hold"]
+"""What the robot does in a question about a while: its script, or it goes on as it moves."""
 
 EFFECTORS = ("coast", "drive")
 STEP = 1 / 240  # s; the paper's simulator
@@ -217,9 +235,44 @@ class ScriptedTask(ABC):
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The script, for all `steps` of a trajectory."""
 
+    def script(self, params: Params) -> Drive:
+        """The mean of `drive`, for all `steps` of a trajectory, which `plan` asks for.
+
+        Raises ValueError unless a task gives it.
+        """
+        raise ValueError(
+            f"task {self.name!r} does not say what its robot is about to do: give "
+            f"{type(self).__name__} a method `script(params)`, the mean of its `drive` as a Drive"
+        )
+
+    def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:
+        """By body, the wrench (6,) [N, N m] once the script is over; by default none."""
+        return {}
+
     @abstractmethod
     def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
         """Z_cap(z) of a state, shape (n,); with several objects, that of each by its name."""
+
+    def captured_throughout(self, params: Params) -> Regions:
+        """Z_cap of every instant: the states that lie in their own `captured`, as the labels say.
+
+        With several objects, that of each by its name. By default Predicates that ask `captured`
+        anew for each state: they are slow, and have no file format. A task whose set can be written
+        as other regions should give it.
+        """
+        layout = self.scene(params)
+        start = np.asarray(layout.pack())
+
+        def throughout(name: str | None) -> Region:
+            def contains(states: NDArray[np.float64]) -> NDArray[np.bool_]:
+                sets = [_of_object(self.captured(state, params), name) for state in states]
+                inside = [one.contains(layout, z) for one, z in zip(sets, states, strict=True)]
+                return np.array(inside, dtype=bool)
+
+            return regions.Predicate(contains)
+
+        sets = self.captured(start, params)
+        return {o: throughout(o) for o in sets} if isinstance(sets, dict) else throughout(None)
 
     @abstractmethod
     def succeeded(self, params: Params) -> Regions:
@@ -233,6 +286,76 @@ class ScriptedTask(ABC):
         contacts: Sequence[Contact] | None = None,
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,)."""
+
+    def plan(
+        self,
+        state: NDArray[np.float64],
+        time: float,
+        params: Params,
+        horizon: float | None = None,
+    ) -> Plan:
+        """What the robot is about to do at a time [s] of its script: the script's mean from there.
+
+        It lasts for `horizon` [s], by default until the script ends, at `length`. From there on
+        wrenches are those of `afterwards`, and joints keep their last targets. `state`, shape (n,),
+        is for tasks whose robot looks at it. Raises ValueError on a task without `script`, a time
+        before 0 s or a plan of less than a step.
+        """
+        script = self._script(params)
+        first = round(time / self.step)
+        rows = self.steps - first if horizon is None else round(horizon / self.step)
+        if first < 0 or rows < 1:
+            lasting = "" if horizon is None else f" and horizon {horizon:g} s"
+            raise ValueError(
+                f"time is {time:g} s{lasting}, expected a time from 0 s and a plan of at least a "
+                f"step of {self.step:g} s; the script ends at {self.length:g} s, and a plan that "
+                "goes on behind its end takes a horizon"
+            )
+        numbers = np.arange(first, first + rows)
+        over, row = numbers >= self.steps, np.minimum(numbers, self.steps - 1)
+        after, none = self.afterwards(params), np.zeros(6)
+        wrenches = {body: given[row] for body, given in script.wrenches.items()}
+        for body, given in wrenches.items():
+            given[over] = after.get(body, none)
+        targets = {joint: given[row] for joint, given in script.targets.items()}
+        return Plan(self.step, wrenches=wrenches, targets=targets)
+
+    def _script(self, params: Params) -> Drive:
+        try:
+            return self.script(params)
+        except KeyError as error:
+            raise ValueError(
+                f"params has no {error}, expected those of a trajectory: trajectory.params"
+            ) from error
+
+    def future(
+        self,
+        state: NDArray[np.float64],
+        time: float,
+        params: Params,
+        horizon: float,
+        plan: Following | None = "script",
+    ) -> Problem:
+        """Does it stay captured over the next `horizon` [s] of what the robot does?
+
+        The problem of `problem` at a state, shape (n,), and a time [s] of the script, with a clock.
+        Its capture set is `captured_throughout`: it goes along, instead of being that of the start.
+        `plan`: "script", the robot does what `plan` says, in the scene of its script; "hold", it
+        goes on as it moves; None, it coasts. Raises ValueError on other words, a horizon that is
+        not whole steps, and a task without a plan.
+        """
+        problem = self.problem(state, params)
+        scene, robot = problem.scene, None
+        if plan == "script":
+            scene, robot = self.scene(params), self.plan(state, time, params, horizon)
+        elif plan == "hold":
+            robot = Plan.hold(scene, state, horizon)
+        elif plan is not None:
+            raise ValueError(f"plan is {plan!r}, expected 'script', 'hold' or None")
+        captured = self.captured_throughout(params)
+        changes = {"scene": scene, "horizon": horizon, "plan": robot, "effector": "coast"}
+        future: Problem = problem.replace(captured=captured, **changes)
+        return future
 
     @property
     def steps(self) -> int:
@@ -339,6 +462,15 @@ class ScriptedTask(ABC):
             None if any(one is None for one in captured) else np.array(captured, dtype=bool),
             _inside_any(self.succeeded(params), layout, states),
         )
+
+
+def _of_object(sets: Regions, name: str | None) -> Region:
+    """The set of an object, or the one for all if it has no name."""
+    if isinstance(sets, dict) and name is not None:
+        return sets[name]
+    if isinstance(sets, dict) or name is not None:
+        raise ValueError("`captured` gives one set for some states, and several for others")
+    return sets
 
 
 def _inside(sets: Regions, scene: Scene, states: NDArray[np.float64]) -> NDArray[np.bool_]:

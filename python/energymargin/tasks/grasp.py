@@ -7,7 +7,7 @@ is 10 cm above the desktop and does not fall. The box is captured while it is in
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Contact, Problem, Scene, World
 from energymargin.scenes import data_file, from_urdf
-from energymargin.tasks.base import Drive, FrictionTask, Params, drawn
+from energymargin.tasks.base import Drive, FrictionTask, Params, PerStep, drawn
 
 __all__ = ["GraspTask"]
 
@@ -153,14 +153,23 @@ class GraspTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The fingers wait, and then clench with some noise; the table sinks."""
+        return self._grasp(
+            {
+                joint: target + random.uniform(-TARGET_NOISE, TARGET_NOISE, self.steps)
+                for joint, target in _clenched(params).items()
+            }
+        )
+
+    def script(self, params: Params) -> Drive:
+        """The fingers wait, and then clench; the table sinks."""
+        return self._grasp(_clenched(params))
+
+    def _grasp(self, clenched: Mapping[str, PerStep]) -> Drive:
+        """Where the fingers aim once they clench [rad]: a target, or one for each step."""
         times = np.arange(self.steps) * self.step
         targets = {
-            joint: np.where(
-                times < CLENCH_TIME,
-                OPEN[int(joint[-1]) - 1],
-                target + random.uniform(-TARGET_NOISE, TARGET_NOISE, self.steps),
-            )
-            for joint, target in _clenched(params).items()
+            joint: np.where(times < CLENCH_TIME, OPEN[int(joint[-1]) - 1], target)
+            for joint, target in clenched.items()
         }
         sinking = (times >= LIFT_TIME) & (times < LIFT_TIME + LIFT_DURATION)
         table = np.zeros((self.steps, 6))
@@ -209,14 +218,23 @@ class GraspTask(FrictionTask):
 
         Downwards is the way out that counts: beside the hand nothing carries a box.
         """
-        in_hand = regions.HalfSpace("object", (0.0, 0.0, -1.0), -CAPTURE_HEIGHT)
-        return in_hand & regions.Speed("object", CAPTURE_SPEED)
+        return _in_hand()
+
+    def captured_throughout(self, params: Params) -> regions.Region:
+        """Z_cap of every instant, which is that of any."""
+        return _in_hand()
 
     def succeeded(self, params: Params) -> regions.Region:
         """Z_suc: the box is well above the desktop, and does not fall."""
         height = TABLE_SIZE[2] / 2 + SUCCESS_HEIGHT + OBJECT_EDGE / 2
         lifted = regions.HalfSpace("object", (0.0, 0.0, -1.0), -height, frame="table")
         return lifted & regions.Speed("object", SUCCESS_SPEED)
+
+
+def _in_hand() -> regions.Region:
+    """The box has not slipped out of the hand, and is slow."""
+    high = regions.HalfSpace("object", (0.0, 0.0, -1.0), -CAPTURE_HEIGHT)
+    return high & regions.Speed("object", CAPTURE_SPEED)
 
 
 def _joint(finger: int, number: int) -> str:

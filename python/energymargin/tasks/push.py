@@ -20,6 +20,7 @@ from energymargin.tasks.base import (
     Drive,
     FrictionTask,
     Params,
+    PerStep,
     drawn,
     yes_or_no,
 )
@@ -126,9 +127,17 @@ class PushTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """A force on the pusher, drawn anew at each step."""
+        sideways = random.uniform(-DRIVE_SIDEWAYS, DRIVE_SIDEWAYS, self.steps)
+        return self._push(sideways, random.uniform(*DRIVE_AHEAD_RANGE, self.steps), params)
+
+    def script(self, params: Params) -> Drive:
+        """A steady force on the pusher."""
+        return self._push(0.0, float(np.mean(DRIVE_AHEAD_RANGE)), params)
+
+    def _push(self, sideways: PerStep, ahead: PerStep, params: Params) -> Drive:
+        """Forces [N] on the pusher: one, or one for each step."""
         wrenches = np.zeros((self.steps, 6))
-        wrenches[:, 0] = random.uniform(-DRIVE_SIDEWAYS, DRIVE_SIDEWAYS, self.steps)
-        ahead = random.uniform(*DRIVE_AHEAD_RANGE, self.steps)
+        wrenches[:, 0] = sideways
         wrenches[:, 1] = ahead * params["friction"] / FRICTION_MIDDLE
         return Drive({"effector": wrenches})
 
@@ -175,6 +184,10 @@ class PushTask(FrictionTask):
             "yaw_rate": pusher["angular_velocity"][2],
         }
         return _swept(at=motion) & _swept() if self._follow else _swept(at=motion)
+
+    def captured_throughout(self, params: Params) -> regions.Region:
+        """Z_cap of every instant: the box lies in what the pusher is about to sweep."""
+        return _swept()
 
     def succeeded(self, params: Params | None = None) -> regions.Region:
         """Z_suc: the box lies with its long side at the wall."""

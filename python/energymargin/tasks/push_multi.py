@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Cylinder, Inertial, Problem, Scene, World
-from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, drawn
+from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, PerStep, drawn
 
 __all__ = ["PushMultiTask"]
 
@@ -119,9 +119,18 @@ class PushMultiTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """An unsteady hand, which makes up for the discs' friction on average."""
+        forces = random.uniform(-FORCE_SPREAD, FORCE_SPREAD, (self.steps, 2))
+        return self._push(forces, random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps), params)
+
+    def script(self, params: Params) -> Drive:
+        """A steady hand, which makes up for the discs' friction on average."""
+        return self._push(0.0, 0.0, params)
+
+    def _push(self, forces: PerStep, torque: PerStep, params: Params) -> Drive:
+        """The push, and besides forces [N] on x and y and a torque [N m], or one a step."""
         wrenches = np.zeros((self.steps, 6))
-        wrenches[:, :2] = random.uniform(-FORCE_SPREAD, FORCE_SPREAD, (self.steps, 2))
-        wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
+        wrenches[:, :2] = forces
+        wrenches[:, 5] = torque
         load = len(DISCS) * DISC_MASS * -GRAVITY[2] * params["friction"] ** 2
         wrenches[:, 1] += params["push"] * load
         return Drive({"bar": wrenches})
@@ -166,6 +175,10 @@ class PushMultiTask(FrictionTask):
             "yaw_rate": bar["angular_velocity"][2],
         }
         return {disc: _in_front(disc) & _swept(disc, at=motion) & _swept(disc) for disc in DISCS}
+
+    def captured_throughout(self, params: Params) -> dict[str, regions.Region]:
+        """Z_cap of every instant for each disc: it lies in what the bar is about to sweep."""
+        return {disc: _in_front(disc) & _swept(disc) for disc in DISCS}
 
     def succeeded(self, params: Params) -> dict[str, regions.Region]:
         """Z_suc for each disc: it lies in the goal region."""

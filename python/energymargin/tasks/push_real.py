@@ -121,6 +121,10 @@ class PushRealTask(ScriptedTask):
         wrenches[:, :2] = random.uniform(-EFFECTOR_NOISE, EFFECTOR_NOISE, (self.steps, 2))
         return Drive({"effector": wrenches})
 
+    def script(self, params: Params) -> Drive:
+        """The arm keeps its speed."""
+        return Drive({"effector": np.zeros((self.steps, 6))})
+
     def problem(
         self,
         state: NDArray[np.float64],
@@ -154,6 +158,10 @@ class PushRealTask(ScriptedTask):
             "yaw_rate": tool["angular_velocity"][2],
         }
         return self._swept(motion) & self._swept(None)
+
+    def captured_throughout(self, params: Params) -> regions.Region:
+        """Z_cap of every instant: the object lies in what the effector is about to sweep."""
+        return self._swept(None)
 
     def succeeded(self, params: Params) -> regions.Region:
         """Z_suc: the object's longest edge lies at the wall."""

@@ -119,8 +119,15 @@ class ScoopTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The scoop goes on, and in a bend up, with an unsteady hand."""
+        return self._scoop(np.array(NOISE) * random.uniform(-1.0, 1.0, (self.steps, 3)), params)
+
+    def script(self, params: Params) -> Drive:
+        """The scoop goes on, and in a bend up."""
+        return self._scoop(np.zeros((self.steps, 3)), params)
+
+    def _scoop(self, accelerations: NDArray[np.float64], params: Params) -> Drive:
+        """The bend, added to the hand's own accelerations, shape (steps, 3) [m/s^2]."""
         times = np.arange(self.steps) * self.step
-        accelerations = np.array(NOISE) * random.uniform(-1.0, 1.0, (self.steps, 3))
         bending = (times >= BEND_TIME) & (times < BEND_TIME + params["bend"])
         change = np.array([-params["speed"], 0.0, LIFT_SPEED])
         accelerations[bending] += change / (bending.sum() * self.step)
@@ -159,6 +166,11 @@ class ScoopTask(FrictionTask):
         ahead = CAPTURE_AHEAD * max(speed, 0.0)
         return {box: _in_scoop(box, ahead) for box in BOXES}
 
+    def captured_throughout(self, params: Params) -> dict[str, regions.Region]:
+        """Z_cap of every instant for each box: it is in the scoop, or in what that is about to
+        sweep along x at its speed then."""
+        return {box: _in_or_ahead(box) for box in BOXES}
+
     def succeeded(self, params: Params) -> dict[str, regions.Region]:
         """Z_suc for each box: it is in the scoop, and lifted."""
         up = (0.0, 0.0, -1.0)
@@ -174,6 +186,20 @@ def _in_scoop(box: str, ahead: float = 0.0) -> regions.Region:
         size=(reach, WIDTH, CAPTURE_HEIGHT),
         frame="scoop",
     )
+
+
+def _in_or_ahead(box: str) -> regions.Region:
+    """As `_in_scoop`, with what the scoop sweeps in CAPTURE_AHEAD ahead of its edge."""
+    between = regions.Box(
+        box,
+        center=(0.0, 0.0, CAPTURE_HEIGHT / 2),
+        size=(np.inf, WIDTH, CAPTURE_HEIGHT),
+        frame="scoop",
+    )
+    ahead, edge = (1.0, 0.0, 0.0), LENGTH + RAMP
+    not_behind = regions.HalfSpace(box, (-1.0, 0.0, 0.0), 0.0, frame="scoop")
+    near = regions.HalfSpace(box, ahead, edge, frame="scoop", ahead=CAPTURE_AHEAD)
+    return between & not_behind & near
 
 
 def scoop() -> Compound:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, ForceWeights, Problem, Scene, Sphere, World
-from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, drawn
+from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, PerStep, drawn
 
 __all__ = ["ToppleTask"]
 
@@ -102,9 +102,16 @@ class ToppleTask(FrictionTask):
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """A push on the finger's base, drawn anew at each step, and then none."""
+        return self._push(random.uniform(*PUSH_RANGE, round(PUSH_TIME / self.step)))
+
+    def script(self, params: Params) -> Drive:
+        """A steady push on the finger's base, and then none."""
+        return self._push(float(np.mean(PUSH_RANGE)))
+
+    def _push(self, force: PerStep) -> Drive:
+        """Of a force [N], or one for each step of the push."""
         wrenches = np.zeros((self.steps, 6))
-        pushed = round(PUSH_TIME / self.step)
-        wrenches[:pushed, 0] = random.uniform(*PUSH_RANGE, pushed)
+        wrenches[: round(PUSH_TIME / self.step), 0] = force
         return Drive({"base": wrenches})
 
     def problem(
@@ -137,6 +144,10 @@ class ToppleTask(FrictionTask):
 
         The same for all states, shape (n,).
         """
+        return regions.Speed("object", PIVOT_SPEED, point=PIVOT)
+
+    def captured_throughout(self, params: Params) -> regions.Region:
+        """Z_cap of every instant, which is that of any."""
         return regions.Speed("object", PIVOT_SPEED, point=PIVOT)
 
     def succeeded(self, params: Params | None = None) -> regions.Region:

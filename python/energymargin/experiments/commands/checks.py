@@ -20,7 +20,16 @@ from energymargin.experiments.commands.shared import (
 )
 from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
-__all__ = ["audit", "bowl", "closed_forms", "enlarged", "fewer_steps", "uncertainty", "walls"]
+__all__ = [
+    "audit",
+    "bowl",
+    "closed_forms",
+    "enlarged",
+    "fewer_steps",
+    "foresight",
+    "uncertainty",
+    "walls",
+]
 
 
 @app.command()
@@ -360,3 +369,79 @@ def walls(
     title, unit = "Searching and shooting", "searches and shots"
     run(experiment.reproduce, settings, output, threads, title=title, unit=unit)
     show(output, "walls", None, "runs.jsonl")
+
+
+@app.command()
+def foresight(
+    *,
+    tasks: Annotated[
+        str | None, typer.Option(help="Which tasks, with commas between; all but push-real.")
+    ] = None,
+    trajectories: Annotated[
+        int | None, typer.Option(help="Of each task.", show_default="50")
+    ] = None,
+    nodes: Annotated[
+        int | None, typer.Option(help="Of the published scores' trees.", show_default="100")
+    ] = None,
+    rollouts: Annotated[
+        int | None, typer.Option(help="Of each probability.", show_default="30")
+    ] = None,
+    fresh: Annotated[
+        int | None,
+        typer.Option(
+            help="Others, which the probabilities are held against; 0: none.", show_default="100"
+        ),
+    ] = None,
+    continuations: Annotated[
+        int | None, typer.Option(help="Of each state for the ceiling.", show_default="100")
+    ] = None,
+    strength: Annotated[
+        float | None,
+        typer.Option(help="Of the disturbance, as a share of the bounds.", show_default="0.3"),
+    ] = None,
+    objects: Annotated[
+        int | None,
+        typer.Option(help="How many objects are disturbed at a time.", show_default="1"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all that is random.", show_default="0")] = (
+        None
+    ),
+    threads: Threads = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """Will it hold for the next frames? What each score of a state foresees, on every task.
+
+    The scores of the paper, the probability to stay captured with and without the robot's plan, the
+    plan alone, a learned classifier and the ceiling, on states that are captured now; and whether
+    the probabilities mean what they say.
+
+    The folder gets foresight.md, foresight.csv, reliability.csv, foresight.png, runs.jsonl, the
+    trajectories and the stores of scores. It takes an hour or two on two cores; stop it with
+    Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce foresight --tasks push,balance`
+    """
+    from energymargin.experiments import foresight as experiment
+
+    settings = changed(
+        experiment.QUICK if quick else experiment.Settings(),
+        tasks=None if tasks is None else tuple(split(tasks)),
+        trajectories=trajectories,
+        nodes=nodes,
+        rollouts=rollouts,
+        fresh=fresh,
+        continuations=continuations,
+        strength=strength,
+        objects=objects,
+        seed=seed,
+    )
+    output = folder_of(output, "foresight", quick)
+    result = run(experiment.reproduce, settings, output, threads, title="Foreseeing", unit="states")
+
+    def draw() -> Any:
+        from energymargin.experiments.foresight_picture import figure_foresight
+
+        return figure_foresight(result)
+
+    show(output, "foresight", draw, "reliability.csv", "runs.jsonl")

@@ -49,6 +49,12 @@ STUDIES: dict[str, tuple[str, Run]] = {
         "Prediction on recorded pushes, a simulated stand-in (Table II)",
         lambda folder, quick, threads: paper.table2(quick=quick, threads=threads, output=folder),
     ),
+    "foresight": (
+        "What each score of a state foresees of the next frames",
+        lambda folder, quick, threads: checks.foresight(
+            quick=quick, threads=threads, output=folder
+        ),
+    ),
     "enlarged": (
         "Centimetres and grams at true scale, beside enlarged scenes",
         lambda folder, quick, _threads: checks.enlarged(quick=quick, output=folder),
