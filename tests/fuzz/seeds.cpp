@@ -33,6 +33,13 @@ std::string with_mesh_file() {
   return json.dump();
 }
 
+// A pusher whose plan is short enough to be written as lists.
+Problem held() {
+  Problem problem = scenes::push(Effector::coast);
+  problem.plan = hold(problem.scene, problem.state, 3.0 * problem.scene.stepping().step);
+  return problem;
+}
+
 // Bytes for a generator, of many lengths.
 std::string bytes(int count) {
   std::string text;
@@ -44,7 +51,7 @@ void write_all(const std::filesystem::path& corpus) {
   write(corpus / "problem" / "everything.json", in_one_line(scenes::everything()));
   write(corpus / "problem" / "articulated.json", in_one_line(scenes::articulated()));
   write(corpus / "problem" / "planned.json", in_one_line(scenes::planned()));
-  write(corpus / "problem" / "listed_rows.json", scenes::with_listed_rows(scenes::planned()));
+  write(corpus / "problem" / "listed_rows.json", scenes::with_listed_rows(held()));
   write(corpus / "problem" / "push.json", in_one_line(scenes::push()));
   write(corpus / "problem" / "lift.json", in_one_line(scenes::lift(0.1)));
   write(corpus / "problem" / "drift.json", in_one_line(scenes::drift()));

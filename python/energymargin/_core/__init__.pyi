@@ -526,18 +526,27 @@ class Plan:
     keep their targets. Raises ValueError on rows of unequal number, or that are not finite.
     """
     @staticmethod
+    def from_json(text: str) -> Plan:
+        """
+        A plan from JSON text. Raises ValueError that names the place and what was expected.
+        """
+    @staticmethod
     def hold(scene: Scene, state: numpy.typing.ArrayLike, duration: float) -> Plan:
         """
         Everything goes on as it moves at a state (n,), for a duration [s]: free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
-    def __getstate__(self) -> tuple[typing.Any, ...]:
+    def __getstate__(self) -> str:
         ...
     def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+    def __setstate__(self, arg0: str) -> None:
         ...
+    def to_json(self) -> str:
+        """
+        The plan as JSON text, as it stands in a problem file.
+        """
     @property
     def duration(self) -> float:
         """
