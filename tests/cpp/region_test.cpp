@@ -196,8 +196,6 @@ TEST(Region, HalfSpaceReachesAheadOfAFrameThatMovesAlongItsNormal) {
   EXPECT_TRUE(holds(0.8 - hair, {5.0, 0.3, 5.0}));
   EXPECT_FALSE(holds(0.8 + hair, {5.0, 0.3, 5.0}));
   EXPECT_TRUE(holds(0.2 - hair, {0.0, -9.0, 0.0}));
-  EXPECT_TRUE(
-      rejects(making(regions::HalfSpace{"object", Vector3::UnitX(), 0.0, "", 1.0}), {"ahead", "0 without a frame"}));
 }
 
 TEST(Region, SpeedIsThatOfABodysPoint) {
@@ -351,6 +349,8 @@ auto making(Primitive primitive) {
 TEST(Region, SizesAndDirectionsThatAreNoneAreRejectedByNameAndValue) {
   const Vector3 o = Vector3::Zero();
   EXPECT_TRUE(rejects(making(regions::Ball{"object", o, 0.0}), {"radius is 0", "above 0"}));
+  EXPECT_TRUE(
+      rejects(making(regions::HalfSpace{"object", Vector3::UnitX(), 0.0, "", 1.0}), {"ahead", "0 without a frame"}));
   EXPECT_TRUE(rejects(making(regions::Ball{"object", {nan, 0.0, 0.0}, 1.0}), {"center", "nan"}));
   EXPECT_TRUE(rejects(making(regions::Box{"object", o, {1.0, -1.0, 1.0}}), {"size", "-1", "above 0"}));
   EXPECT_TRUE(rejects(making(regions::Box{"object", o, {1.0, nan, 1.0}}), {"size", "nan"}));
