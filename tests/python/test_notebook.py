@@ -141,7 +141,7 @@ def test_forces_that_cancel_out_are_shown_as_zero():
 
 def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_path):
     dataset = datasets.generate("push", trajectories=1, frames=3, seed=0)
-    settings = "least_likelihood = 0, nodes = 2, nodes_per_edge = 1, seed = {}, "
+    settings = "least_likelihood = 0, nodes = 2, nodes_per_edge = 1, rollouts = 30, seed = {}, "
     settings += "stop_at_escape = False"
     with ScoreStore(tmp_path / "push.db", create=True) as empty:
         assert "There are no runs." in shown(empty).text

@@ -8,7 +8,7 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(), flags=re.DOTAL
 
 
 def test_the_readme_has_examples_and_no_gap():
-    assert len(EXAMPLES) == 6
+    assert len(EXAMPLES) == 7
     assert "TABLE" not in README.read_text()
 
 
