@@ -146,8 +146,7 @@ void bind_problem(py::module_& module) {
              "replace(self, **changes: typing.Any) -> Problem\n\nA copy with other values of some of the constructor's "
              "keywords. Raises as the constructor does, and TypeError on other keywords.");
   }
-  type
-      .def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
+  type.def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
                        const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
                        const std::optional<Region>& within, const std::string& mode, const Number& rate,
                        const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts,

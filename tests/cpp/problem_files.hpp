@@ -153,7 +153,8 @@ inline Wrenches uneven_rows(int rows, double size, int columns = 6) {
   return numbers;
 }
 
-//! The hand and three free bodies with a horizon and a plan of every kind, in no order of names, with and without limits.
+//! The hand and three free bodies with a horizon and a plan of every kind, in no order of names, with and without
+//! limits.
 inline Problem planned() {
   constexpr int rows = 7;
   Problem problem = articulated();

@@ -41,7 +41,9 @@ WRONG = {
     ),
     "Problem is given 3 arguments by position, expected at most 2 (scene, state), and by name "
     "force, torque, duration, captured, succeeded, within, effector, rate, force_weights, "
-    "contacts, horizon, plan, check, dwell, start_outside": lambda s, p: em.Problem(s, p.state, (1, 1, 0)),
+    "contacts, horizon, plan, check, dwell, start_outside": lambda s, p: em.Problem(
+        s, p.state, (1, 1, 0)
+    ),
     "problem is Scene(bodies=['table', 'object'], joints=0, dimension=13), expected a Problem": (
         lambda s, p: em.capture_score(s)
     ),

@@ -124,9 +124,7 @@ void PiecePair::find_normal(const Ways& ways) {
 }
 
 // Their distance along the normal.
-double PiecePair::gap(const Ways& ways, double share) const {
-  return gap(ways.a.at(share), ways.b.at(share), normal_);
-}
+double PiecePair::gap(const Ways& ways, double share) const { return gap(ways.a.at(share), ways.b.at(share), normal_); }
 
 double PiecePair::gap(const btTransform& a, const btTransform& b, const btVector3& normal) const {
   return normal.dot(support(a_, a_.pose(a), -normal) - support(b_, b_.pose(b), normal)) - margins_;
@@ -152,11 +150,12 @@ bool PiecePair::stay_apart(const Ways& ways, double now) const {
   return true;
 }
 
-// The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer. Between
-// two looks the distance is less by no more than what the travel makes of the normal's turn.
+// The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer.
+// Between two looks the distance is less by no more than what the travel makes of the normal's turn.
 bool PiecePair::slide(const Ways& ways, double now) const {
   const double bound = least(now);
-  const double travel = (ways.a.linear - ways.b.linear).length() + ways.a.angular.length() * a_.reach + ways.b.angular.length() * b_.reach;
+  const double travel = (ways.a.linear - ways.b.linear).length() + ways.a.angular.length() * a_.reach +
+                        ways.b.angular.length() * b_.reach;
   const double across = 0.25 * travel / (deeper * allowed_);
   const double looks = 1.0 + std::floor(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
   if (!(looks <= most_looks)) return false;
