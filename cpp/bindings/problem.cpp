@@ -109,6 +109,7 @@ py::object replace(const py::object& problem, const py::kwargs& changes) {
   auto& other = made.cast<Problem&>();
   if (!changes.contains("captured")) other.captured_any = own.captured_any;
   if (!changes.contains("succeeded")) other.succeeded_any = own.succeeded_any;
+  validate(other);
   return made;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -12,6 +11,8 @@
 #include "../check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
+#include "energymargin/search/exit.hpp"
+#include "energymargin/search/horizon.hpp"
 
 namespace energymargin {
 namespace {
@@ -19,35 +20,6 @@ namespace {
 constexpr int default_rollouts = 30;
 constexpr double most_diverged = 0.01;  // of the rollouts
 constexpr double looked_at = 0.95;      // confidence of the interval that a tolerance is about
-
-// When a set is left for good: outside at an instant, and at all that follow for the dwell.
-class Exit {
- public:
-  explicit Exit(int dwell) : dwell_(dwell) {}
-
-  void look(bool inside, int step) {
-    if (left()) return;
-    if (inside) {
-      since_ = -1;
-    } else if (since_ < 0) {
-      since_ = step;
-    }
-    if (since_ >= 0 && step - since_ >= dwell_) at_ = since_;
-  }
-
-  //! The horizon is over: who is outside has left.
-  void end() {
-    if (!left() && since_ >= 0) at_ = since_;
-  }
-
-  bool left() const { return at_ >= 0; }
-  int at() const { return at_; }  // steps; -1: it was not left
-
- private:
-  int dwell_;
-  int since_ = -1;
-  int at_ = -1;
-};
 
 // What one rollout tells.
 struct Path {
@@ -73,15 +45,17 @@ class Estimate {
   }
 
   CaptureProbability find() {
-    undisturbed_ = run({}, Disturbance(problem_.scene.with_role(Role::object).size()), options_.limit);
+    const Disturbance nothing(problem_.scene.with_role(Role::object).size());
+    undisturbed_ = run({{nothing, timing_.horizon}}, nullptr);
     if (!undisturbed_.complete) options_.limit.require();
     if (undisturbed_.diverged) throw Diverged("the undisturbed future");
     const int most = options_.rollouts.value_or(options_.tolerance ? most_rollouts : default_rollouts);
     int wanted = options_.tolerance ? std::min(first_look, most) : most;
-    for (looks_ = 1;; ++looks_) {
+    for (long long at = wanted; at < most; at *= 2) ++looks_;
+    while (true) {
       roll(wanted);
       if (counted() < wanted || wanted == most || is_met()) break;
-      wanted = std::min(2 * wanted, most);
+      wanted = static_cast<int>(std::min<long long>(2LL * wanted, most));
     }
     if (counted() == 0 && options_.limit.reached()) options_.limit.require();
     return result(wanted);
@@ -97,7 +71,7 @@ class Estimate {
         paths_.size() - first, options_.threads,
         [&](std::size_t i) {
           const std::size_t index = first + i;
-          paths_[index] = run(index, {}, options_.limit);
+          paths_[index] = run(index);
           done_[index] = paths_[index].complete ? 1 : 0;
           if (options_.made) ++*options_.made;
         },
@@ -107,37 +81,36 @@ class Estimate {
   // Complete ones, up to the first that is not.
   int counted() const { return static_cast<int>(std::find(done_.begin(), done_.end(), 0) - done_.begin()); }
 
-  Path run(std::optional<std::size_t> index, const Disturbance& nothing, const Limit& limit) {
-    const std::unique_ptr<World> world = take();
+  Path run(std::size_t index) {
+    const auto plan = drawn_plan(options_.disturbance, problem_, options_.seed, index);
+    return run(drawn(options_.disturbance, problem_, timing_.horizon, options_.seed, index), plan ? &*plan : nullptr);
+  }
+
+  // Under `pushes`; `plan` in place of the problem's, if it is given.
+  Path run(const std::vector<Push>& pushes, const Plan* plan) {
+    std::unique_ptr<World> world = take();
     Path path;
     try {
-      if (index) {
-        if (const auto plan = drawn_plan(options_.disturbance, problem_, options_.seed, *index)) world->follow(*plan);
-        path = follow(*world, drawn(options_.disturbance, problem_, timing_.horizon, options_.seed, *index), limit);
-      } else {
-        path = follow(*world, {{nothing, timing_.horizon}}, limit);
-      }
+      if (plan) world->follow(*plan);
+      path = follow(*world, pushes, options_.limit);
     } catch (const Diverged&) {
       path.diverged = true;
     }
     const std::lock_guard<std::mutex> lock(mutex_);
-    worlds_.push_back(std::make_unique<World>(std::move(*world)));
+    worlds_.push_back(std::move(world));
     return path;
   }
 
   std::unique_ptr<World> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (worlds_.empty()) {
-      return problem_.plan ? std::make_unique<World>(problem_.scene, *problem_.plan)
-                           : std::make_unique<World>(problem_.scene);
-    }
+    if (worlds_.empty()) return std::make_unique<World>(search::world_of(problem_));
     std::unique_ptr<World> world = std::move(worlds_.back());
     worlds_.pop_back();
     return world;
   }
 
   Path follow(World& world, const std::vector<Push>& pushes, const Limit& limit) const {
-    std::vector<Exit> exits(sets_.size(), Exit(timing_.dwell));
+    std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
     const auto look = [&](const State& state, int step) {
       bool all_left = true;
       for (std::size_t i = 0; i < sets_.size(); ++i) {
@@ -159,11 +132,11 @@ class Estimate {
       path.effort = rollout.effort;
       if (rollout.complete && rollout.steps == timing_.horizon) {
         look(rollout.state, timing_.horizon);
-        for (Exit& exit : exits) exit.end();
+        for (search::Exit& exit : exits) exit.end();
         path.success = success_ && (*success_)(rollout.state);
       }
     }
-    for (const Exit& exit : exits) path.exits.push_back(exit.at());
+    for (const search::Exit& exit : exits) path.exits.push_back(exit.left() ? exit.since() : -1);
     return path;
   }
 
@@ -228,7 +201,7 @@ class Estimate {
     CaptureProbability found;
     const int count = counted();
     found.complete = count == wanted;
-    found.looks = options_.tolerance ? looks_ : 1;
+    found.looks = looks_;
     found.steps = undisturbed_.steps;
     for (int i = 0; i < count; ++i) {
       found.diverged += paths_[static_cast<std::size_t>(i)].diverged ? 1 : 0;
@@ -269,7 +242,7 @@ class Estimate {
   Path undisturbed_;
   std::vector<Path> paths_;
   std::vector<char> done_;
-  int looks_ = 1;
+  int looks_ = 1;  // that may be, known before the first one
   std::mutex mutex_;
   std::vector<std::unique_ptr<World>> worlds_;  // that nobody uses now
 };

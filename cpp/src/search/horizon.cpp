@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "energymargin/search/exit.hpp"
+
 namespace energymargin::search {
 
 std::optional<Horizon> Horizon::of(const Problem& problem, const Region* captured, int parts) {
@@ -54,15 +56,13 @@ std::optional<bool> Horizon::stays_outside(World& world, const State& state, int
 }
 
 Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limit) const {
-  std::optional<Moment> exit;
+  Exit exit(timing_.dwell);
+  State first_outside;
   int time = 0;
   const auto look = [&](const State& state) {
-    if ((*captured_)(state)) {
-      exit.reset();
-    } else if (!exit) {
-      exit = Moment{time, 0.0, state};
-    }
-    return exit && time - exit->steps >= timing_.dwell;
+    exit.look((*captured_)(state), time);
+    if (exit.since() == time) first_outside = state;
+    return exit.left();
   };
   Watch watch;
   watch.look_every = timing_.check;
@@ -78,10 +78,11 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
   if (rollout.steps == end()) {
     time = end();
     look(rollout.state);
+    exit.end();
   }
-  if (!exit) return stretch;
-  rollout.state = exit->state;
-  rollout.steps = exit->steps;
+  if (!exit.left()) return stretch;
+  rollout.state = first_outside;
+  rollout.steps = exit.since();
   stretch.escaped = true;
   return stretch;
 }

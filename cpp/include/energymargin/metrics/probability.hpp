@@ -49,7 +49,7 @@ struct CaptureProbability {
   long long steps = 0;     //!< simulation steps, of the undisturbed one too
   int diverged = 0;        //!< rollouts that are left out
   double effective = 0.0;  //!< as many rollouts of equal weight say as much
-  int looks = 1;           //!< at which the tolerance may have been met: intervals are as much wider
+  int looks = 1;           //!< at the tolerance that there may be: intervals are as much wider
   bool complete = true;
 };
 
