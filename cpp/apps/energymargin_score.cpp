@@ -15,6 +15,7 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/interval.hpp"
 #include "energymargin/metrics/probability.hpp"
 #include "energymargin/plausibility.hpp"
@@ -197,6 +198,18 @@ Json interval_of(const energymargin::CaptureScore& score, const std::string& whi
   return {found.low, found.high};
 }
 
+// A file's own words may be in an error, and a failure or a warning is one line.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  }
+  return text;
+}
+
+void tell(const std::vector<energymargin::Doubt>& doubts) {
+  for (const energymargin::Doubt& doubt : doubts) std::cerr << "warning: " << one_line(doubt.text) << "\n";
+}
+
 Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
   energymargin::CaptureOptions options;
   options.nodes = arguments.nodes;
@@ -205,7 +218,8 @@ Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
   options.threads = arguments.threads;
   options.tolerance = arguments.tolerance;
   options.limit = energymargin::Limit(nullptr, arguments.timeout);
-  const energymargin::CaptureScore score = energymargin::capture_score(problem, options);
+  const energymargin::CaptureScore score = energymargin::guarded_capture_score(problem, options);
+  tell(energymargin::implausible(score));
   return {{"capture", score.capture},
           {"success", optional_number(score.success)},
           {"capture_any", optional_number(score.capture_any)},
@@ -216,6 +230,8 @@ Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
           {"success_any_stderr", optional_number(score.success_any_stderr)},
           {"capture_interval", interval_of(score, "capture", true)},
           {"success_interval", interval_of(score, "success", score.success.has_value())},
+          {"resolution", score.resolution},
+          {"undisturbed_exit", optional_number(score.undisturbed_exit)},
           {"trees", score.trees.size()},
           {"nodes", score.nodes()},
           {"complete", score.complete}};
@@ -313,14 +329,6 @@ Json clock(const energymargin::Problem& problem, const energymargin::Timing& tim
   return json;
 }
 
-// A file's own words may be in an error, and a failure or a warning is one line.
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
-  return text;
-}
-
 Json of_metric(const energymargin::Problem& problem, const Arguments& arguments) {
   if (arguments.metric == "capture") return capture(problem, arguments);
   if (arguments.metric == "effort") return effort(problem, arguments);
@@ -336,9 +344,7 @@ Json score(const Arguments& arguments) {
                                 "', expected capture, effort, probability, force or escape_energy");
   }
   const energymargin::Problem problem = energymargin::load(arguments.file);
-  for (const energymargin::Doubt& doubt : energymargin::implausible(problem)) {
-    std::cerr << "warning: " << one_line(doubt.text) << "\n";
-  }
+  tell(energymargin::implausible(problem));
   Json json = of_metric(problem, arguments);
   if (const auto timing = energymargin::timing_of(problem)) json.update(clock(problem, *timing));
   return json;

@@ -7,9 +7,11 @@
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/escape_energy.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/interval.hpp"
 #include "energymargin/random.hpp"
 #include "interrupt.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::door {
 namespace {
@@ -18,7 +20,7 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
                      const std::optional<Number>& rate, const std::optional<WholeNumber>& trees,
                      const WholeNumber& threads, const WholeNumber& nodes_per_edge, const Number& least_likelihood,
                      const std::optional<Number>& tolerance, const TimeoutArgument& timeout,
-                     const CancelArgument& cancel, const ProgressArgument& progress_call) {
+                     const CancelArgument& cancel, const ProgressArgument& progress_call, bool warns) {
   const Limit given = limit_of(timeout, cancel);
   Progress progress(progress_call);
   CaptureOptions options;
@@ -31,13 +33,21 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
   options.nodes_per_edge = count("nodes_per_edge", nodes_per_edge);
   options.least_likelihood = real("least_likelihood", least_likelihood);
   options.tolerance = real("tolerance", tolerance);
-  return interruptible(
+  const CaptureScore score = interruptible(
       given,
       [&](const Limit& limit) {
         options.limit = limit;
-        return capture_score(problem, options);
+        return guarded_capture_score(problem, options);
       },
       &progress);
+  if (warns) warn(implausible(score), problem.scene);
+  return score;
+}
+
+py::tuple doubts_of(const CaptureScore& score) {
+  py::list texts;
+  for (const Doubt& doubt : implausible(score)) texts.append(doubt.text);
+  return py::tuple(texts);
 }
 
 Captured captured_objects(const std::string& name) {
@@ -137,6 +147,12 @@ void bind_results(py::module_& module) {
                     "Of each tree alone, shape (trees,); empty without such a set.")
       .def_readonly("resolution", &CaptureScore::resolution,
                     "Likelihood of a tree's heaviest node, mean over the trees: no score is finer.")
+      .def_readonly("undisturbed_exit", &CaptureScore::undisturbed_exit,
+                    "When the state leaves the capture set without any disturbance [s], looked at for 1 s where the "
+                    "score is above 0.5; None if it stays, or was not looked at.")
+      .def_property_readonly("doubts", &doubts_of,
+                             "Why the score says less than it seems to, a tuple of sentences: its resolution is above "
+                             "0.2, or it is above 0.5 and the state leaves by itself.")
       .def(
           "interval",
           [](const CaptureScore& score, const std::string& which, const Number& confidence) {
@@ -157,6 +173,8 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
       .def("__repr__", [](const CaptureScore& score) {
         return described("CaptureScore", {{"capture", py::cast(score.capture)},
                                           {"success", py::cast(score.success)},
+                                          {"resolution", py::cast(score.resolution)},
+                                          {"undisturbed_exit", py::cast(score.undisturbed_exit)},
                                           {"nodes", py::cast(score.nodes())},
                                           {"complete", py::cast(score.complete)}});
       });
@@ -302,7 +320,7 @@ void bind_scores(py::module_& module) {
       "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
       py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
       py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("tolerance") = py::none(),
-      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), py::arg("progress") = py::none(),
+      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), py::arg("progress") = py::none(), py::arg("warn") = true,
       R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
 
 nodes_per_edge: up to so many states of a rollout are nodes, its end and evenly spaced ones on its way: so many fewer
@@ -313,7 +331,11 @@ does not depend on the threads.
 
 Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
 there is none, the first tree as far as it is. `complete` says so. progress(nodes) is called now and then with the nodes
-made so far, of all trees, for a bar; what it raises ends the search.)");
+made so far, of all trees, for a bar; what it raises ends the search.
+
+Warns, as PlausibilityWarning and once for a scene, where the score's resolution is above 0.2, and where it is above 0.5
+though the state leaves the capture set by itself within 1 s. `doubts` says the same of each score; with
+warn=False it alone does.)");
   module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
              py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("sampling") = "mixed",
              py::arg("shorten") = true, py::arg("stop_at_escape") = false, py::arg("timeout") = py::none(),

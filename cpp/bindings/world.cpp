@@ -116,10 +116,10 @@ std::string table(const Audit& audit) {
     text += row;
   };
   for (const auto& [name, work] :
-       {std::pair{"wrench", audit.wrench}, std::pair{"friction", audit.friction}, std::pair{"contacts", audit.contacts},
-        std::pair{"joints", audit.joints}, std::pair{"damping", audit.damping}, std::pair{"drives", audit.drives},
-        std::pair{"overlap", audit.overlap}, std::pair{"integration", audit.integration},
-        std::pair{"leftover", audit.leftover()}}) {
+       {std::pair{"wrench", audit.wrench}, std::pair{"plan", audit.plan}, std::pair{"friction", audit.friction},
+        std::pair{"contacts", audit.contacts}, std::pair{"joints", audit.joints}, std::pair{"damping", audit.damping},
+        std::pair{"drives", audit.drives}, std::pair{"overlap", audit.overlap},
+        std::pair{"integration", audit.integration}, std::pair{"leftover", audit.leftover()}}) {
     line(name, work);
     text += '\n';
   }
@@ -137,6 +137,9 @@ void bind_audit(py::module_& module) {
       .def_readonly("energy_change", &Audit::energy_change,
                     "Mechanical energy, World.energy, at the end minus at the start [J].")
       .def_readonly("wrench", &Audit::wrench, "Work of the disturbance: Rollout.work [J].")
+      .def_readonly("plan", &Audit::plan,
+                    "Work of the robot's plan: its wrenches, its servos, and targets that it moves away from the "
+                    "scene's [J].")
       .def_readonly("friction", &Audit::friction, "Work of friction at contacts; negative but for solver error [J].")
       .def_readonly("contacts", &Audit::contacts,
                     "Work of the normal impulses at contacts: the loss of impacts, negative. Positive where links that "

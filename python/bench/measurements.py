@@ -160,7 +160,7 @@ def cost_of(problem: em.Problem, nodes: Sequence[int], rounds: int) -> Cost:
 
 def against_pybullet(problem: em.Problem, nodes: int, rounds: int) -> Pairs:
     """Our trees, and PyBullet on their edges."""
-    tree = em.capture_score(problem, nodes=nodes).tree
+    tree = em.capture_score(problem, nodes=nodes, warn=False).tree
     edges = edges_of(problem, tree)
     scene = PyBulletScene(problem)
     ours, others = [], []
@@ -209,7 +209,7 @@ def measure_threads(results: Results, pushes: Sequence[em.Problem]) -> None:
         em.score(pushes[:1], nodes=many, threads=threads)
 
     def grow_trees(threads: int) -> None:
-        em.capture_score(pushes[0], few, trees=8, threads=threads)
+        em.capture_score(pushes[0], few, trees=8, threads=threads, warn=False)
 
     jobs = {
         f"`em.score`: {len(batch)} states, {few:,} nodes, all metrics": score_batch,
@@ -228,7 +228,7 @@ def frames_of(pushes: Sequence[em.Problem], nodes: int, rounds: int) -> Pairs:
     """What a frame of a camera has to wait for."""
 
     def some_trees(problem: em.Problem) -> None:
-        em.capture_score(problem, nodes // FRAME_TREES, trees=FRAME_TREES, threads=2)
+        em.capture_score(problem, nodes // FRAME_TREES, trees=FRAME_TREES, threads=2, warn=False)
 
     one, two = [], []
     for problem in pushes:

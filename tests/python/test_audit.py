@@ -88,3 +88,61 @@ def test_the_command_names_an_unknown_task(tmp_path: Path):
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 2
     assert "juggle" in result.output
+
+
+def robot_and_box() -> em.Scene:
+    """A box on a floor; a hand that floats and turns a finger."""
+    scene = em.Scene()
+    scene.add_body("floor", em.Box((5, 5, 0.1)), mass=0, position=(0, 0, -0.05))
+    scene.add_body("object", em.Box((0.1,) * 3), mass=1, position=(0, 0, 0.05), role="object")
+    scene.add_body("hand", em.Box((0.1,) * 3), mass=1, position=(-0.3, 0, 0.2), force=(0, 0, 9.81))
+    scene.add_body("finger", em.Box((0.2, 0.02, 0.02)), mass=0.2, position=(-0.15, 0, 0.2))
+    scene.add_joint(
+        *("hinge",),
+        parent="hand",
+        child="finger",
+        origin=(0.05, 0, 0),
+        child_origin=(-0.1, 0, 0),
+        axis=(0, 1, 0),
+        stiffness=2.0,
+        damping=0.05,
+        torque_limit=5.0,
+        target=0.0,
+    )
+    return scene
+
+
+PLANS = {
+    "servo": {"velocities": {"hand": np.tile([0.2, 0, 0, 0, 0, 0.1], (60, 1))}},
+    "targets": {"targets": {"hinge": np.linspace(0, 0.8, 60)}},
+    "wrenches": {"wrenches": {"hand": np.tile([2.0, 0, 1.0, 0, 0, 0.01], (60, 1))}},
+    "wrench on a link": {"wrenches": {"finger": np.tile([1.0, 0, 0.5, 0, 0, 0], (60, 1))}},
+}
+
+
+@pytest.mark.parametrize("what", PLANS)
+def test_the_work_of_a_plan_closes_the_balance(what: str) -> None:
+    scene = robot_and_box()
+    rests = em.World(scene).rollout(scene.pack(), np.zeros(6), 0.25, audit=True).audit
+    world = em.World(scene, em.Plan(step=1 / 240, **PLANS[what]))
+    plain = world.rollout(scene.pack(), (0.5, 0, 0, 0, 0, 0), 0.25)
+    audited = world.rollout(scene.pack(), (0.5, 0, 0, 0, 0, 0), 0.25, audit=True)
+    assert rests.plan == 0
+    assert plain.state.tobytes() == audited.state.tobytes()
+    audit = audited.audit
+    assert abs(audit.plan) > 0.01
+    # links swing on arcs and are moved along chords: the balance is no exact one
+    assert abs(audit.leftover) < 0.02 * audit.turnover
+    assert abs(audit.leftover) < 0.05 * abs(audit.plan)
+    assert audit.joints == pytest.approx(0, abs=1e-9)
+
+
+def test_the_work_of_a_plan_on_free_bodies_closes_it_to_the_last_digits() -> None:
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("object", em.Sphere(0.05), mass=1, role="object")
+    scene.add_body("tool", em.Sphere(0.05), mass=0.5, position=(-0.2, 0, 0))
+    rows = np.tile([0.5, 0, 0, 0, 0, 0], (120, 1))
+    world = em.World(scene, em.Plan(step=1 / 240, velocities={"tool": rows}))
+    audit = world.rollout(scene.pack(), np.zeros(6), 0.5, audit=True).audit
+    assert audit.plan > 0.06  # of a tool of 0.5 kg at 0.5 m/s
+    assert abs(audit.leftover) < 1e-12

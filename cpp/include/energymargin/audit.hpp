@@ -11,6 +11,7 @@ namespace energymargin {
 struct Audit {
   double energy_change = 0.0;  //!< mechanical energy, World::energy, at the end minus at the start [J]
   double wrench = 0.0;         //!< of the disturbance: Rollout::work [J]
+  double plan = 0.0;           //!< of the robot's plan: its wrenches, its servos, and targets that it moves [J]
   double friction = 0.0;       //!< of friction at contacts; negative but for solver error [J]
   //! Of the normal impulses at contacts: the loss of impacts, negative. Positive where links that overlap something are
   //! pushed out of it, which Bullet does by a change of velocity [J].
@@ -29,14 +30,14 @@ struct Audit {
   //! What the entries leave open: energy_change minus all of them. It is the error of the simulation that has no name,
   //! most of it that of turning in steps [J].
   double leftover() const {
-    return energy_change - (wrench + friction + contacts + joints + damping + drives + overlap + integration);
+    return energy_change - (wrench + plan + friction + contacts + joints + damping + drives + overlap + integration);
   }
 
   //! Energy turned over: the sum of the absolute values of energy_change and all the entries. What `leftover` is to be
   //! compared with [J].
   double turnover() const {
-    return std::abs(energy_change) + std::abs(wrench) + std::abs(friction) + std::abs(contacts) + std::abs(joints) +
-           std::abs(damping) + std::abs(drives) + std::abs(overlap) + std::abs(integration);
+    return std::abs(energy_change) + std::abs(wrench) + std::abs(plan) + std::abs(friction) + std::abs(contacts) +
+           std::abs(joints) + std::abs(damping) + std::abs(drives) + std::abs(overlap) + std::abs(integration);
   }
 };
 

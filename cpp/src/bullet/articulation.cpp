@@ -196,4 +196,11 @@ void Articulation::set_target(std::size_t joint, double target) {
   }
 }
 
+std::optional<double> Articulation::target(std::size_t joint) const {
+  for (const Link& link : links_) {
+    if (link.joint == joint && link.rows) return link.rows->target();
+  }
+  return std::nullopt;
+}
+
 }  // namespace energymargin

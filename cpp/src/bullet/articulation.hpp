@@ -46,6 +46,7 @@ class Articulation {
 
   //! Moves the target of a joint until the next `restore`; a joint of another tree is none of its business.
   void set_target(std::size_t joint, double target);
+  std::optional<double> target(std::size_t joint) const;
 
  private:
   struct Link {

@@ -25,16 +25,19 @@ class Auditor {
   Audit audit() const;
 
  private:
-  void add_control(const Joint& joint, const JointState& before, const JointState& after, double duration);
+  void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
   void add_damper(const Spring& spring, double growth_before, double growth_after, double duration);
 
   Simulation& simulation_;
   const Energy& energy_;
+  void add_actuations(double duration);
+
   Motion before_;
-  State state_;                          // before the part
-  State next_;                           // after it
-  std::vector<double> growths_;          // of the springs, before the part
-  std::vector<std::size_t> controlled_;  // joints with a stiffness or a damping
+  std::vector<Velocity> velocities_, next_velocities_;  // of all bodies, where the robot pushes some
+  State state_;                                         // before the part
+  State next_;                                          // after it
+  std::vector<double> growths_;                         // of the springs, before the part
+  std::vector<std::size_t> controlled_;                 // joints with a stiffness or a damping
   Audit audit_;
 };
 

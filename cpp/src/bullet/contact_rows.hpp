@@ -72,6 +72,7 @@ class ContactRows {
   const Twist& change(std::size_t body) const { return changes_[body]; }
   const Twist& apart(std::size_t body) const { return aparts_[body]; }
 
+  const std::vector<MotorRow>& motors() const { return motors_; }
   const std::vector<NormalRow>& normals() const { return normals_; }
   const std::vector<FrictionRow>& frictions() const { return frictions_; }
 

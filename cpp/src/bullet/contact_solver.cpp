@@ -188,6 +188,7 @@ void ContactSolver::write_back(const btContactSolverInfo& info) {
 }
 
 void ContactSolver::add_work(const btContactSolverInfo& info) {
+  for (const MotorRow& row : rows_.motors()) work_.motors += work_of(row);
   for (const NormalRow& row : rows_.normals()) work_.contacts += work_of(row);
   for (const FrictionRow& row : rows_.frictions()) work_.friction += work_of(row);
   // These impulses move bodies and leave their velocities alone.

@@ -16,6 +16,7 @@ class JointRows : public btMultiBodyConstraint {
   void forget();
 
   void set_target(double target) { joint_.target = target; }
+  double target() const { return joint_.target; }
 
   void finalizeMultiDof() override {}
   int getIslandIdA() const override;

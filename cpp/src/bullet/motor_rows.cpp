@@ -57,4 +57,8 @@ void BaseMotor::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBo
   }
 }
 
+bool is_motor(const btMultiBodySolverConstraint& row) {
+  return row.m_orgConstraint->getConstraintType() == MULTIBODY_CONSTRAINT_SPHERICAL_MOTOR;
+}
+
 }  // namespace energymargin

@@ -38,4 +38,7 @@ class BaseMotor : public btMultiBodyConstraint {
   Motor motor_;
 };
 
+//! Whether a row is that of a base's motor.
+bool is_motor(const btMultiBodySolverConstraint& row);
+
 }  // namespace energymargin

@@ -24,7 +24,7 @@ void Robot::act(Simulation& simulation, int step) const {
   if (row > last) return;
   for (std::size_t i = 0; i < pushed_.size(); ++i) {
     const auto wrench = plan_.wrenches[i].wrenches.row(row);
-    simulation.load(pushed_[i], to_bullet(Vector3(wrench.head<3>())), to_bullet(Vector3(wrench.tail<3>())));
+    simulation.actuate(pushed_[i], to_bullet(Vector3(wrench.head<3>())), to_bullet(Vector3(wrench.tail<3>())));
   }
   for (std::size_t i = 0; i < driven_.size(); ++i) {
     const Servo& servo = plan_.velocities[i];

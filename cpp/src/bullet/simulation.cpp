@@ -336,6 +336,11 @@ void Simulation::read(Motion& motion) const {
   }
 }
 
+void Simulation::read(std::vector<Velocity>& velocities) const {
+  velocities.resize(colliders_.size());
+  stepper_->read(velocities);
+}
+
 void Simulation::step() {
   double left = step_;
   for (int parts = 0; left > 0.0; ++parts) left -= advance(left, parts).duration;
@@ -399,6 +404,7 @@ double Simulation::safe_share(double duration) {
 // finds, and so it acts against what the forces are about to do, also on a body at rest.
 void Simulation::accelerate(double duration) {
   for (const Load& load : loads_) apply(load, duration);
+  for (const Load& load : actuations_) apply(load, duration);
   for (const Free& body : free_) {
     body.rigid->setLinearVelocity(body.rigid->getLinearVelocity() + body.acceleration * duration);
   }
@@ -435,8 +441,13 @@ void Simulation::load(std::size_t body, const btVector3& force, const btVector3&
   loads_.push_back({body, force, torque});
 }
 
+void Simulation::actuate(std::size_t body, const btVector3& force, const btVector3& torque) {
+  actuations_.push_back({body, force, torque});
+}
+
 void Simulation::unload() {
   loads_.clear();
+  actuations_.clear();
   if (stepper_) stepper_->motors().clear();
 }
 
@@ -461,6 +472,13 @@ void Simulation::apply(const Load& load, double duration) {
 
 void Simulation::set_target(std::size_t joint, double target) {
   for (const auto& articulation : articulations_) articulation->set_target(joint, target);
+}
+
+double Simulation::target(std::size_t joint) const {
+  for (const auto& articulation : articulations_) {
+    if (const auto target = articulation->target(joint)) return *target;
+  }
+  return scene_.joints()[joint].target;
 }
 
 // A damper answers to the speed at the start of a step, before any force of that step: so the pulls are found when the

@@ -54,6 +54,12 @@ struct Span {
   double growth = 0.0;  // of the length [m/s]
 };
 
+//! A wrench on a body, at its centre of mass [N, N m].
+struct Load {
+  std::size_t body;
+  btVector3 force, torque;
+};
+
 //! Who does the steps.
 enum class Steps {
   own,       ///< FreeBodies or ArticulatedBodies, with ContinuousCollision; the contacts of RoundContacts
@@ -85,14 +91,20 @@ class Simulation {
   void restore(const State& state);
   void read(State& state) const;
   void read(Motion& motion) const;
+  void read(std::vector<Velocity>& velocities) const;
 
-  //! A wrench on a body at its centre of mass, until `unload`.
+  //! A wrench on a body at its centre of mass, until `unload`; the robot's are told apart.
   void load(std::size_t body, const btVector3& force, const btVector3& torque);
+  void actuate(std::size_t body, const btVector3& force, const btVector3& torque);
   void unload();
 
   //! A motor of limited force keeps a free body at the velocities of a state's numbers, until `unload`.
   void drive(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
   void set_target(std::size_t joint, double target);
+
+  //! What the robot does now.
+  const std::vector<Load>& actuations() const { return actuations_; }
+  double target(std::size_t joint) const;
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if
   //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
@@ -127,11 +139,6 @@ class Simulation {
     btVector3 acceleration;  // of gravity and the body's constant force
     btRigidBody* rigid;
     std::optional<int> turning_axis;  // the only axis of the world about which it can turn, if it is one
-  };
-
-  struct Load {
-    std::size_t body;
-    btVector3 force, torque;
   };
 
   void configure(Steps steps);
@@ -182,6 +189,7 @@ class Simulation {
   std::vector<std::size_t> loaded_links_;                         // bodies of trees with a constant force
   std::vector<std::pair<std::size_t, std::size_t>> spring_ends_;  // bodies of each spring
   std::vector<Load> loads_;
+  std::vector<Load> actuations_;
   std::vector<Load> pulls_;  // of springs, in the next step
   std::vector<btRigidBody*> objects_;
 };

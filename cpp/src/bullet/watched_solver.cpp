@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "joint_rows.hpp"
+#include "motor_rows.hpp"
 
 namespace energymargin {
 
@@ -59,8 +60,9 @@ void WatchedSolver::add_work() {
   work_.friction += sum(m_tmpSolverContactFrictionConstraintPool) + sum(m_multiBodyFrictionContactConstraints);
   for (int i = 0; i < m_multiBodyNonContactConstraints.size(); ++i) {
     const btMultiBodySolverConstraint& row = m_multiBodyNonContactConstraints[i];
-    if (!is_drive(row)) work_.joints += work_of(row);
+    if (!is_drive(row)) (is_motor(row) ? work_.motors : work_.joints) += work_of(row);
   }
+  work_.motors += sum(m_tmpSolverNonContactConstraintPool);  // joints are of trees alone
 }
 
 // Split impulses move bodies and leave their velocities alone.

@@ -27,6 +27,7 @@ struct ImpulseWork {
   double contacts = 0.0;  // of normal impulses
   double friction = 0.0;
   double joints = 0.0;   // of stops and mimics, not of drives
+  double motors = 0.0;   // of the robot's servos
   double overlap = 0.0;  // of moving bodies apart against their loads
 };
 

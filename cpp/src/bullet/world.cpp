@@ -146,7 +146,6 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   if (duration > most_steps * scene().stepping().step) {
     reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
   }
-  if (audit && bullet_->robot) reject("audit", "True in a world with a plan", "a world without one");
   const int steps = bullet_->simulation.whole_steps(duration);
   Rollout result = audit ? bullet_->audited_rollout(state, wrenches, steps, limit)
                          : rollout_unchecked(state, wrenches, steps, limit);

@@ -676,6 +676,11 @@ class Audit:
         Work of moving free bodies that overlap apart, against gravity, constant forces and springs; it takes no impulse [J].
         """
     @property
+    def plan(self) -> float:
+        """
+        Work of the robot's plan: its wrenches, its servos, and targets that it moves away from the scene's [J].
+        """
+    @property
     def turnover(self) -> float:
         """
         Energy turned over: the sum of the absolute values of energy_change and all the entries. What leftover is to be compared with [J].
@@ -1060,6 +1065,11 @@ class CaptureScore:
         Rollouts that diverged, of all trees: nodes of infinite cost and no likelihood.
         """
     @property
+    def doubts(self) -> tuple:
+        """
+        Why the score says less than it seems to, a tuple of sentences: its resolution is above 0.2, or it is above 0.5 and the state leaves by itself.
+        """
+    @property
     def likelihoods(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Of the first tree's nodes, eq. 4, shape (M + 1,).
@@ -1113,6 +1123,11 @@ class CaptureScore:
     def trees(self) -> list[Tree]:
         """
         All trees that count.
+        """
+    @property
+    def undisturbed_exit(self) -> float | None:
+        """
+        When the state leaves the capture set without any disturbance [s], looked at for 1 s where the score is above 0.5; None if it stays, or was not looked at.
         """
 class EscapeEffort:
     """
@@ -1420,7 +1435,7 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
     after timeout [s], or once cancel is set: the rollouts that are complete count, up to the first that is not; `complete`
     says so. Without any it raises TimeoutError or Cancelled. progress(rollouts) is called now and then.
     """
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
     
@@ -1433,6 +1448,10 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
     Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
     there is none, the first tree as far as it is. `complete` says so. progress(nodes) is called now and then with the nodes
     made so far, of all trees, for a bar; what it raises ends the search.
+    
+    Warns, as PlausibilityWarning and once for a scene, where the score's resolution is above 0.2, and where it is above 0.5
+    though the state leaves the capture set by itself within 1 s. `doubts` says the same of each score; with
+    warn=False it alone does.
     """
 def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
     """

@@ -36,6 +36,7 @@ __all__ = [
 TASKS = ("push", "balance", "topple", "grasp", "push-multi", "scoop")
 ENTRIES = (
     "wrench",
+    "plan",
     "friction",
     "contacts",
     "joints",

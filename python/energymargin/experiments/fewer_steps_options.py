@@ -127,6 +127,7 @@ def _grown(
         seed,
         nodes_per_edge=nodes_per_edge,
         least_likelihood=least_likelihood,
+        warn=False,
     )
 
 

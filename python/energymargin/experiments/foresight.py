@@ -326,7 +326,7 @@ def _tree_steps(dataset: Dataset, settings: Settings, metric: str) -> float:
     total = 0.0
     for problem in dataset.problems(np.unique(numbers).tolist()):
         if metric == "capture":
-            tree = capture_score(problem, nodes=settings.nodes, seed=settings.seed).tree
+            tree = capture_score(problem, nodes=settings.nodes, seed=settings.seed, warn=False).tree
         else:
             tree = escape_effort(problem, "est", nodes=settings.nodes, seed=settings.seed).tree
         total += float(tree.durations.sum()) / problem.scene.step

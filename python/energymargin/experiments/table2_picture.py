@@ -56,7 +56,9 @@ def _draw(ax: Axes, row: Row, settings: Settings) -> list[Artist]:
     """The tree of the state that is most wrong; the entries of a legend."""
     number = most_wrong(row)
     (problem,) = row.dataset.problems([number])
-    score = capture_score(problem, nodes=settings.nodes, seed=stream(settings.seed, number))
+    score = capture_score(
+        problem, nodes=settings.nodes, seed=stream(settings.seed, number), warn=False
+    )
     most = float(score.tree.costs.max())
     look: dict[str, Any] = {"limits": VIEW, "most": most, "path": False, "color_bar": False}
     plots.plot_state(problem, score, ax, **look, ghosts=2)

@@ -378,6 +378,7 @@ def _grown(
         seed=stream(settings.seed, nodes),
         trees=settings.trees,
         threads=threads,
+        warn=False,
     )
     scores = {"capture": score.capture_by_tree, "success": score.success_by_tree}
     return score.resolution, {name: own.tolist() for name, own in scores.items() if len(own)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from energymargin._core import CaptureScore, EscapeEffort, EscapeEnergy, ForceScore, Tree
 from energymargin.notebook.tables import Row, table
@@ -26,7 +27,7 @@ def capture_score(score: CaptureScore) -> str:
     trees = len(score.capture_by_tree)
     rows.append(("no score is finer than", f"{score.resolution:.2g}"))
     rows.append(("trees", f"{trees} of {score.nodes} nodes"))
-    return table("Capture score", rows, _unfinished(score.complete))
+    return table("Capture score", rows, _said(_unfinished(score.complete), score.doubts))
 
 
 def _of_any(which: str) -> str:
@@ -93,6 +94,12 @@ def tree(found: Tree) -> str:
 
 def _energy(energy: float) -> str:
     return f"{energy:.4g} J" if math.isfinite(energy) else NONE_FOUND
+
+
+def _said(unfinished: str, doubts: Sequence[str]) -> str:
+    """As sentences, in a line."""
+    sentences = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts]
+    return " ".join([*sentences, unfinished]).strip()
 
 
 def _unfinished(complete: bool) -> str:

@@ -108,7 +108,7 @@ class _Panel(NamedTuple):
 
 def _panel(task: Task, trajectory: Trajectory, k: int, nodes: int, seed: int) -> _Panel:
     problem = task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k])
-    score = capture_score(problem, nodes=nodes, seed=seed)
+    score = capture_score(problem, nodes=nodes, seed=seed, warn=False)
     return _Panel(float(trajectory.times[k]), problem, score)
 
 

@@ -78,6 +78,7 @@ class Grower:
                 **grown,
                 nodes_per_edge=settings.nodes_per_edge,
                 least_likelihood=settings.least_likelihood,
+                warn=False,
             )
         return escape_effort(
             problem,

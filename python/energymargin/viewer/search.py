@@ -96,7 +96,9 @@ def score_state(
         return lambda made: report((begin + made) / (2 * nodes))
 
     has_effector = any(body.role == "effector" for body in problem.scene.bodies)
-    capture = capture_score(problem, nodes=nodes, seed=seed, cancel=cancel, progress=told(0))
+    capture = capture_score(
+        problem, nodes=nodes, seed=seed, cancel=cancel, progress=told(0), warn=False
+    )
     escape = escape_effort(problem, nodes=nodes, seed=seed, cancel=cancel, progress=told(nodes))
     return Scored(problem, capture, escape, force_score(problem) if has_effector else None)
 

@@ -44,6 +44,7 @@ struct CaptureScore {
   Eigen::VectorXd capture_any_by_tree;
   Eigen::VectorXd success_any_by_tree;
   double resolution = 0.0;  //!< likelihood of a tree's heaviest node, mean over the trees: no score is finer
+  std::optional<double> undisturbed_exit{};  //!< when it leaves by itself [s], where guards.hpp looked at that
   std::vector<Tree> trees;
   Eigen::VectorXd likelihoods;  //!< of the first tree's nodes, eq. 4; they add up to 1
   int diverged = 0;             //!< rollouts that diverged, of all trees: nodes of infinite cost and no likelihood
