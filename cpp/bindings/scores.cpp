@@ -44,7 +44,7 @@ CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const Who
   return score;
 }
 
-py::tuple doubts_of(const CaptureScore& score) {
+py::typing::Tuple<py::str, py::ellipsis> doubts_of(const CaptureScore& score) {
   py::list texts;
   for (const Doubt& doubt : implausible(score)) texts.append(doubt.text);
   return py::tuple(texts);

@@ -68,13 +68,18 @@ class Samples:
     def tell(self) -> None:
         """Prints how far it is."""
         lines = Path("/proc/self/status").read_text().splitlines()
-        memory = {line.split(":")[0]: line.split()[1] for line in lines if line.startswith("Vm")}
+        memory = {
+            line.split(":")[0]: 1024 * int(line.split()[1])
+            for line in lines
+            if line.startswith("Vm")
+        }
         sample = {
             "done": self._done,
             "seconds": time.perf_counter() - self._start,
             "cpu": time.process_time(),
-            "resident": int(memory["VmRSS"]) * 1024,
-            "peak": int(memory["VmHWM"]) * 1024,
+            "resident": memory["VmRSS"],
+            # the kernel brings the peak up to date now and then only
+            "peak": max(memory["VmHWM"], memory["VmRSS"]),
         }
         with self._lock:
             print(json.dumps(sample), flush=True)

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
+#include "bullet/rigid_motions.hpp"
 #include "bullet/simulation.hpp"
 #include "rollouts.hpp"
 
@@ -80,6 +83,30 @@ TEST(BulletSteps, OfAHandAreOursWhereTheSolverConverges) {
   const std::vector<State> own = steps(scene, Steps::discrete, pack(scene), 60);
   const std::vector<State> bullet = steps(scene, Steps::bullet, pack(scene), 60);
   for (std::size_t i = 0; i < own.size(); ++i) EXPECT_LT((own[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-6) << i;
+}
+
+// What a motion is taken to be on its way is where Bullet takes it to, also where it turns further than Bullet can.
+TEST(BulletSteps, MotionEndsWhereItsWayEnds) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> even(-1.0, 1.0);
+  const auto vector = [&](double size) { return btVector3(even(random), even(random), even(random)) * size; };
+  btSphereShape ball(0.1);
+  for (const double most : {0.0, 1e-4, 0.1, 0.7, 2.0, 30.0, 1e4}) {
+    for (int i = 0; i < 50; ++i) {
+      btRigidBody body(1.0, nullptr, &ball, btVector3(1, 1, 1));
+      const btTransform start(btQuaternion(vector(1.0).normalized(), 3.0 * even(random)), vector(1.0));
+      body.setWorldTransform(start);
+      body.setLinearVelocity(vector(10.0));
+      body.setAngularVelocity(240.0 * vector(most));
+      btTransform end;
+      body.predictIntegratedTransform(1.0 / 240.0, end);
+      const btVector3 turn = made_turn(body.getAngularVelocity() / 240.0);
+      const btTransform own = moved(start, body.getLinearVelocity() / 240.0, turn, 1.0);
+      EXPECT_LT((end.getOrigin() - own.getOrigin()).length(), 1e-15);
+      EXPECT_LT(std::acos(std::min(1.0, std::abs(end.getRotation().dot(own.getRotation())))), 1e-7) << most;
+      EXPECT_LE(turn.length(), 3.1416);
+    }
+  }
 }
 
 }  // namespace

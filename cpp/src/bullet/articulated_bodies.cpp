@@ -111,10 +111,10 @@ void ArticulatedBodies::read(std::vector<Velocity>& velocities) const {
   }
 }
 
-void ArticulatedBodies::move(double duration) {
-  energymargin::move(rigids_, duration);
+void ArticulatedBodies::move(double duration, double share) {
+  energymargin::move(rigids_, duration, share);
   for (btMultiBody* tree : trees_) {
-    tree->stepPositionsMultiDof(duration);
+    tree->stepPositionsMultiDof(share * duration);
     tree->updateCollisionObjectWorldTransforms(rotations_, origins_);
     tree->clearForcesAndTorques();
   }

@@ -31,7 +31,7 @@ class ArticulatedBodies : public Stepper {
   void undo() override;
   void solve(double duration, btContactSolverInfo& info) override;
   void read(std::vector<Velocity>& velocities) const override;
-  void move(double duration) override;
+  void move(double duration, double share) override;
 
  private:
   void set_up_motors();

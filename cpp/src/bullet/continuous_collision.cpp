@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rigid_motions.hpp"
+
 namespace energymargin {
 namespace {
 
@@ -14,6 +16,13 @@ std::size_t index_of(const btCollisionObject& object) { return static_cast<std::
 bool is_link(const btCollisionObject& object) {
   const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object);
   return link && link->m_link >= 0;
+}
+
+// Bullet turns a rigid body by no more than it can in one motion.
+Path path(const btCollisionObject& body, const Velocity& velocity, double duration) {
+  const btVector3 turn = velocity.angular * duration;
+  const bool rigid = btRigidBody::upcast(&body) != nullptr;
+  return {body.getWorldTransform(), velocity.linear * duration, rigid ? made_turn(turn) : turn, is_link(body)};
 }
 
 // Of the core's points from the body's origin, or a little more.
@@ -70,20 +79,19 @@ void ContinuousCollision::forget() {
 
 double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::vector<Velocity>& velocities,
                                        double duration) {
-  speeds_.resize(reaches_.size());
+  travels_.resize(reaches_.size());
   for (std::size_t i = 0; i < reaches_.size(); ++i) {
-    speeds_[i] = velocities[i].linear.length() + velocities[i].angular.length() * reaches_[i];
+    const Velocity& velocity = velocities[i];
+    travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * reaches_[i]);
   }
   double share = 1.0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     BodyPair& pair = pairs_[i];
     if (pair.pieces.empty()) continue;
-    const double motion = duration * (speeds_[index_of(*pair.a)] + speeds_[index_of(*pair.b)]);
+    const double motion = travels_[index_of(*pair.a)] + travels_[index_of(*pair.b)];
     if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
-    const Velocity& a = velocities[index_of(*pair.a)];
-    const Velocity& b = velocities[index_of(*pair.b)];
-    const Path path_a{pair.a->getWorldTransform(), a.linear * duration, a.angular * duration, is_link(*pair.a)};
-    const Path path_b{pair.b->getWorldTransform(), b.linear * duration, b.angular * duration, is_link(*pair.b)};
+    const Path path_a = path(*pair.a, velocities[index_of(*pair.a)], duration);
+    const Path path_b = path(*pair.b, velocities[index_of(*pair.b)], duration);
     for (PiecePair& pieces : pair.pieces) share = std::min(share, pieces.safe_share(path_a, path_b));
   }
   return share;

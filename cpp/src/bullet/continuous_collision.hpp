@@ -39,7 +39,7 @@ class ContinuousCollision {
   const std::vector<CollisionShape>& shapes_;
   std::vector<BodyPair> pairs_;
   std::vector<double> reaches_;  // of the bodies' points from their origins [m]
-  std::vector<double> speeds_;   // of the bodies' points, at most [m/s]
+  std::vector<double> travels_;  // of the bodies' points, at most [m]
 };
 
 }  // namespace energymargin

@@ -9,6 +9,6 @@ void FreeBodies::solve(double duration, btContactSolverInfo& info) {
 
 void FreeBodies::read(std::vector<Velocity>& velocities) const { read_velocities(moving_, velocities); }
 
-void FreeBodies::move(double duration) { energymargin::move(moving_, duration); }
+void FreeBodies::move(double duration, double share) { energymargin::move(moving_, duration, share); }
 
 }  // namespace energymargin

@@ -26,7 +26,7 @@ class FreeBodies : public Stepper {
   void undo() override { kept_.undo(moving_); }
   void solve(double duration, btContactSolverInfo& info) override;
   void read(std::vector<Velocity>& velocities) const override;
-  void move(double duration) override;
+  void move(double duration, double share) override;
 
  private:
   ContactSolver solver_;

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rigid_motions.hpp"
+
 namespace energymargin {
 namespace {
 
@@ -57,9 +59,7 @@ btTransform screwed(const btTransform& start, const btVector3& linear, const btV
 btTransform Path::at(double share) const {
   if (share == 0.0) return start;
   if (screw) return screwed(start, linear * share, angular * share);
-  btTransform pose;
-  btTransformUtil::integrateTransform(start, linear, angular, share, pose);
-  return pose;
+  return moved(start, linear, angular, share);
 }
 
 btVector3 Path::turned(const btVector3& direction, double share) const {

@@ -1,6 +1,16 @@
 #include "rigid_motions.hpp"
 
+#include <LinearMath/btTransformUtil.h>
+
+#include <cmath>
+
 namespace energymargin {
+namespace {
+
+// Beyond it Bullet goes on along the tangent of the quaternion, and normalizes that.
+constexpr double most_turn = ANGULAR_MOTION_THRESHOLD;  // rad
+
+}  // namespace
 
 void RigidMotions::keep(const std::vector<btRigidBody*>& bodies) {
   motions_.resize(bodies.size());
@@ -24,11 +34,34 @@ void read_velocities(const std::vector<btRigidBody*>& bodies, std::vector<Veloci
   }
 }
 
-void move(const std::vector<btRigidBody*>& bodies, double duration) {
+btVector3 made_turn(const btVector3& turn) {
+  const double angle = turn.length();
+  if (!(angle > most_turn)) return turn;
+  return turn * (2.0 * std::atan(angle / most_turn * std::tan(0.5 * most_turn)) / angle);
+}
+
+btTransform moved(const btTransform& start, const btVector3& way, const btVector3& turn, double share) {
+  btTransform pose;
+  const double angle = turn.length() * share;
+  if (angle > most_turn) {
+    pose.setRotation((btQuaternion(turn.normalized(), angle) * start.getRotation()).normalized());
+    pose.setOrigin(start.getOrigin() + way * share);
+  } else {
+    btTransformUtil::integrateTransform(start, way, turn, share, pose);
+  }
+  return pose;
+}
+
+void move(const std::vector<btRigidBody*>& bodies, double duration, double share) {
   for (btRigidBody* body : bodies) {
-    btTransform moved;
-    body->predictIntegratedTransform(duration, moved);
-    body->proceedToTransform(moved);
+    btTransform pose;
+    if (share == 1.0) {
+      body->predictIntegratedTransform(duration, pose);
+    } else {
+      pose = moved(body->getWorldTransform(), body->getLinearVelocity() * duration,
+                   made_turn(body->getAngularVelocity() * duration), share);
+    }
+    body->proceedToTransform(pose);
   }
 }
 

@@ -27,7 +27,14 @@ class RigidMotions {
 //! Each at the index of its body in the scene.
 void read_velocities(const std::vector<btRigidBody*>& bodies, std::vector<Velocity>& velocities);
 
-//! Moves bodies with their velocities for `duration` [s].
-void move(const std::vector<btRigidBody*>& bodies, double duration);
+//! What Bullet makes of a turn in a single motion [rad]: beyond an eighth of a circle less of it, and at most a half.
+btVector3 made_turn(const btVector3& turn);
+
+//! A pose that has gone a share of a way, and turned by that share about an axis that stays.
+btTransform moved(const btTransform& start, const btVector3& way, const btVector3& turn, double share);
+
+//! Moves bodies with their velocities for a share of `duration` [s], turning by that share of what the whole of it
+//! makes.
+void move(const std::vector<btRigidBody*>& bodies, double duration, double share);
 
 }  // namespace energymargin

@@ -377,7 +377,7 @@ Advance Simulation::advance_safely(double duration, int parts) {
       duration = shorter;
       continue;
     }
-    stepper_->move(share * duration);
+    stepper_->move(duration, share);
     return {duration, (1.0 - share) * duration};
   }
 }

@@ -39,8 +39,8 @@ class Stepper {
   //! The velocities of all moving bodies, each at the index of its body in the scene.
   virtual void read(std::vector<Velocity>& velocities) const = 0;
 
-  //! Moves with these velocities for `duration` [s].
-  virtual void move(double duration) = 0;
+  //! Moves with these velocities for a share of `duration` [s].
+  virtual void move(double duration, double share) = 0;
 
  private:
   CollisionPairs pairs_;

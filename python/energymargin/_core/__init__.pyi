@@ -1065,7 +1065,7 @@ class CaptureScore:
         Rollouts that diverged, of all trees: nodes of infinite cost and no likelihood.
         """
     @property
-    def doubts(self) -> tuple:
+    def doubts(self) -> tuple[str, ...]:
         """
         Why the score says less than it seems to, a tuple of sentences: its resolution is above 0.2, or it is above 0.5 and the state leaves by itself.
         """
