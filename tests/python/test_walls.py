@@ -49,6 +49,14 @@ def test_no_shot_comes_out_on_the_far_side_of_a_wall(case: str) -> None:
     assert {s: depth for s, depth in depths.items() if depth > 0.5 * shots[s].thickness} == {}
 
 
+@pytest.mark.parametrize("seed", (449, 526, 1512, 1602, 2832, 4451, 6814))
+def test_no_shot_that_is_squeezed_or_spins_hard_comes_out(seed: int) -> None:
+    """A spin of radians a step turns old normals into nonsense, and what moves a body out of a
+    wall may press it into a paddle."""
+    pytest.importorskip("trimesh")
+    assert projectiles.depth(projectiles.random_shot(seed)) < 0
+
+
 @pytest.mark.parametrize("case", ("fixed", "moving"))
 def test_every_shot_would_get_through_if_the_wall_were_not_there(case: str) -> None:
     pytest.importorskip("trimesh")

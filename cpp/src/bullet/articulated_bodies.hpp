@@ -29,6 +29,7 @@ class ArticulatedBodies : public Stepper {
 
   void keep() override;
   void undo() override;
+  void put_back() override { kept_.put_back(rigids_); }
   void solve(double duration, btContactSolverInfo& info) override;
   void read(std::vector<Velocity>& velocities) const override;
   void move(double duration, double share) override;

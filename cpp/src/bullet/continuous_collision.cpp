@@ -12,6 +12,8 @@ namespace {
 
 std::size_t index_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
 
+bool is_rigid(const btCollisionObject& object) { return btRigidBody::upcast(&object) != nullptr; }
+
 // The base of a tree moves as a free body does.
 bool is_link(const btCollisionObject& object) {
   const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object);
@@ -21,8 +23,7 @@ bool is_link(const btCollisionObject& object) {
 // Bullet turns a rigid body by no more than it can in one motion.
 Path path(const btCollisionObject& body, const Velocity& velocity, double duration) {
   const btVector3 turn = velocity.angular * duration;
-  const bool rigid = btRigidBody::upcast(&body) != nullptr;
-  return {body.getWorldTransform(), velocity.linear * duration, rigid ? made_turn(turn) : turn, is_link(body)};
+  return {body.getWorldTransform(), velocity.linear * duration, is_rigid(body) ? made_turn(turn) : turn, is_link(body)};
 }
 
 // Of the core's points from the body's origin, or a little more.
@@ -75,6 +76,22 @@ void ContinuousCollision::forget() {
   for (BodyPair& pair : pairs_) {
     for (PiecePair& pieces : pair.pieces) pieces.forget();
   }
+}
+
+bool ContinuousCollision::is_squeezed(const CollisionPairs& pairs) const {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const BodyPair& pair = pairs_[i];
+    const auto is_free = [](const btCollisionObject& object) { return is_rigid(object) && !object.isStaticObject(); };
+    if (pairs.gap(i) > 0.0 || is_rigid(*pair.a) == is_rigid(*pair.b)) continue;
+    if (!is_free(*pair.a) && !is_free(*pair.b)) continue;
+    const btTransform& a = pair.a->getWorldTransform();
+    const btTransform& b = pair.b->getWorldTransform();
+    if (std::any_of(pair.pieces.begin(), pair.pieces.end(),
+                    [&](const PiecePair& pieces) { return pieces.too_deep(a, b); })) {
+      return true;
+    }
+  }
+  return false;
 }
 
 double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::vector<Velocity>& velocities,

@@ -24,6 +24,7 @@ class FreeBodies : public Stepper {
 
   void keep() override { kept_.keep(moving_); }
   void undo() override { kept_.undo(moving_); }
+  void put_back() override { kept_.put_back(moving_); }
   void solve(double duration, btContactSolverInfo& info) override;
   void read(std::vector<Velocity>& velocities) const override;
   void move(double duration, double share) override;

@@ -75,6 +75,11 @@ double Path::along(const btVector3& direction, double share, double turn) const 
   return screw ? direction.dot(turned(linear, share)) + turn * linear.length() : direction.dot(linear);
 }
 
+double Path::bend(double reach) const {
+  const double turn = angular.length();
+  return turn * (turn * reach + (screw ? linear.length() : 0.0));
+}
+
 struct PiecePair::Ways {
   const Path& a;
   const Path& b;
@@ -91,7 +96,7 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
 
 double PiecePair::safe_share(const Path& a, const Path& b) {
   const Ways ways(a, b);
-  if (known_ && !began_deep_ && stay_apart(ways, gap(ways, 0.0))) return 1.0;
+  if (known_ && !began_deep_ && keeps_apart(ways)) return 1.0;
   const btPointCollector closest = closest_points(a_, a_.pose(a.start), b_, b_.pose(b.start), nullptr);
   if (closest.m_hasResult) {
     known_ = true;
@@ -105,6 +110,10 @@ double PiecePair::safe_share(const Path& a, const Path& b) {
   began_deep_ = began_deep_ && now < -allowed_;
   if (began_deep_ || stay_apart(ways, now) || slide(ways, now)) return 1.0;
   return closest.m_hasResult ? advance(ways, now) : linear_share(ways, now);
+}
+
+bool PiecePair::too_deep(const btTransform& a, const btTransform& b) const {
+  return known_ && !began_deep_ && gap(a, b, normal_) < -allowed_;
 }
 
 // Where the cores overlap: the direction in which they were apart, or else the shortest way out.
@@ -139,13 +148,22 @@ double PiecePair::least(double now) const {
 // The distance at which a motion from `now` ends.
 double PiecePair::contact(double now) const { return std::min(-in_contact * allowed_, 0.5 * (now + least(now))); }
 
+// A normal of old, from which they have turned, may tell nothing.
+bool PiecePair::keeps_apart(const Ways& ways) const {
+  const double now = gap(ways, 0.0);
+  return now >= -allowed_ && stay_apart(ways, now);
+}
+
 // Whether the normal tells that they never come too close.
 bool PiecePair::stay_apart(const Ways& ways, double now) const {
   const double bound = least(now);
   if (now - approach(ways) >= bound) return true;
-  const int looks = 1 + static_cast<int>(std::min<double>(most_looks, ways.turn / fine_turn));
-  for (int i = 1; i <= looks; ++i) {
-    if (gap(ways, static_cast<double>(i) / looks) < bound) return false;
+  // Between two looks points are off a straight way by an eighth of what their ways bend.
+  const double bend = ways.a.bend(a_.reach) + ways.b.bend(b_.reach);
+  const double looks = 1.0 + std::floor(std::sqrt(0.125 * bend / (deeper * allowed_)));
+  if (!(looks <= most_looks)) return false;
+  for (double i = 1.0; i <= looks; ++i) {
+    if (gap(ways, i / looks) < bound) return false;
   }
   return true;
 }

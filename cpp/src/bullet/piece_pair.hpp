@@ -31,6 +31,9 @@ struct Path {
   //! as it turns by no more than `turn` [rad].
   double along(const btVector3& direction) const;
   double along(const btVector3& direction, double share, double turn) const;
+
+  //! By how much the velocity of a point at `reach` from the body's origin changes, over the whole of it [m].
+  double bend(double reach) const;
 };
 
 //! Two pieces may overlap a little: by less than their margins, so that the direction in which they are apart is known,
@@ -50,12 +53,16 @@ class PiecePair {
   //! (Mirtich 1996), where a direction that keeps them apart on the whole way does not tell it at once.
   double safe_share(const Path& a, const Path& b);
 
+  //! Whether they are deeper in each other than they may be, where they stand now.
+  bool too_deep(const btTransform& a, const btTransform& b) const;
+
  private:
   struct Ways;
 
   void find_normal(const Ways& ways);
   double gap(const Ways& ways, double share) const;
   double gap(const btTransform& a, const btTransform& b, const btVector3& normal) const;
+  bool keeps_apart(const Ways& ways) const;
   bool stay_apart(const Ways& ways, double now) const;
   bool slide(const Ways& ways, double now) const;
   double approach(const Ways& ways) const;

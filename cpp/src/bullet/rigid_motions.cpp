@@ -27,6 +27,10 @@ void RigidMotions::undo(const std::vector<btRigidBody*>& bodies) const {
   }
 }
 
+void RigidMotions::put_back(const std::vector<btRigidBody*>& bodies) const {
+  for (std::size_t i = 0; i < bodies.size(); ++i) bodies[i]->setWorldTransform(motions_[i].pose);
+}
+
 void read_velocities(const std::vector<btRigidBody*>& bodies, std::vector<Velocity>& velocities) {
   for (const btRigidBody* body : bodies) {
     velocities[static_cast<std::size_t>(body->getUserIndex())] = {body->getLinearVelocity(),

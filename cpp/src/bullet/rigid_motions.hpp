@@ -16,6 +16,9 @@ class RigidMotions {
   //! Of the bodies that were kept.
   void undo(const std::vector<btRigidBody*>& bodies) const;
 
+  //! Puts the bodies that were kept back to where they stood; they go on as they move now.
+  void put_back(const std::vector<btRigidBody*>& bodies) const;
+
  private:
   struct Motion {
     btTransform pose;

@@ -369,6 +369,8 @@ Advance Simulation::advance_safely(double duration, int parts) {
     accelerate(duration);
     if (tries == 1) stepper_->pairs().update();
     solve(duration);
+    // What moves rigid bodies out of each other knows nothing of links.
+    if (continuous_ && !articulations_.empty() && continuous_->is_squeezed(stepper_->pairs())) stepper_->put_back();
     const double share = continuous_ ? safe_share(duration) : 1.0;
     const double shorter = duration * (share * duration > shortest_part * step_ ? share : blocked_share);
     if (share < 1.0 && tries < most_tries && parts < most_parts && shorter > shortest_part * step_) {

@@ -33,6 +33,9 @@ class Stepper {
   virtual void keep() = 0;
   virtual void undo() = 0;
 
+  //! Takes back what has moved overlapping bodies apart in `solve`, and leaves the velocities.
+  virtual void put_back() = 0;
+
   //! Velocities at the end of a step of `duration` [s], with the contacts that `pairs` has now.
   virtual void solve(double duration, btContactSolverInfo& info) = 0;
 
