@@ -77,6 +77,7 @@ void validate(const BatchOptions& options) {
   require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
   require_least_likelihood(options.least_likelihood);
   require_at_least("rollouts", options.rollouts, 1);
+  require_not_negative("strength", options.disturbance.strength);
   require_at_least("threads", options.threads, 1);
   require_metrics(options.metrics);
 }
@@ -121,8 +122,9 @@ void add_effort(const Problem& problem, const EffortMetric& metric, const BatchO
 void add_probability(const Problem& problem, const std::string& metric, const BatchOptions& options, std::uint64_t seed,
                      ScoreRow& row) {
   ProbabilityOptions probability;
+  probability.disturbance = options.disturbance;
   probability.rollouts = options.rollouts;
-  probability.seed = seed;
+  probability.seed = options.common_random_numbers ? options.seed : seed;
   probability.limit = options.limit;
   probability.success = metric == "probability/success";
   probability.by_object = metric == "probability/any";
@@ -136,7 +138,13 @@ void add_probability(const Problem& problem, const std::string& metric, const Ba
     }
   }();
   if (!found.complete) throw search::Stopped();
-  row.scores[metric] = found.success ? *found.success : (found.any ? *found.any : found.all).captured();
+  if (found.success) {
+    row.scores[metric] = *found.success;
+    return;
+  }
+  const Survival& survival = found.any ? *found.any : found.all;
+  row.scores[metric] = survival.captured();
+  row.curves[metric] = {found.times, survival.curve};
 }
 
 // What one search gives, and how long it takes.
@@ -164,6 +172,7 @@ ScoreRow joined(const std::vector<ScoreRow>& parts) {
     if (!part.error.empty()) return part;
     row.scores.insert(part.scores.begin(), part.scores.end());
     row.times.insert(part.times.begin(), part.times.end());
+    row.curves.insert(part.curves.begin(), part.curves.end());
     row.seconds += part.seconds;
   }
   return row;

@@ -126,10 +126,10 @@ def dataset(recorded: Dataset) -> str:
 def score_store(store: ScoreStore) -> str:
     """Its runs, a row each."""
     rows = [
-        (one.number, one.task, _scored(one), _listed(one.metrics), _settings(one))
+        (one.number, one.task, _scored(one), _listed(one.metrics), _asked(one), _settings(one))
         for one in store.runs()
     ]
-    head = ("run", "task", "states scored", "scores", "settings")
+    head = ("run", "task", "states scored", "scores", "asked about", "settings")
     return grid(f"Scores in {store.path.name}", head, rows, "" if rows else "There are no runs.")
 
 
@@ -143,6 +143,7 @@ def run(one: Run) -> str:
             ("parameters", parameters),
             ("states scored", _scored(one)),
             ("scores", _listed(one.metrics)),
+            ("asked about", _asked(one)),
             ("settings", _settings(one)),
             ("algorithm", one.algorithm),
             ("time of a state", f"{one.seconds():.3g} s"),
@@ -157,6 +158,10 @@ def _scored(one: Run) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(names)
+
+
+def _asked(one: Run) -> str:
+    return "the state as it is" if one.future is None else str(one.future)
 
 
 def _settings(one: Run) -> str:
