@@ -135,7 +135,7 @@ def score(
                 executor=executor,
                 timeout=limit.rest()["timeout"],
             ) as run:
-                _say_scored(run, horizon is not None)
+                _say_scored(run, one_of_many=len(asked) > 1, clock=horizon is not None)
 
 
 def _future(horizon: int | None, plan: str | None) -> Future | None:
@@ -169,14 +169,15 @@ def _asked(
     return [one for one in ((timed, future), (clockless, None)) if one[0]]
 
 
-def _say_scored(run: Run, clock: bool) -> None:
-    """What was done, and what comes next; `clock`: whether a horizon was asked for."""
+def _say_scored(run: Run, *, one_of_many: bool, clock: bool) -> None:
+    """What was done, and what comes next; `one_of_many`: whether the command has other runs,
+    `clock`: whether a horizon was asked for."""
     scored, states = run.counts()
     if scored < states:
         say(f"[yellow]the time was over:[/] {_kept(run)}")
         raise typer.Exit(TIMED_OUT)
     written = escape(str(run.store.path))
-    which = f" --run {run.number}" if len(run.store.runs()) > 1 else ""
+    which = f" --run {run.number}" if one_of_many or len(run.store.runs()) > 1 else ""
     how = "" if run.future is None else f" ({run.future})"
     if clock and run.future is None:
         how = f" (without the horizon: {', '.join(run.metrics)})"
