@@ -49,9 +49,8 @@ def evaluation(result: Evaluation) -> str:
     rows: list[Sequence[object]] = [
         (score, *(_cell(cell) for cell in cells.values())) for score, cells in result.states.items()
     ]
-    for name, cell in (("success", result.success), ("success/any", result.success_any)):
-        if cell is not None:
-            rows.append((name, _cell(cell), *[""] * (len(result.horizons) - 1)))
+    for name, cell in result.trajectories.items():
+        rows.append((name, _cell(cell), *[""] * (len(result.horizons) - 1)))
     said = (
         "AUC/AP, with the 95 % interval of AUC. States: captured in their own frame and the "
         f"next h; success: of whole trajectories, by their last {result.last} frames."

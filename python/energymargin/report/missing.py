@@ -11,7 +11,7 @@ import numpy as np
 
 from energymargin.curves import target_name
 from energymargin.datasets import Future
-from energymargin.evaluation import SUCCESS, Evaluation
+from energymargin.evaluation import SUCCESS, SUCCESSES, Evaluation
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.report.subject import Data, Subject
 from energymargin.settings import ALGORITHM, SearchSettings
@@ -78,8 +78,9 @@ def _one_label(subject: Subject, result: Evaluation) -> Iterator[Notice]:
     for (score, horizon), cell in cells.items():
         if cell is None and not np.isnan(subject.scores(score)).all():
             without.setdefault(target_name(horizon=horizon), []).append(score)
-    for score, cell in ((SUCCESS, result.success), (SUCCESS + ANY, result.success_any)):
-        if cell is None and score in subject.metrics and not np.isnan(subject.scores(score)).all():
+    for score in SUCCESSES:
+        lacks = score in subject.metrics and score not in result.trajectories
+        if lacks and not np.isnan(subject.scores(score)).all():
             without.setdefault(target_name(SUCCESS, last=result.last), []).append(score)
     if without:
         listed = "; ".join(f"{label}: {', '.join(scores)}" for label, scores in without.items())
