@@ -275,7 +275,8 @@ void bind_batch(py::module_& module) {
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
       .def_readonly(
           "times", &ScoreRow::times,
-          "By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.")
+          "By metric: time of its search [s]. The metrics of one tree share it, and so do the probabilities: the first "
+          "has it, the others none.")
       .def_readonly("seconds", &ScoreRow::seconds, "Time of its searches on their threads, added up [s].")
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },

@@ -22,11 +22,12 @@ struct Curve {
 
 //! The scores of one problem.
 struct ScoreRow {
-  std::size_t index = 0;                  //!< the problem's stream index
-  std::map<std::string, double> scores;   //!< by metric
-  std::map<std::string, double> times;    //!< by metric: time of its search [s]; of one tree's, at the first alone
-  double seconds = 0.0;                   //!< time of its searches on their threads, added up [s]
-  std::string error;                      //!< what went wrong, in the first search that fails; empty if all is well
+  std::size_t index = 0;                 //!< the problem's stream index
+  std::map<std::string, double> scores;  //!< by metric
+  std::map<std::string, double>
+      times;             //!< by metric: time of its search [s]; where several share it, at the first alone
+  double seconds = 0.0;  //!< time of its searches on their threads, added up [s]
+  std::string error;     //!< what went wrong, in the first search that fails; empty if all is well
   std::map<std::string, Curve> curves{};  //!< of "probability" and "probability/any", where they were asked for
 };
 

@@ -113,6 +113,7 @@ def score(
     """
     from energymargin import datasets
     from energymargin.limits import Limit
+    from energymargin.scoring import ScoreError
     from energymargin.settings import SearchSettings
     from energymargin.store import dataset_metrics
 
@@ -127,15 +128,21 @@ def score(
     with datasets.open(data) as dataset:
         for chosen, future in asked:  # before any is scored
             dataset_metrics(dataset, chosen, settings, future)
+        failed = None
         for chosen, future in asked:
-            with scored_run(
-                *(dataset, output, settings),
-                metrics=chosen,
-                future=future,
-                executor=executor,
-                timeout=limit.rest()["timeout"],
-            ) as run:
-                _say_scored(run, one_of_many=len(asked) > 1, clock=horizon is not None)
+            try:
+                with scored_run(
+                    *(dataset, output, settings),
+                    metrics=chosen,
+                    future=future,
+                    executor=executor,
+                    timeout=limit.rest()["timeout"],
+                ) as run:
+                    _say_scored(run, one_of_many=len(asked) > 1, clock=horizon is not None)
+            except ScoreError as error:  # of some states alone
+                failed = failed or error
+        if failed is not None:
+            raise failed
 
 
 def _future(horizon: int | None, plan: str | None) -> Future | None:

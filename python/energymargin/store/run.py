@@ -176,7 +176,12 @@ class Run:
     @property
     def has_curves(self) -> bool:
         """Whether there is any."""
-        return next(self.curves(), None) is not None
+        row = self._database.execute(
+            "SELECT 1 FROM posed JOIN curves ON curves.problem = posed.problem AND stream = number "
+            f"AND question IN ({self._listed}) WHERE dataset = ? AND future = ? LIMIT 1",
+            (self.dataset, self.future_number),
+        ).fetchone()
+        return row is not None
 
     def curves(self) -> Iterator[tuple[int, int, str, Curve]]:
         """All of them, in the order of the states: trajectory, frame, metric, and its curve."""
