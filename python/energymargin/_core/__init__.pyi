@@ -1291,7 +1291,7 @@ class ScoreRow:
     @property
     def times(self) -> dict[str, float]:
         """
-        By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.
+        By metric: time of its search [s]. The metrics of one tree share it, and so do the probabilities: the first has it, the others none.
         """
 class ScoreRun:
     """
