@@ -64,7 +64,7 @@ class Evaluation:
         parts: list[RenderableType] = [Text(self._caption(), "dim"), Text()]
         for title, rows in self._sections():
             table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
-            table.add_column("")
+            table.add_column("", overflow="fold")
             for column in self._columns():
                 table.add_column(column, justify="center", no_wrap=True)
             for score, cells in rows:
