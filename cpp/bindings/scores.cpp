@@ -249,34 +249,57 @@ using HeldBatch = std::unique_ptr<Batch, JoinWithoutGil>;
 
 using Kept = py::typing::Tuple<py::object, py::ellipsis>;
 
+// By metric, times and probabilities.
+using Curves = std::map<std::string, std::pair<Eigen::VectorXd, Eigen::VectorXd>>;
+
+Curves given_curves(const ScoreRow& row) {
+  Curves curves;
+  for (const auto& [metric, curve] : row.curves) curves[metric] = {curve.times, curve.probabilities};
+  return curves;
+}
+
+Kept kept(const ScoreRow& row) {
+  return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, given_curves(row));
+}
+
+ScoreRow restored(const Kept& state) {
+  ScoreRow row{state[0].cast<std::size_t>(), state[1].cast<std::map<std::string, double>>(),
+               state[2].cast<std::map<std::string, double>>(), state[3].cast<double>(), state[4].cast<std::string>()};
+  for (auto& [metric, curve] : state[5].cast<Curves>()) row.curves[metric] = {curve.first, curve.second};
+  return row;
+}
+
 void bind_batch(py::module_& module) {
   py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
       .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
       .def_readonly(
           "times", &ScoreRow::times,
-          "By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.")
+          "By metric: time of its search [s]. The metrics of one tree share it, and so do the probabilities: the first "
+          "has it, the others none.")
       .def_readonly("seconds", &ScoreRow::seconds, "Time of its searches on their threads, added up [s].")
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.")
-      .def(py::pickle([](const ScoreRow& row)
-                          -> Kept { return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error); },
-                      [](const Kept& kept) {
-                        return ScoreRow{kept[0].cast<std::size_t>(), kept[1].cast<std::map<std::string, double>>(),
-                                        kept[2].cast<std::map<std::string, double>>(), kept[3].cast<double>(),
-                                        kept[4].cast<std::string>()};
-                      }));
+      .def_property_readonly("curves", &given_curves,
+                             "By metric, of \"probability\" and \"probability/any\": (times [s], probability of having "
+                             "been captured throughout until each), shape (T,) both.")
+      .def(py::pickle(&kept, &restored));
   py::class_<Batch, HeldBatch>(module, "ScoreRun",
                                "A running batch on a pool of threads, to which problems can be added.")
       .def(py::init([](const std::vector<std::string>& metrics, int nodes, std::uint64_t seed, int threads,
-                       int nodes_per_edge, double least_likelihood, bool stop_at_escape, int rollouts) {
-             return HeldBatch(new Batch(BatchOptions{metrics, nodes, nodes_per_edge, least_likelihood, stop_at_escape,
-                                                     rollouts, seed, threads}));
+                       int nodes_per_edge, double least_likelihood, bool stop_at_escape, int rollouts, double strength,
+                       std::optional<int> objects, bool common_random_numbers) {
+             BatchOptions options{metrics,        nodes,    nodes_per_edge, least_likelihood,
+                                  stop_at_escape, rollouts, seed,           threads};
+             options.disturbance = {strength, objects};
+             options.common_random_numbers = common_random_numbers;
+             return HeldBatch(new Batch(options));
            }),
            py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"), py::kw_only(),
            py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("stop_at_escape") = false,
-           py::arg("rollouts") = 30)
+           py::arg("rollouts") = 30, py::arg("strength") = 1.0, py::arg("objects") = py::none(),
+           py::arg("common_random_numbers") = false)
       .def(
           "add",
           [](Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,

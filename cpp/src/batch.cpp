@@ -77,20 +77,36 @@ void validate(const BatchOptions& options) {
   require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
   require_least_likelihood(options.least_likelihood);
   require_at_least("rollouts", options.rollouts, 1);
+  require_not_negative("strength", options.disturbance.strength);
   require_at_least("threads", options.threads, 1);
   require_metrics(options.metrics);
 }
 
-// The searches that the metrics need, each by the first of its metrics: all that a tree gives come of the same one.
-std::vector<std::string> searches_for(const std::vector<std::string>& metrics) {
-  std::vector<std::string> searches;
+// Metrics that one search gives; its time is that of the first.
+using Metrics = std::vector<std::string>;
+
+bool of_one_search(const std::string& metric, const std::string& other) {
+  return metric == other || (is_tree_metric(metric) && is_tree_metric(other)) ||
+         (is_probability_metric(metric) && is_probability_metric(other));
+}
+
+// The searches that the metrics need: all that a tree gives come of the same one, and so do the probabilities.
+std::vector<Metrics> searches_for(const Metrics& metrics) {
+  std::vector<Metrics> searches;
   for (const std::string& metric : metrics) {
-    const bool there = std::any_of(searches.begin(), searches.end(), [&](const std::string& search) {
-      return search == metric || (is_tree_metric(search) && is_tree_metric(metric));
-    });
-    if (!there) searches.push_back(metric);
+    const auto shared = std::find_if(searches.begin(), searches.end(),
+                                     [&](const Metrics& search) { return of_one_search(search.front(), metric); });
+    if (shared == searches.end()) {
+      searches.push_back({metric});
+    } else {
+      shared->push_back(metric);
+    }
   }
   return searches;
+}
+
+bool has(const Metrics& metrics, const char* name) {
+  return std::find(metrics.begin(), metrics.end(), name) != metrics.end();
 }
 
 void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
@@ -118,14 +134,21 @@ void add_effort(const Problem& problem, const EffortMetric& metric, const BatchO
   row.scores[metric.name] = escape.effort;
 }
 
-void add_probability(const Problem& problem, const std::string& metric, const BatchOptions& options, std::uint64_t seed,
+void add_survival(const char* metric, const Survival& survival, const Eigen::VectorXd& times, ScoreRow& row) {
+  row.scores[metric] = survival.captured();
+  row.curves[metric] = {times, survival.curve};
+}
+
+// Rollouts that run on for the other metrics have the bits of those that do not.
+void add_probability(const Problem& problem, const Metrics& metrics, const BatchOptions& options, std::uint64_t seed,
                      ScoreRow& row) {
   ProbabilityOptions probability;
+  probability.disturbance = options.disturbance;
   probability.rollouts = options.rollouts;
-  probability.seed = seed;
+  probability.seed = options.common_random_numbers ? options.seed : seed;
   probability.limit = options.limit;
-  probability.success = metric == "probability/success";
-  probability.by_object = metric == "probability/any";
+  probability.success = has(metrics, "probability/success");
+  probability.by_object = has(metrics, "probability/any");
   const CaptureProbability found = [&] {
     try {
       return capture_probability(problem, probability);
@@ -136,24 +159,27 @@ void add_probability(const Problem& problem, const std::string& metric, const Ba
     }
   }();
   if (!found.complete) throw search::Stopped();
-  row.scores[metric] = found.success ? *found.success : (found.any ? *found.any : found.all).captured();
+  if (has(metrics, "probability")) add_survival("probability", found.all, found.times, row);
+  if (found.any) add_survival("probability/any", *found.any, found.times, row);
+  if (found.success) row.scores["probability/success"] = *found.success;
 }
 
 // What one search gives, and how long it takes.
-void add_search(const Problem& problem, const std::string& search, const BatchOptions& options, ScoreRow& row) {
+void add_search(const Problem& problem, const Metrics& metrics, const BatchOptions& options, ScoreRow& row) {
   const auto start = Clock::now();
   const std::uint64_t seed = stream(options.seed, row.index);
-  if (is_tree_metric(search)) {
+  const std::string& first = metrics.front();
+  if (is_tree_metric(first)) {
     add_capture(problem, options, seed, row);
-  } else if (const EffortMetric* effort = effort_metric(search)) {
+  } else if (const EffortMetric* effort = effort_metric(first)) {
     add_effort(problem, *effort, options, seed, row);
-  } else if (is_probability_metric(search)) {
-    add_probability(problem, search, options, seed, row);
+  } else if (is_probability_metric(first)) {
+    add_probability(problem, metrics, options, seed, row);
   } else {
     row.scores[force_metric] = force_score(problem).force;
   }
-  row.times[search] = std::chrono::duration<double>(Clock::now() - start).count();
-  row.seconds += row.times[search];
+  row.times[first] = std::chrono::duration<double>(Clock::now() - start).count();
+  row.seconds += row.times[first];
 }
 
 // The row of a problem; its error is that of the first search that has one.
@@ -164,6 +190,7 @@ ScoreRow joined(const std::vector<ScoreRow>& parts) {
     if (!part.error.empty()) return part;
     row.scores.insert(part.scores.begin(), part.scores.end());
     row.times.insert(part.times.begin(), part.times.end());
+    row.curves.insert(part.curves.begin(), part.curves.end());
     row.seconds += part.seconds;
   }
   return row;
@@ -174,7 +201,7 @@ ScoreRow joined(const std::vector<ScoreRow>& parts) {
 ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
   ScoreRow row;
   row.index = index;
-  for (const std::string& search : searches_for(options.metrics)) add_search(problem, search, options, row);
+  for (const Metrics& search : searches_for(options.metrics)) add_search(problem, search, options, row);
   return row;
 }
 
@@ -186,7 +213,7 @@ class Batch::Pool {
 
   void add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
            const std::vector<std::string>& metrics) {
-    const std::vector<std::string> searches = searches_for(metrics);
+    const std::vector<Metrics> searches = searches_for(metrics);
     const std::lock_guard<std::mutex> lock(mutex_);
     for (std::size_t i = 0; i < problems.size(); ++i) {
       queue_.push_back(std::make_shared<Work>(Work{std::move(problems[i]), indices[i], searches}));
@@ -235,7 +262,7 @@ class Batch::Pool {
   struct Work {
     Problem problem;
     std::size_t index;
-    std::vector<std::string> searches;
+    std::vector<Metrics> searches;
     std::vector<ScoreRow> parts{};  // one a search
     std::size_t started = 0;
     std::size_t done = 0;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,6 +27,7 @@ __all__ = [
     "Source",
     "chosen_metrics",
     "metrics_of",
+    "require_objects",
     "run_all",
     "score",
 ]
@@ -160,6 +161,9 @@ def score(
     least_likelihood: float = 0.0,
     stop_at_escape: bool = False,
     rollouts: int = 30,
+    strength: float = 1.0,
+    objects: int | None = None,
+    common_random_numbers: bool = False,
     progress: Callable[[int, int], None] | None = None,
     on_rows: Callable[[list[Row]], None] | None = None,
     indices: Sequence[int] | None = None,
@@ -172,8 +176,10 @@ def score(
     search tree, `threads` None takes all cores this process may use. `executor`, in place of
     `threads`, is of `em.executors`: Processes, or Dask. `nodes_per_edge` and `least_likelihood` go
     to `capture_score`, `stop_at_escape` to `escape_effort`, `rollouts` to `capture_probability`,
-    which takes its default disturbance. `progress(done, total)` and
-    `on_rows(rows)` are called as scores come in. `indices` are the problems' stream indices, 0 to
+    whose disturbance is `em.disturbances.Uniform(strength, objects)`. With `common_random_numbers`
+    every probability draws from `seed` itself, so that problems meet the same disturbances.
+    `progress(done, total)` and `on_rows(rows)` are called as scores come in; `row.curves` has the
+    curves of the probabilities. `indices` are the problems' stream indices, 0 to
     N-1 if not given: a part of the problems with their own indices gets the scores it has in the
     whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
     grows the tree of that problem here.
@@ -191,8 +197,10 @@ def score(
     metrics = chosen_metrics(problems, metrics)
     check_metrics(metrics)
     settings = SearchSettings(
-        nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape, rollouts
+        *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
+        *(rollouts, strength, objects, common_random_numbers),
     )
+    require_objects(problems, metrics, settings)
     if executor is not None and threads is not None:
         raise ValueError(f"threads is {threads}, expected None with an executor")
     executor = chosen_executor(executor, threads)
@@ -262,6 +270,20 @@ def chosen_metrics(problems: Sequence[Problem], metrics: Sequence[str] | None) -
             f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
         )
     return there if metrics is None else metrics
+
+
+def require_objects(
+    problems: Iterable[Problem], metrics: Sequence[str], settings: SearchSettings
+) -> None:
+    """Raises ValueError if a disturbance is to meet more objects than a problem has."""
+    if settings.objects is None or not set(metrics) & set(TIMED):
+        return
+    for problem in problems:
+        there = sum(body.role == "object" for body in problem.scene.bodies)
+        if settings.objects > there:
+            raise ValueError(
+                f"objects is {settings.objects}, expected from 1 to the scene's {there}"
+            )
 
 
 def _table(rows: list[Row], metrics: Sequence[str], complete: bool) -> ScoreTable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -21,7 +22,9 @@ MOST_NODES = 10**9
 # Of each kind of metric, the settings that change its value.
 _OF_TREE = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
 _OF_EFFORT = ("nodes", "seed", "stop_at_escape")
-_OF_PROBABILITY = ("rollouts", "seed")
+_OF_PROBABILITY = ("rollouts", "seed", "strength", "objects", "common_random_numbers")
+# Settings that came later: with these values, a question is the one that it was without them.
+_LATER = {"strength": 1.0, "objects": None, "common_random_numbers": False}
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,13 @@ class SearchSettings:
     """Of the efforts, as of `escape_effort`."""
     rollouts: int = 30
     """Of the probabilities, as of `capture_probability`."""
+    strength: float = 1.0
+    """Of their disturbance, as of `em.disturbances.Uniform`."""
+    objects: int | None = None
+    """The same: how many of several objects it meets at a time; None: all."""
+    common_random_numbers: bool = False
+    """Of the probabilities: every problem draws from the seed itself, and not from its own stream,
+    so that problems are compared under the same disturbances."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
@@ -50,18 +60,27 @@ class SearchSettings:
             "least_likelihood": _share("least_likelihood", self.least_likelihood),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
             "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
+            "strength": _strength(self.strength),
+            "objects": None
+            if self.objects is None
+            else whole_number("objects", self.objects, 1, MOST_NODES),
+            "common_random_numbers": yes_or_no("common_random_numbers", self.common_random_numbers),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
     def of(self, metric: str) -> dict[str, Any]:
-        """Those that change the value of one metric."""
+        """Those that change the value of one metric, by which stores know its question."""
         if metric == "force":
             return {}
         names: tuple[str, ...] = _OF_EFFORT if metric.startswith("effort") else _OF_TREE
         if metric in TIMED:
             names = _OF_PROBABILITY
-        return {name: value for name, value in self.all().items() if name in names}
+        return {
+            name: value
+            for name, value in self.all().items()
+            if name in names and not (name in _LATER and value == _LATER[name])
+        }
 
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
@@ -79,3 +98,11 @@ def _share(name: str, value: float) -> float:
     if number and 0 <= value < 1:
         return float(value) + 0.0  # which makes 0.0 of -0.0
     raise ValueError(f"{name} is {value!r}, expected a number of at least 0 and below 1")
+
+
+def _strength(value: float) -> float:
+    """`value`, if it is a finite number of at least 0, as `em.disturbances.Uniform` asks for."""
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if number and math.isfinite(value) and value >= 0:
+        return float(value) + 0.0  # which makes 0.0 of -0.0
+    raise ValueError(f"strength is {value!r}, expected a finite number of at least 0")

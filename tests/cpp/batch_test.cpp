@@ -15,6 +15,7 @@
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/metrics/force.hpp"
+#include "energymargin/metrics/probability.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
@@ -96,6 +97,36 @@ TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, as_published({"est", 30, seed})).effort));
   EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, as_published({"rrt", 30, seed})).effort));
   EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
+}
+
+TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveTheirCurves) {
+  Problem problem = push();
+  problem.horizon = 0.2;
+  BatchOptions asked = options();
+  asked.metrics = {"probability", "probability/success", "effort/est"};
+  asked.rollouts = 12;
+  asked.disturbance = {2.5, 1};
+  ProbabilityOptions own;
+  own.rollouts = 12;
+  own.disturbance = asked.disturbance;
+  own.seed = stream(11, 4);
+  const ScoreRow row = score(problem, 4, asked);
+  const CaptureProbability found = capture_probability(problem, own);
+  EXPECT_TRUE(same_bits(row.scores.at("probability"), found.all.captured()));
+  EXPECT_EQ(row.curves.size(), 1u);
+  EXPECT_EQ(row.curves.at("probability").times, found.times);
+  EXPECT_EQ(row.curves.at("probability").probabilities, found.all.curve);
+  EXPECT_EQ(row.times.count("probability/success"), 0u);
+
+  asked.common_random_numbers = true;
+  own.seed = 11;
+  own.success = true;
+  for (const std::size_t index : {0u, 4u}) {
+    const ScoreRow common = score(problem, index, asked);
+    EXPECT_TRUE(same_bits(common.scores.at("probability/success"), *capture_probability(problem, own).success));
+    const EffortOptions effort = as_published({"est", 30, stream(11, index)});  // of its own stream
+    EXPECT_TRUE(same_bits(common.scores.at("effort/est"), escape_effort(problem, effort).effort));
+  }
 }
 
 TEST(Batch, OneTwoAndFourThreadsGiveTheSameBits) {

@@ -73,6 +73,19 @@ def test_a_cluster_gives_the_same_bits_as_threads(problems, table, cluster):
         assert client.status == "running"
 
 
+def test_a_cluster_knows_the_disturbance_and_gives_curves_back(cluster):
+    dataset = em.datasets.generate("topple", trajectories=1, frames=4, seed=1)
+    problems = dataset.problems(future=em.datasets.Future(1))
+    options = {"rollouts": 4, "strength": 0.5, "objects": 1, "common_random_numbers": True}
+    curves = []
+    for executor in (Threads(1), Dask(cluster.address)):
+        rows = []
+        em.score(problems, ["probability"], executor=executor, on_rows=rows.extend, **options)
+        rows.sort(key=lambda row: row.index)
+        curves.append([[c.tobytes() for c in row.curves["probability"]] for row in rows])
+    assert curves[0] == curves[1] and len(curves[0]) == 4
+
+
 @dataclass(frozen=True)
 class Watched(Dask):
     """A cluster whose session notes how long it was let wait for rows, and with what pending."""

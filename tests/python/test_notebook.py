@@ -141,8 +141,10 @@ def test_forces_that_cancel_out_are_shown_as_zero():
 
 def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_path):
     dataset = datasets.generate("push", trajectories=1, frames=3, seed=0)
-    settings = "least_likelihood = 0, nodes = 2, nodes_per_edge = 1, rollouts = 30, seed = {}, "
-    settings += "stop_at_escape = False"
+    settings = "common_random_numbers = False, least_likelihood = 0, nodes = 2, "
+    settings += "nodes_per_edge = 1, objects = None, rollouts = 30, seed = {}, "
+    settings += "stop_at_escape = False, strength = 1"
+    now = "the state as it is"
     with ScoreStore(tmp_path / "push.db", create=True) as empty:
         assert "There are no runs." in shown(empty).text
     for seed in (0, 1):
@@ -150,8 +152,8 @@ def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_p
     with ScoreStore(tmp_path / "push.db") as store:
         store.database.execute("DELETE FROM scores WHERE question = 3 AND stream = 2")
         assert shown(store).rows[1:] == [
-            ["1", "push", "3 of 3", "capture, force", settings.format(0)],
-            ["2", "push", "2 of 3", "capture, force", settings.format(1)],
+            ["1", "push", "3 of 3", "capture, force", now, settings.format(0)],
+            ["2", "push", "2 of 3", "capture, force", now, settings.format(1)],
         ]
         table = values(store.run(2))
         assert table["states scored"] == "2 of 3" and table["settings"] == settings.format(1)

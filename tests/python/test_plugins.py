@@ -26,8 +26,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-def run(folder, *arguments):
-    done = subprocess.run(
+def finished(folder, *arguments):
+    return subprocess.run(
         [COMMAND, *map(str, arguments)],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(folder / "site")},
@@ -36,6 +36,10 @@ def run(folder, *arguments):
         text=True,
         timeout=60,
     )
+
+
+def run(folder, *arguments):
+    done = finished(folder, *arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -59,6 +63,19 @@ def test_an_installed_task_is_generated_scored_and_evaluated_like_our_own(folder
     for text in (shown, (folder / "t.md").read_text(), (folder / "t.csv").read_text()):
         assert "effort/rrt" in text and "success" in text
         assert "paper" not in text
+
+
+def test_an_installed_task_without_a_plan_is_asked_about_the_future_with_hold_or_none(folder):
+    run(folder, "generate", "shelf", "--trajectories", 2, "--frames", 4, "-o", "few.h5")
+    asked = ["score", "few.h5", "--horizon", 1, "--metrics", "probability", "--rollouts", 2]
+    for plan in ("hold", "none"):
+        run(folder, *asked, "--plan", plan)
+    shown = run(folder, "export", "few-scores.db")
+    assert "horizon 1 frame, plan hold" in shown and "horizon 1 frame, plan none" in shown
+    done = finished(folder, *asked)
+    assert done.returncode == 2
+    assert "give ShelfTask a method `script(params)`" in done.stderr
+    assert "its plan can be 'hold' or none" in done.stderr
 
 
 def plugin(folder, package, entry, code="", module="strange"):

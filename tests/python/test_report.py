@@ -12,6 +12,7 @@ import sqlite3
 import subprocess
 import time
 from contextlib import suppress
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from PIL import Image
 
 from energymargin import datasets, report
 from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
+from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores, evaluate
 from energymargin.report.along import chosen
 from energymargin.report.curves import seen
@@ -335,6 +337,31 @@ def test_the_trees_of_the_pictures_have_the_scores_of_the_file(folder, labelled)
         for metric in METRICS:
             found = [grower.grow(number, metric).score for number in (0, 35, 71)]
             assert found == labelled.scores[metric][[0, 35, 71]].tolist()
+
+
+def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest(own):
+    path, future = own / "push-scores.db", Future(2, "hold")
+    settings = replace(SETTINGS, rollouts=4, strength=2.0, common_random_numbers=True)
+    path.unlink()
+    asked = ["probability", "probability/success", "effort/est"]
+    with datasets.open(own / "push.h5") as dataset:
+        score_dataset(dataset, path, asked, settings, future=future)
+        grower, found = Grower(dataset, settings.all(), future), scores(path).scores
+        for metric in asked:
+            again = [grower.grow(number, metric).score for number in (0, 35, 71)]
+            assert again == found[metric][[0, 35, 71]].tolist()
+    page = written(own, pictures=1)
+    assert "the frames to come: horizon 2 frames, plan hold" in page.text
+    assert "This run has no scores of effort/rrt." in page.text
+    assert "No picture" not in page.text and "Not the tree" not in page.text
+    assert len(page.row("probability")) == 7 and len(page.row("probability/success")) == 2
+    (command,) = re.findall(r"energymargin score .*? --strength 2\.0", page.text)
+    assert "--horizon 2 --plan hold" in command and "--common" in command
+    done = run(*shlex.split(command)[1:], cwd=own)
+    assert done.returncode == 0, done.stderr
+    with ScoreStore(path) as store:
+        assert [one.future for one in store.runs()] == [future, future]
+        assert set(store.run(2).metrics) == {*asked, "effort/rrt"}
 
 
 def test_a_picture_of_another_tree_than_that_of_the_score_says_so(own):

@@ -16,7 +16,7 @@ from energymargin import datasets, scoring
 from energymargin.interrupts import held_interrupts
 from energymargin.metrics import METRICS, TIMED
 from energymargin.settings import ALGORITHM, SearchSettings
-from energymargin.store import ScoreStore, begin_run, score_dataset, score_run
+from energymargin.store import ScoreStore, begin_run, schema, score_dataset, score_run
 from energymargin.store.claims import Scorer
 
 NODES, SEED = 20, 3
@@ -199,6 +199,52 @@ def test_an_older_file_is_migrated_and_goes_on(dataset, table, tmp_path, version
     assert rows(path, "scores") == 6 * 5
 
 
+def test_a_file_with_one_problem_a_state_is_migrated_and_goes_on(dataset, table, tmp_path):
+    path = tmp_path / "s.db"
+    settings = {"nodes": NODES, "seed": SEED, "nodes_per_edge": 1, "rollouts": 30}
+    settings |= {"least_likelihood": 0.0, "stop_at_escape": False}
+    questions = {metric: SETTINGS.of(metric) for metric in table.scores}
+    older_stores.write_3(path, dataset, table.scores, questions, settings, states=4)
+    with ScoreStore(path) as store:
+        run = store.run()
+        assert run.counts() == (4, 6) and run.missing() == [4, 5] and run.future is None
+        assert run.settings == SETTINGS.all() and run.seconds() == pytest.approx(0.25)
+        kept = run.labelled_scores().scores
+        for metric, values in kept.items():
+            assert np.array_equal(values[:4], table[metric][:4]) and np.isnan(values[4:]).all()
+        assert store.database.execute("PRAGMA foreign_key_check").fetchall() == []
+        assert store.database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    counts = []
+    score_dataset(dataset, path, settings=SETTINGS, progress=lambda *count: counts.append(count))
+    assert counts[0] == (4, 6) and same(scores(path), table)
+    assert rows(path, "runs") == 1 and rows(path, "scores") == 6 * 5
+
+
+def test_a_probability_that_was_asked_before_its_disturbance_had_settings_is_known_again():
+    assert SearchSettings().of("probability") == {"rollouts": 30, "seed": 0}
+
+
+def test_a_migration_that_is_cut_short_leaves_the_older_file_as_it_was(
+    dataset, table, tmp_path, monkeypatch
+):
+    path = tmp_path / "s.db"
+    questions = {metric: SETTINGS.of(metric) for metric in table.scores}
+    older_stores.write_3(path, dataset, table.scores, questions, SETTINGS.all(), states=6)
+
+    def full(settings):
+        raise OSError("no room")
+
+    monkeypatch.setattr(schema, "_with_those_before", full)
+    with pytest.raises(OSError, match="no room"):
+        ScoreStore(path)
+    monkeypatch.undo()
+    with sqlite3.connect(path) as file:
+        assert file.execute("PRAGMA user_version").fetchone() == (3,)
+        tables = file.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'")
+        assert tables.fetchall() == [] and rows(path, "states") == 6
+    assert same(scores(path), table)
+
+
 def test_scores_of_another_algorithm_are_kept_and_not_taken_for_those_of_this_one(
     dataset, table, tmp_path
 ):
@@ -265,6 +311,12 @@ def test_the_same_settings_in_other_types_are_the_same_run(dataset, tmp_path):
         {"least_likelihood": None},
         {"least_likelihood": float("nan")},
         {"stop_at_escape": "yes"},
+        {"strength": -0.1},
+        {"strength": float("inf")},
+        {"strength": True},
+        {"objects": 0},
+        {"objects": 1.5},
+        {"common_random_numbers": 1},
     ],
 )
 def test_settings_of_another_kind_are_refused_by_name(wrong):

@@ -8,25 +8,34 @@
 #include <string>
 #include <vector>
 
+#include "energymargin/disturbances.hpp"
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 
 namespace energymargin {
 
+//! A probability over the horizon: of having been captured throughout until each time.
+struct Curve {
+  Eigen::VectorXd times;          //!< from 0 to the horizon, shape (T,) [s]
+  Eigen::VectorXd probabilities;  //!< shape (T,)
+};
+
 //! The scores of one problem.
 struct ScoreRow {
   std::size_t index = 0;                 //!< the problem's stream index
   std::map<std::string, double> scores;  //!< by metric
-  std::map<std::string, double> times;   //!< by metric: time of its search [s]; of one tree's, at the first alone
-  double seconds = 0.0;                  //!< time of its searches on their threads, added up [s]
-  std::string error;                     //!< what went wrong, in the first search that fails; empty if all is well
+  std::map<std::string, double>
+      times;             //!< by metric: time of its search [s]; where several share it, at the first alone
+  double seconds = 0.0;  //!< time of its searches on their threads, added up [s]
+  std::string error;     //!< what went wrong, in the first search that fails; empty if all is well
+  std::map<std::string, Curve> curves{};  //!< of "probability" and "probability/any", where they were asked for
 };
 
 //! What to compute, and how.
 struct BatchOptions {
   //! Of "capture", "success", "effort/est", "effort/rrt", "force" and, for several objects, with "/any" for those of at
   //! least one: "capture/any", "success/any", "effort/est/any", "effort/rrt/any". Of problems with a horizon
-  //! "probability", "probability/success" and "probability/any", under disturbances::Uniform.
+  //! "probability", "probability/success" and "probability/any", under `disturbance`.
   std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
   int nodes = 1000;
   int nodes_per_edge = 1;         //!< of capture and success, as CaptureOptions
@@ -35,6 +44,8 @@ struct BatchOptions {
   int rollouts = 30;              //!< of the probabilities, as ProbabilityOptions
   std::uint64_t seed = 0;
   int threads = 1;
+  disturbances::Uniform disturbance{};  //!< of the probabilities
+  bool common_random_numbers = false;   //!< the probabilities of all problems draw from the seed itself
   //! Stream index of each problem, so that a run that goes on gives the same bits; empty: 0, 1, 2, ...
   std::vector<std::size_t> indices{};
   Limit limit{};  //!< ends the batch as `cancel` does

@@ -1264,6 +1264,11 @@ class ScoreRow:
     def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
         ...
     @property
+    def curves(self) -> dict[str, tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]]:
+        """
+        By metric, of "probability" and "probability/any": (times [s], probability of having been captured throughout until each), shape (T,) both.
+        """
+    @property
     def error(self) -> str | None:
         """
         What went wrong, or None.
@@ -1286,13 +1291,13 @@ class ScoreRow:
     @property
     def times(self) -> dict[str, float]:
         """
-        By metric: time of its search [s]. Metrics of one tree share it: the first has it, the others none.
+        By metric: time of its search [s]. The metrics of one tree share it, and so do the probabilities: the first has it, the others none.
         """
 class ScoreRun:
     """
     A running batch on a pool of threads, to which problems can be added.
     """
-    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False, rollouts: typing.SupportsInt | typing.SupportsIndex = 30) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False, rollouts: typing.SupportsInt | typing.SupportsIndex = 30, strength: typing.SupportsFloat | typing.SupportsIndex = 1.0, objects: typing.SupportsInt | typing.SupportsIndex | None = None, common_random_numbers: bool = False) -> None:
         ...
     def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """

@@ -33,4 +33,8 @@ def export(
                 out.print(str(one), soft_wrap=True, highlight=False)
         return
     rows = store.export(scores, output, run)
-    say(f"Wrote {rows} states to {escape(str(output))}")
+    with store.ScoreStore(scores) as opened:
+        chosen = opened.runs() if run is None else [opened.run(run)]
+        curves = any(one.has_curves for one in chosen)
+    beside = f", and their curves to {escape(str(store.curves_path(output)))}" if curves else ""
+    say(f"Wrote {rows} states to {escape(str(output))}{beside}")

@@ -14,12 +14,15 @@ from energymargin.commands.workers import Scheduler, chosen_executor
 from energymargin.terminal import TIMED_OUT, Nodes, Seed, Threads, Timeout, err, say, split
 
 if TYPE_CHECKING:
-    from energymargin.datasets import Dataset
+    from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
     from energymargin.settings import SearchSettings
     from energymargin.store import Run
+    from energymargin.tasks.base import Following
 
 __all__ = ["score", "scored_run"]
+
+PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
 
 
 def score(
@@ -54,6 +57,42 @@ def score(
             help="Of the efforts: a rollout ends where it is seen outside of the capture set.",
         ),
     ] = False,
+    horizon: Annotated[
+        int | None,
+        typer.Option(
+            help="Ask about the next so many frames of a trajectory, instead of the state as it "
+            "is: probability and efforts. A frame behind the last one counts the mean time "
+            "between frames, so all states are asked the same.",
+            metavar="FRAMES",
+        ),
+    ] = None,
+    plan: Annotated[
+        str | None,
+        typer.Option(
+            help="With --horizon, what the robot does meanwhile. script: the mean of the task's "
+            "script from the frame on, and behind its end what the task says (the default). hold: "
+            "it goes on as it moves, as for recordings. none: it coasts.",
+            metavar="script|hold|none",
+        ),
+    ] = None,
+    rollouts: Annotated[
+        int, typer.Option(help="Of each probability: more take longer and say more.")
+    ] = 30,
+    strength: Annotated[
+        float,
+        typer.Option(help="Of the disturbance of the probabilities: a share of the task's bounds."),
+    ] = 1.0,
+    objects: Annotated[
+        int | None,
+        typer.Option(help="How many of several objects that meets at a time; all if not given."),
+    ] = None,
+    common: Annotated[
+        bool,
+        typer.Option(
+            "--common",
+            help="All states meet the same disturbances (common random numbers), to be compared.",
+        ),
+    ] = False,
     seed: Seed = 0,
     threads: Threads = None,
     processes: Annotated[
@@ -68,31 +107,91 @@ def score(
 
     Example: `energymargin score push.h5 -o push-scores.db --nodes 100`
 
+    Will it hold for the next five frames? `energymargin score push.h5 --horizon 5 --plan script`
+
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
     """
     from energymargin import datasets
+    from energymargin.limits import Limit
+    from energymargin.scoring import ScoreError
     from energymargin.settings import SearchSettings
+    from energymargin.store import dataset_metrics
 
-    settings = SearchSettings(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape)
+    settings = SearchSettings(
+        *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
+        *(rollouts, strength, objects, common),
+    )
+    asked = _asked(None if metrics is None else split(metrics), _future(horizon, plan))
     executor = chosen_executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
-    chosen = None if metrics is None else split(metrics)
-    with (
-        datasets.open(data) as dataset,
-        scored_run(
-            dataset, output, settings, metrics=chosen, executor=executor, timeout=timeout
-        ) as run,
-    ):
-        scored, states = run.counts()
-        if scored < states:
-            say(f"[yellow]the time was over:[/] {_kept(run)}")
-            raise typer.Exit(TIMED_OUT)
-        written = escape(str(output))
-        which = f" --run {run.number}" if len(run.store.runs()) > 1 else ""
-        say(
-            f"{scored} states are scored in {written}, {1e3 * run.seconds():.3g} ms a state. "
-            f"Next: [bold]energymargin evaluate {written}{which}[/]"
-        )
+    limit = Limit(timeout, None)
+    with datasets.open(data) as dataset:
+        for chosen, future in asked:  # before any is scored
+            dataset_metrics(dataset, chosen, settings, future)
+        failed = None
+        for chosen, future in asked:
+            try:
+                with scored_run(
+                    *(dataset, output, settings),
+                    metrics=chosen,
+                    future=future,
+                    executor=executor,
+                    timeout=limit.rest()["timeout"],
+                ) as run:
+                    _say_scored(run, one_of_many=len(asked) > 1, clock=horizon is not None)
+            except ScoreError as error:  # of some states alone
+                failed = failed or error
+        if failed is not None:
+            raise failed
+
+
+def _future(horizon: int | None, plan: str | None) -> Future | None:
+    """What is asked of the frames to come, if anything is. Raises ValueError on words that are
+    none, and on a plan without a horizon."""
+    from energymargin.datasets import Future
+    from energymargin.tasks.base import whole_number
+
+    if plan is not None and plan not in PLANS:
+        raise ValueError(f"--plan is {plan!r}, expected script, hold or none")
+    if horizon is None:
+        if plan is not None:
+            raise ValueError(
+                f"--plan is {plan}, but there is no horizon over which it would be followed: "
+                "add --horizon FRAMES, or leave --plan out"
+            )
+        return None
+    return Future(whole_number("--horizon", horizon, 1), PLANS[plan or "script"])
+
+
+def _asked(
+    metrics: Sequence[str] | None, future: Future | None
+) -> list[tuple[Sequence[str] | None, Future | None]]:
+    """The runs that are asked for: metrics without a clock have one of their own."""
+    from energymargin.metrics import CLOCKLESS
+
+    if metrics is None or future is None:
+        return [(metrics, future)]
+    clockless = [metric for metric in metrics if metric in CLOCKLESS]
+    timed = [metric for metric in metrics if metric not in CLOCKLESS]
+    return [one for one in ((timed, future), (clockless, None)) if one[0]]
+
+
+def _say_scored(run: Run, *, one_of_many: bool, clock: bool) -> None:
+    """What was done, and what comes next; `one_of_many`: whether the command has other runs,
+    `clock`: whether a horizon was asked for."""
+    scored, states = run.counts()
+    if scored < states:
+        say(f"[yellow]the time was over:[/] {_kept(run)}")
+        raise typer.Exit(TIMED_OUT)
+    written = escape(str(run.store.path))
+    which = f" --run {run.number}" if one_of_many or len(run.store.runs()) > 1 else ""
+    how = "" if run.future is None else f" ({run.future})"
+    if clock and run.future is None:
+        how = f" (without the horizon: {', '.join(run.metrics)})"
+    say(
+        f"{scored} states are scored in {written}{how}, {1e3 * run.seconds():.3g} ms a state. "
+        f"Next: [bold]energymargin evaluate {written}{which}[/]"
+    )
 
 
 @contextmanager
@@ -102,6 +201,7 @@ def scored_run(
     settings: SearchSettings,
     *,
     metrics: Sequence[str] | None = None,
+    future: Future | None = None,
     executor: Executor,
     timeout: float | None = None,
 ) -> Iterator[Run]:
@@ -109,11 +209,12 @@ def scored_run(
     from energymargin.progress import progress_bar
     from energymargin.store import ScoreStore, begin_run, dataset_metrics, score_run
 
-    metrics = dataset_metrics(dataset, metrics)  # nothing is written if they cannot be
+    metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
     with ScoreStore(output, create=True) as store:
-        run = begin_run(store, dataset, metrics, settings)
+        run = begin_run(store, dataset, metrics, settings, future)
+        title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"
         try:
-            with progress_bar(err, f"Scoring, {settings.nodes} nodes", "states") as progress:
+            with progress_bar(err, title, "states") as progress:
                 score_run(dataset, run, executor=executor, progress=progress, timeout=timeout)
         except KeyboardInterrupt:
             say(_kept(run))

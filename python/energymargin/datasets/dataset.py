@@ -18,6 +18,7 @@ from energymargin._core import Problem
 from energymargin.closing import Closing
 from energymargin.datasets import digests, files
 from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
+from energymargin.datasets.future import Future
 from energymargin.tasks.base import Task, Trajectory
 
 __all__ = ["Dataset", "Label", "StateError"]
@@ -87,10 +88,13 @@ class Dataset(Closing):
             )
         ]
 
-    def problems(self, numbers: Sequence[int] | None = None) -> list[Problem]:
+    def problems(
+        self, numbers: Sequence[int] | None = None, future: Future | None = None
+    ) -> list[Problem]:
         """The problems of the states of these numbers, which rise; by default of all.
 
-        Each has the friction and the contact forces recorded there. Raises ValueError on numbers
+        Each has the friction and the contact forces recorded there; with a `future` it asks about
+        the frames to come. Raises ValueError on numbers
         that do not rise from 0 to below `size`, and StateError with the trajectory and frame of a
         state that makes no problem.
         """
@@ -98,7 +102,7 @@ class Dataset(Closing):
         places = self._places(range(self.size) if numbers is None else self._rising(numbers))
         for t, of_trajectory in groupby(places, key=lambda place: place[0]):
             trajectory = self.trajectories[t]
-            problems += [self._problem(trajectory, t, k) for _, k in of_trajectory]
+            problems += [self._problem(trajectory, t, k, future) for _, k in of_trajectory]
         return problems
 
     def digest(self) -> str:
@@ -172,8 +176,10 @@ class Dataset(Closing):
             )
         return wanted
 
-    def _problem(self, trajectory: Trajectory, t: int, k: int) -> Problem:
+    def _problem(self, trajectory: Trajectory, t: int, k: int, future: Future | None) -> Problem:
         try:
+            if future is not None:
+                return future.problem(self._made, trajectory, k)
             return self._made.problem(
                 trajectory.states[k], trajectory.params, trajectory.contacts[k]
             )

@@ -12,6 +12,7 @@ from energymargin.evaluation.cells import Cell, cell_of
 from energymargin.evaluation.labelled import (
     HORIZONS,
     LAST_FRAMES,
+    PROBABLE_SUCCESS,
     SUCCESS,
     LabelledScores,
     compared_states,
@@ -54,6 +55,7 @@ def evaluate(
         missing=int(missing.sum()),
         success_any=_success_cell(labelled, SUCCESS + ANY, weights, last),
         last=last,
+        probable_success=_success_cell(labelled, PROBABLE_SUCCESS, weights, last),
     )
 
 

@@ -16,6 +16,7 @@ __all__ = [
     "HORIZON",
     "HORIZONS",
     "LAST_FRAMES",
+    "PROBABLE_SUCCESS",
     "SUCCESS",
     "SUCCESSES",
     "Compared",
@@ -31,7 +32,8 @@ HORIZONS = range(6)  # frames; the paper leaves its horizon open, so all of them
 HORIZON = 2  # frames; where one is needed
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 SUCCESS, FORCE = "success", "force"
-SUCCESSES = (SUCCESS, SUCCESS + ANY)  # the metrics of trajectories
+PROBABLE_SUCCESS = "probability/success"
+SUCCESSES = (SUCCESS, PROBABLE_SUCCESS, SUCCESS + ANY)  # the metrics of trajectories
 
 
 @dataclass(frozen=True)

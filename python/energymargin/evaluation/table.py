@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from energymargin.evaluation.cells import Cell, csv_fields
-from energymargin.evaluation.labelled import LAST_FRAMES, SUCCESS
+from energymargin.evaluation.labelled import LAST_FRAMES, PROBABLE_SUCCESS, SUCCESS
 from energymargin.evaluation.paper import DASH, PAPER, paper_value
 from energymargin.metrics import ANY
 
@@ -42,6 +42,18 @@ class Evaluation:
     """The trajectory score of at least one object."""
     last: int = LAST_FRAMES
     """k-bar, the frames of the trajectory score."""
+    probable_success: Cell | None = None
+    """The same of the probability of success; None also if that was not computed."""
+
+    @property
+    def trajectories(self) -> dict[str, Cell]:
+        """By score, the cells that are there of whole trajectories."""
+        cells = {
+            SUCCESS: self.success,
+            PROBABLE_SUCCESS: self.probable_success,
+            SUCCESS + ANY: self.success_any,
+        }
+        return {score: cell for score, cell in cells.items() if cell is not None}
 
     def render(self) -> RenderableType:
         """A table for the terminal, 80 columns wide."""
@@ -52,7 +64,7 @@ class Evaluation:
         parts: list[RenderableType] = [Text(self._caption(), "dim"), Text()]
         for title, rows in self._sections():
             table = Table(box=None, padding=(0, 1, 1, 0), pad_edge=False)
-            table.add_column("")
+            table.add_column("", overflow="fold")
             for column in self._columns():
                 table.add_column(column, justify="center", no_wrap=True)
             for score, cells in rows:
@@ -89,6 +101,8 @@ class Evaluation:
             for horizon, cell in by_horizon.items()
         ]
         cells.append((SUCCESS, "", self.success))
+        if self.probable_success is not None:
+            cells.append((PROBABLE_SUCCESS, "", self.probable_success))
         if self._several():
             cells.append((SUCCESS + ANY, "", self.success_any))
         papers, missing = PAPER.get(self.task, {}), ("", "") if self.task in PAPER else ()
@@ -114,9 +128,8 @@ class Evaluation:
         rows = {
             score: [_stacked(c) for c in cells.values()] for score, cells in self.states.items()
         }
-        for score, cell in ((SUCCESS, self.success), (SUCCESS + ANY, self.success_any)):
-            if cell is not None:
-                rows[score] = [_stacked(cell), *[""] * (len(self.horizons) - 1)]
+        for score, cell in self.trajectories.items():
+            rows[score] = [_stacked(cell), *[""] * (len(self.horizons) - 1)]
         of_all = [row for row in rows.items() if not row[0].endswith(ANY)]
         of_any = [row for row in rows.items() if row[0].endswith(ANY)]
         return [(ALL_TITLE, of_all), (ANY_TITLE, of_any)] if self._several() else [("", of_all)]

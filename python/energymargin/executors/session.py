@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from energymargin._core import Problem
 from energymargin.settings import SearchSettings
@@ -36,6 +39,11 @@ class Row(Protocol):
         ...
 
     @property
+    def curves(self) -> Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """By metric, of those that have one: times [s] and the probability until each, (T,)."""
+        ...
+
+    @property
     def error(self) -> str | None:
         """What went wrong, or None."""
         ...
@@ -56,6 +64,11 @@ class Failed:
 
     @property
     def times(self) -> dict[str, float]:
+        """There are none."""
+        return {}
+
+    @property
+    def curves(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """There are none."""
         return {}
 

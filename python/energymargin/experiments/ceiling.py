@@ -67,6 +67,11 @@ class _Row:
         """All of the time is that of the first share."""
         return {next(iter(self.scores)): self.seconds}
 
+    @property
+    def curves(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """There are none."""
+        return {}
+
 
 def ceiling_dataset(
     dataset: Dataset,

@@ -49,9 +49,8 @@ def evaluation(result: Evaluation) -> str:
     rows: list[Sequence[object]] = [
         (score, *(_cell(cell) for cell in cells.values())) for score, cells in result.states.items()
     ]
-    for name, cell in (("success", result.success), ("success/any", result.success_any)):
-        if cell is not None:
-            rows.append((name, _cell(cell), *[""] * (len(result.horizons) - 1)))
+    for name, cell in result.trajectories.items():
+        rows.append((name, _cell(cell), *[""] * (len(result.horizons) - 1)))
     said = (
         "AUC/AP, with the 95 % interval of AUC. States: captured in their own frame and the "
         f"next h; success: of whole trajectories, by their last {result.last} frames."
@@ -126,10 +125,10 @@ def dataset(recorded: Dataset) -> str:
 def score_store(store: ScoreStore) -> str:
     """Its runs, a row each."""
     rows = [
-        (one.number, one.task, _scored(one), _listed(one.metrics), _settings(one))
+        (one.number, one.task, _scored(one), _listed(one.metrics), _asked(one), _settings(one))
         for one in store.runs()
     ]
-    head = ("run", "task", "states scored", "scores", "settings")
+    head = ("run", "task", "states scored", "scores", "asked about", "settings")
     return grid(f"Scores in {store.path.name}", head, rows, "" if rows else "There are no runs.")
 
 
@@ -143,6 +142,7 @@ def run(one: Run) -> str:
             ("parameters", parameters),
             ("states scored", _scored(one)),
             ("scores", _listed(one.metrics)),
+            ("asked about", _asked(one)),
             ("settings", _settings(one)),
             ("algorithm", one.algorithm),
             ("time of a state", f"{one.seconds():.3g} s"),
@@ -157,6 +157,10 @@ def _scored(one: Run) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(names)
+
+
+def _asked(one: Run) -> str:
+    return "the state as it is" if one.future is None else str(one.future)
 
 
 def _settings(one: Run) -> str:

@@ -59,6 +59,8 @@ def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
     if labelled.captured_any is not None:
         yield "At least one object", f"is captured in {int(labelled.captured_any.sum())} states"
     yield "Scores", ", ".join(subject.metrics)
+    if subject.future is not None:
+        yield "Asked about", f"the frames to come: {subject.future}"
     yield "Settings", ", ".join(map(_setting, subject.settings.items()))
     yield "Run", f"{subject.number} of {subject.path.name}"
     if data.path is not None:

@@ -8,16 +8,19 @@ from typing import Any
 
 from energymargin import tasks
 from energymargin._core import (
+    CaptureProbability,
     CaptureScore,
     EscapeEffort,
     Problem,
+    capture_probability,
     capture_score,
+    disturbances,
     escape_effort,
     force_score,
     stream,
 )
-from energymargin.datasets import Dataset
-from energymargin.metrics import ANY
+from energymargin.datasets import Dataset, Future
+from energymargin.metrics import ANY, TIMED
 from energymargin.settings import SearchSettings
 from energymargin.tasks.base import plane_of
 
@@ -30,23 +33,25 @@ class Grown:
 
     problem: Problem
     search: CaptureScore | EscapeEffort | None
-    """None for the force score, which needs no search."""
+    """None for the force score and the probabilities, which have no tree."""
     score: float
 
 
 class Grower:
     """Grows the searches of a dataset's states, each once."""
 
-    def __init__(self, dataset: Dataset, settings: dict[str, Any]) -> None:
-        """`settings`: of the run. Raises ValueError if they are not those of a search, or if the
-        task cannot be made."""
+    def __init__(
+        self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
+    ) -> None:
+        """`settings` and `future`: of the run. Raises ValueError if the settings are not those of a
+        search, or if the task cannot be made."""
         try:
             self._settings = SearchSettings(**settings)
         except TypeError:
             raise ValueError(
                 f"the run's settings are those of another program: {settings}"
             ) from None
-        self._dataset = dataset
+        self._dataset, self._future = dataset, future
         self.plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
         """In which pictures show the task."""
         self._kept: dict[tuple[int, str], tuple[Problem, Any]] = {}
@@ -56,9 +61,11 @@ class Grower:
         cannot be made."""
         kind = _kind(metric)
         if (number, kind) not in self._kept:
-            (problem,) = self._dataset.problems([number])
+            (problem,) = self._dataset.problems([number], self._future)
             self._kept[number, kind] = problem, self._search(problem, number, metric)
         problem, found = self._kept[number, kind]
+        if kind in TIMED:
+            return Grown(problem, None, _probability(found, metric))
         if kind == "force":
             return Grown(problem, None, found.force)
         if kind == "tree":
@@ -70,6 +77,15 @@ class Grower:
         settings = self._settings
         grown: dict[str, Any] = {"nodes": settings.nodes, "seed": stream(settings.seed, number)}
         kind = _kind(metric)
+        if kind in TIMED:
+            return capture_probability(
+                problem,
+                disturbance=disturbances.Uniform(settings.strength, settings.objects),
+                rollouts=settings.rollouts,
+                seed=settings.seed if settings.common_random_numbers else grown["seed"],
+                success=metric == "probability/success",
+                by_object=metric == "probability/any",
+            )
         if kind == "force":
             return force_score(problem)
         if kind == "tree":
@@ -93,6 +109,15 @@ class Grower:
 
 def _kind(metric: str) -> str:
     """Metrics of one kind have one search."""
-    if metric.startswith("effort"):
+    if metric.startswith("effort") or metric in TIMED:
         return metric
     return "force" if metric.startswith("force") else "tree"
+
+
+def _probability(found: CaptureProbability, metric: str) -> float:
+    """What a metric is of what `_search` found for it."""
+    if metric == "probability/success":
+        assert found.success is not None  # it was asked for
+        return found.success
+    survival = found.any if metric == "probability/any" else None
+    return found.captured if survival is None else survival.captured

@@ -10,12 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from energymargin.curves import target_name
-from energymargin.evaluation import SUCCESS, Evaluation
-from energymargin.metrics import ANY, METRICS, TIMED
+from energymargin.datasets import Future
+from energymargin.evaluation import SUCCESS, SUCCESSES, Evaluation
+from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.report.subject import Data, Subject
 from energymargin.settings import ALGORITHM, SearchSettings
 
 __all__ = ["Notice", "notices"]
+
+# Of `energymargin score`, where they are not the names of the settings.
+OPTIONS = {"common_random_numbers": "--common"}
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
 
 def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
     """Metrics that the run was not asked for."""
-    asked = [m for m in METRICS if m not in TIMED]
+    others = TIMED if subject.future is None else CLOCKLESS
+    asked = [m for m in METRICS if m not in others]
     there = [m for m in asked if subject.several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
     if unasked:
@@ -73,8 +78,9 @@ def _one_label(subject: Subject, result: Evaluation) -> Iterator[Notice]:
     for (score, horizon), cell in cells.items():
         if cell is None and not np.isnan(subject.scores(score)).all():
             without.setdefault(target_name(horizon=horizon), []).append(score)
-    for score, cell in ((SUCCESS, result.success), (SUCCESS + ANY, result.success_any)):
-        if cell is None and score in subject.metrics and not np.isnan(subject.scores(score)).all():
+    for score in SUCCESSES:
+        lacks = score in subject.metrics and score not in result.trajectories
+        if lacks and not np.isnan(subject.scores(score)).all():
             without.setdefault(target_name(SUCCESS, last=result.last), []).append(score)
     if without:
         listed = "; ".join(f"{label}: {', '.join(scores)}" for label, scores in without.items())
@@ -111,11 +117,16 @@ def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str
     known = {own.name: own.default for own in fields(SearchSettings)}
     if not set(subject.settings) <= set(known):
         return None
+    future = subject.future
+    if future is not None and future != Future(future.horizon, future.plan):
+        return None
     words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
     if metrics is not None:
         words += ["--metrics", ",".join(metrics)]
+    if future is not None:
+        words += ["--horizon", str(future.horizon), "--plan", future.plan or "none"]
     for name, value in subject.settings.items():
-        option = f"--{name.replace('_', '-')}"
+        option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
         if value is True:
             words.append(option)
         elif value != known[name]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from energymargin import datasets
 from energymargin.closing import Closing
-from energymargin.datasets import Dataset
+from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import FORCE, LabelledScores
 from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
@@ -40,6 +40,8 @@ class Subject:
     parameters: dict[str, Any] | None
     """Of the task; None in a file of an older version."""
     settings: dict[str, Any]
+    future: Future | None
+    """What is asked of each state's future; None: it is asked about as it is."""
     algorithm: str
     seconds: dict[str, float]
     """Computing time of each metric, of all states [s]."""
@@ -110,6 +112,7 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             digest=run.digest,
             parameters=run.parameters,
             settings=run.settings,
+            future=run.future,
             algorithm=run.algorithm,
             seconds=run.times(),
             labelled=run.labelled_scores(),

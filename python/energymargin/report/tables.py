@@ -10,7 +10,6 @@ from energymargin.evaluation import (
     ANY_TITLE,
     DASH,
     PAPER,
-    SUCCESS,
     Cell,
     Evaluation,
     paper_value,
@@ -54,11 +53,10 @@ def tables(result: Evaluation) -> list[Table]:
 def _rows(result: Evaluation) -> Iterator[tuple[str, list[Entry]]]:
     for score, cells in result.states.items():
         yield score, [*map(_entry, cells.values()), *_paper(result.task, score)]
-    for score, cell in ((SUCCESS, result.success), (SUCCESS + ANY, result.success_any)):
-        if cell is not None:
-            below = (*cell.intervals(), "of whole trajectories")
-            entry = Entry(cell.value(), below, columns=len(result.horizons))
-            yield score, [entry, *_paper(result.task, score)]
+    for score, cell in result.trajectories.items():
+        below = (*cell.intervals(), "of whole trajectories")
+        entry = Entry(cell.value(), below, columns=len(result.horizons))
+        yield score, [entry, *_paper(result.task, score)]
 
 
 def _entry(cell: Cell | None) -> Entry:

@@ -82,7 +82,7 @@ class _Drawer:
         """Why it can draw no picture; empty if it can."""
         if data.dataset is not None:
             try:
-                self._grower = Grower(data.dataset, subject.settings)
+                self._grower = Grower(data.dataset, subject.settings, subject.future)
             except ValueError as error:
                 self.lacking = str(error)
 

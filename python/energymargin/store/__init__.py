@@ -1,6 +1,6 @@
 """Scores on disk: durable, shared by several scorers, and known by what was scored."""
 
-from energymargin.store.export import export, load
+from energymargin.store.export import curves_path, export, load
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
 from energymargin.store.scoring import begin_run, dataset_metrics, score_dataset, score_run
@@ -9,6 +9,7 @@ __all__ = [
     "Run",
     "ScoreStore",
     "begin_run",
+    "curves_path",
     "dataset_metrics",
     "export",
     "load",

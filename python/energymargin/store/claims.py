@@ -15,11 +15,14 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from energymargin.closing import Closing
 from energymargin.executors import Row
 from energymargin.processes import is_running
 from energymargin.store.file import ScoreStore
-from energymargin.store.run import Run
+from energymargin.store.run import FLOATS, Run
 
 __all__ = ["Claim", "Scorer"]
 
@@ -81,6 +84,14 @@ class Scorer(Closing):
                         if metric in asked and not math.isnan(value)
                     ],
                 )
+                self._database.executemany(
+                    "INSERT INTO curves VALUES (?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                    [
+                        (problem, row.index, asked[metric], *map(_packed, curve))
+                        for metric, curve in row.curves.items()
+                        if metric in asked
+                    ],
+                )
             self._give_up([row.index for row in rows])
         self._forget([row.index for row in rows])
 
@@ -115,8 +126,9 @@ class Scorer(Closing):
             "SELECT id FROM problems WHERE digest = ?", (digest,)
         ).fetchone()
         self._database.execute(
-            "UPDATE states SET problem = ? WHERE dataset = ? AND number = ? AND problem IS NOT ?",
-            (problem, self._run.dataset, number, problem),
+            "INSERT INTO posed VALUES (?, ?, ?, ?) ON CONFLICT (dataset, future, number) "
+            "DO UPDATE SET problem = excluded.problem WHERE problem != excluded.problem",
+            (self._run.dataset, self._run.future_number, number, problem),
         )
         self._problems[number] = problem
         return int(problem)
@@ -166,6 +178,10 @@ class Scorer(Closing):
             if until < now or (host == here and not is_running(process))
         ]
         self._database.executemany("DELETE FROM scorers WHERE id = ?", gone)
+
+
+def _packed(numbers: NDArray[np.float64]) -> bytes:
+    return np.asarray(numbers, FLOATS).tobytes()
 
 
 def _share(others: int) -> float:

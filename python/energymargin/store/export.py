@@ -1,4 +1,7 @@
-"""A store's scores as a table: a data frame, CSV, or Parquet. One row is a state of a run."""
+"""A store's scores as a table: a data frame, CSV, or Parquet. One row is a state of a run.
+
+The curves of probabilities are a table of their own: a row is a time of a curve.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,10 @@ import csv
 import errno
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
@@ -18,7 +21,7 @@ from energymargin.store.run import OF_STATE, Run
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["export", "load"]
+__all__ = ["curves_path", "export", "load"]
 
 BLOCK = 10000  # rows in memory
 NEEDS = "pip install energymargin[tables]"
@@ -30,9 +33,10 @@ def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
 
     A row is a state of a run: its `run`, `task`, `trajectory`, `frame`; the labels `captured`,
     `succeeded` (of its trajectory) and, with several objects, `captured_any`, `succeeded_any`; the
-    settings (missing where a run has no such one); a column for each metric (NaN: not there yet,
-    inf: no escape was found); `seconds` of computing. A seed of 64 bits makes its column text.
-    Needs the extra [tables]. Raises what ScoreStore does.
+    settings, and of what is asked of the future `horizon` [frames], `plan` ("none": it coasts), and
+    `check`, `dwell` [s] (missing where a run has no such one); a column for each metric (NaN: not
+    there yet, inf: no escape was found); `seconds` of computing. A seed of 64 bits makes its column
+    text. Needs the extra [tables]. Raises what ScoreStore does.
     """
     try:
         import pandas as pd
@@ -55,7 +59,11 @@ def export(
 ) -> int:
     """Writes what `load` gives into a .csv or .parquet file, block by block; returns the rows.
 
-    The file is there whole, or as it was. Parquet needs the extra [tables]. Raises ValueError on
+    If there are curves of probabilities, they are in a file beside it: scores-curves.csv of
+    scores.csv. A row is a time of a curve: `run`, `trajectory`, `frame`, `metric`, `time` [s] from
+    the frame on, and the probability of being `captured` throughout until then.
+
+    Each file is there whole, or as it was. Parquet needs the extra [tables]. Raises ValueError on
     another suffix.
     """
     output = Path(output)
@@ -63,10 +71,20 @@ def export(
         raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
     if not output.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
-    with ScoreStore(path) as store, replaced(output) as file:
-        table = _Table(_runs(store, run))
-        write = _write_csv if output.suffix == ".csv" else _write_parquet
-        return write(table, file)
+    write = _write_csv if output.suffix == ".csv" else _write_parquet
+    with ScoreStore(path) as store:
+        runs = _runs(store, run)
+        if any(one.has_curves for one in runs):
+            with replaced(curves_path(output)) as file:
+                write(_Curves(runs), file)
+        with replaced(output) as file:
+            return write(_Table(runs), file)
+
+
+def curves_path(output: str | os.PathLike[str]) -> Path:
+    """Where `export` writes the curves, if there are any."""
+    output = Path(output)
+    return output.with_name(f"{output.stem}-curves{output.suffix}")
 
 
 _OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
@@ -75,6 +93,39 @@ _OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
 def _of_pandas(kind: type, column: Sequence[Any]) -> str:
     """Of a whole number some runs may have none: a plain column of them cannot say so."""
     return "Int64" if kind is int and None in column else _OF_PANDAS[kind]
+
+
+class _Rows(Protocol):
+    """A table, row by row."""
+
+    @property
+    def kinds(self) -> dict[str, type]:
+        """The columns, each with the type of its values."""
+        ...
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """A value for each column, None where there is none."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """The curves of some runs, below one another."""
+
+    runs: Sequence[Run]
+    kinds: dict[str, type] = field(
+        default_factory=lambda: {
+            **{"run": int, "trajectory": int, "frame": int},
+            **{"metric": str, "time": float, "captured": float},
+        }
+    )
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """A row a time."""
+        for run in self.runs:
+            for trajectory, frame, metric, (times, curve) in run.curves():
+                for time, captured in zip(times.tolist(), curve.tolist(), strict=True):
+                    yield run.number, trajectory, frame, metric, time, captured
 
 
 @dataclass(frozen=True)
@@ -90,8 +141,8 @@ class _Table:
         kinds |= {"captured": bool, "succeeded": bool}
         if any(run.several for run in self.runs):
             kinds |= {"captured_any": bool, "succeeded_any": bool}
-        for name in {name: None for run in self.runs for name in run.settings}:
-            kinds[name] = _widest([_kind(run.settings.get(name)) for run in self.runs])
+        for name in {name: None for run in self.runs for name in _asked(run)}:
+            kinds[name] = _widest([_kind(_asked(run).get(name)) for run in self.runs])
         kinds |= {"algorithm": str}
         kinds |= {metric: float for run in self.runs for metric in run.metrics}
         return kinds | {"seconds": float}
@@ -101,7 +152,7 @@ class _Table:
         kinds = self.kinds
         for run in self.runs:
             of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
-            of_run |= {n: None if v is None else kinds[n](v) for n, v in run.settings.items()}
+            of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
             for row in run.rows():
                 trajectory, frame, *labels, seconds = row[: len(OF_STATE)]
                 captured, succeeded, captured_any, succeeded_any = map(_flag, labels)
@@ -112,7 +163,14 @@ class _Table:
                 yield tuple(own.get(column) for column in kinds)
 
 
-def _write_csv(table: _Table, path: Path) -> int:
+def _asked(run: Run) -> dict[str, Any]:
+    """What a run was asked for: its settings, and what they ask of the future."""
+    if run.future is None:
+        return run.settings
+    return run.settings | run.future.all() | {"plan": run.future.plan or "none"}
+
+
+def _write_csv(table: _Rows, path: Path) -> int:
     count = 0
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
@@ -123,7 +181,7 @@ def _write_csv(table: _Table, path: Path) -> int:
     return count
 
 
-def _write_parquet(table: _Table, path: Path) -> int:
+def _write_parquet(table: _Rows, path: Path) -> int:
     try:
         import pyarrow as pa
         from pyarrow.parquet import ParquetWriter
@@ -159,6 +217,8 @@ def _kind(value: Any) -> type | None:
 def _widest(kinds: Sequence[type | None]) -> type:
     """What holds the values of one setting in all runs; None is a run that has no such setting."""
     there = {kind for kind in kinds if kind is not None}
+    if not there:
+        return float
     if len(there) == 1:
         return there.pop()
     return float if there == {int, float} else str

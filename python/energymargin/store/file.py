@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from energymargin.closing import Closing
-from energymargin.datasets import Dataset
+from energymargin.datasets import Dataset, Future
 from energymargin.interrupts import since_interrupt
 from energymargin.settings import ALGORITHM
 from energymargin.store import schema
@@ -34,8 +34,8 @@ LABELS = 10000  # states that are put in at a time
 class ScoreStore(Closing):
     """An open file of scores; close it, or use it in a `with` statement.
 
-    It holds the runs of any number of datasets and settings. Several processes of one machine may
-    have it open at once, and write to it.
+    It holds the runs of any number of datasets, futures and settings. Several processes of one
+    machine may have it open at once, and write to it.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
@@ -66,7 +66,7 @@ class ScoreStore(Closing):
             raise
 
     def runs(self) -> list[Run]:
-        """Every dataset with a choice of settings that was ever begun here, in that order."""
+        """Every dataset with a future and settings that was ever begun here, in that order."""
         return [Run(self, n) for (n,) in self.database.execute("SELECT id FROM runs ORDER BY id")]
 
     def run(self, number: int | None = None) -> Run:
@@ -88,22 +88,27 @@ class ScoreStore(Closing):
         settings: Mapping[str, Any],
         questions: Mapping[str, Mapping[str, Any]],
         known_by: str = "",
+        future: Future | None = None,
     ) -> Run:
         """The run of this dataset with these settings, which is begun if there is none.
 
         `questions` are the settings of each metric, by its name: those that change its value.
+        `future` is what they ask of each state, None is about the state as it is.
         `known_by` names what its states are known by, if not their problems: a state is known by
         one thing alone, so such runs have the states once more.
         """
         digest = dataset.digest() + known_by
         with self.transaction():
             number = self._dataset(dataset, digest)
+            asks = schema.NO_FUTURE if future is None else future.to_json()
+            ahead = schema.future_number(self.database, asks)
             asked = sorted(self._question(metric, own) for metric, own in questions.items())
             for run in self.runs():
-                if run.dataset == number and run.questions == asked:
+                if (run.dataset, run.future_number, run.questions) == (number, ahead, asked):
                     return run
             cursor = self.database.execute(
-                "INSERT INTO runs (dataset, settings) VALUES (?, ?)", (number, _json(settings))
+                "INSERT INTO runs (dataset, future, settings) VALUES (?, ?, ?)",
+                (number, ahead, _json(settings)),
             )
             self.database.executemany(
                 "INSERT INTO asked VALUES (?, ?)", [(cursor.lastrowid, one) for one in asked]
@@ -224,7 +229,7 @@ class ScoreStore(Closing):
             last = min(first + LABELS, dataset.size)
             labels = dataset.labels(first, last)
             self.database.executemany(
-                "INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)",
+                "INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                 ((cursor.lastrowid, n, *own) for n, own in enumerate(labels, start=first)),
             )
         return cursor.lastrowid

@@ -22,7 +22,10 @@ BLOCK = 100  # states that are adopted at a time
 
 
 def adopt(store: ScoreStore, run: Run, digests: Digests) -> None:
-    """Gives the problems of a dataset that comes from an older file the digests they have now."""
+    """Gives the problems of a dataset that comes from an older file the digests they have now.
+
+    `digests`: of the states as they are, for an older file asks of no future.
+    """
     (old,) = store.database.execute(
         "SELECT digest_2 FROM datasets WHERE id = ?", (run.dataset,)
     ).fetchone()
@@ -44,8 +47,8 @@ def _rename(database: sqlite3.Connection, run: Run, number: int, old: bytes, new
         database.execute("UPDATE problems SET digest = ? WHERE digest = ?", (new, old))
     elif old in problems:
         database.execute(
-            "UPDATE states SET problem = ? WHERE dataset = ? AND number = ?",
-            (problems[new], run.dataset, number),
+            "UPDATE posed SET problem = ? WHERE dataset = ? AND number = ? AND problem = ?",
+            (problems[new], run.dataset, number, problems[old]),
         )
         database.execute(
             "UPDATE OR IGNORE scores SET problem = ? WHERE problem = ?",
@@ -64,7 +67,8 @@ def forget_if_changed(store: ScoreStore, run: Run, digests: Digests) -> None:
     if known != digests(list(known)):
         with store.transaction():
             store.database.execute(
-                "UPDATE states SET problem = NULL WHERE dataset = ?", (run.dataset,)
+                "DELETE FROM posed WHERE dataset = ? AND future = ?",
+                (run.dataset, run.future_number),
             )
 
 
@@ -73,9 +77,9 @@ def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> di
     found = {}
     for number in numbers:
         row = database.execute(
-            "SELECT digest FROM states JOIN problems ON problem = problems.id "
-            "WHERE dataset = ? AND number = ?",
-            (run.dataset, number),
+            "SELECT digest FROM posed JOIN problems ON problem = problems.id "
+            "WHERE dataset = ? AND future = ? AND number = ?",
+            (run.dataset, run.future_number, number),
         ).fetchone()
         if row is not None:
             found[number] = row[0]

@@ -1,4 +1,4 @@
-"""One dataset with one choice of settings, in a file of scores."""
+"""One dataset with one future and one choice of settings, in a file of scores."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
 from energymargin.metrics import METRICS
+from energymargin.store.schema import NO_FUTURE
+from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
     from energymargin.store.file import ScoreStore
 
-__all__ = ["OF_STATE", "Run"]
+__all__ = ["FLOATS", "OF_STATE", "Run"]
 
 OF_STATE = (
     *("trajectory", "frame", "captured", "success"),
@@ -23,18 +27,28 @@ OF_STATE = (
 )
 """What a row of a run begins with, before its metrics."""
 
+FLOATS = np.dtype("<f8")
+"""Of the numbers of a curve, as they are packed."""
+
+Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Times from 0 to the horizon [s], and the probability until each, shape (T,) both."""
+
 
 class Run:
-    """What a store holds of a dataset with a choice of settings."""
+    """What a store holds of a dataset with a future and a choice of settings."""
 
     def __init__(self, store: ScoreStore, number: int) -> None:
         """A run that is in the store."""
         self.store = store
         self.number = number
         self._database = store.database
-        self.dataset, settings = self._database.execute(
-            "SELECT dataset, settings FROM runs WHERE id = ?", (number,)
+        self.dataset, self.future_number, asks, settings = self._database.execute(
+            "SELECT dataset, future, asks, settings FROM runs JOIN futures ON future = futures.id "
+            "WHERE runs.id = ?",
+            (number,),
         ).fetchone()
+        self.future = None if asks == NO_FUTURE else Future.from_json(asks)
+        """What is asked of each state's future; None: it is asked about as it is."""
         self.settings: dict[str, Any] = json.loads(settings)
         self.task, self.states, self.digest, parameters = self._database.execute(
             "SELECT task, states, digest, parameters FROM datasets WHERE id = ?", (self.dataset,)
@@ -85,23 +99,24 @@ class Run:
         """In one line, as for a choice among several."""
         scored, states = self.counts()
         settings = ", ".join(f"{name} {value}" for name, value in self.settings.items())
+        ahead = "" if self.future is None else f"{self.future}; "
         return (
             f"run {self.number}: {self.task}, {scored} of {states} states, "
-            f"{', '.join(self.metrics)} ({settings}; algorithm {self.algorithm})"
+            f"{', '.join(self.metrics)} ({ahead}{settings}; algorithm {self.algorithm})"
         )
 
     def counts(self) -> tuple[int, int]:
         """How many states have all their scores, and how many there are."""
         (missing,) = self._database.execute(
-            f"SELECT count(*) FROM states WHERE dataset = ? AND {self.lacks}", (self.dataset,)
+            f"SELECT count(*) FROM {self._states} AND {self._lacks}", (self.dataset,)
         ).fetchone()
         return self.states - int(missing), self.states
 
     def missing(self, first: int = 0, last: int | None = None) -> list[int]:
         """The numbers of the states from `first` on, before `last`, that lack a score; rising."""
         rows = self._database.execute(
-            f"SELECT number FROM states WHERE dataset = ? AND number >= ? AND number < ? "
-            f"AND {self.lacks} ORDER BY number",
+            f"SELECT states.number FROM {self._states} AND states.number >= ? "
+            f"AND states.number < ? AND {self._lacks} ORDER BY states.number",
             (self.dataset, first, self.states if last is None else last),
         )
         return [number for (number,) in rows]
@@ -117,10 +132,10 @@ class Run:
         return {
             metric: float(
                 self._database.execute(
-                    "SELECT total(seconds) FROM states JOIN scores "
-                    "ON scores.problem = states.problem AND stream = number AND question = ? "
-                    "WHERE dataset = ?",
-                    (question, self.dataset),
+                    "SELECT total(seconds) FROM posed JOIN scores "
+                    "ON scores.problem = posed.problem AND stream = number AND question = ? "
+                    "WHERE dataset = ? AND future = ?",
+                    (question, self.dataset, self.future_number),
                 ).fetchone()[0]
             )
             for metric, question in self.asked.items()
@@ -133,11 +148,54 @@ class Run:
             f", max(iif(question = {question}, value, NULL))" for question in self.asked.values()
         )
         return self._database.execute(
-            f"SELECT {', '.join(OF_STATE[:-1])}, total(seconds){values} "
-            "FROM states LEFT JOIN scores ON scores.problem = states.problem AND stream = number "
-            f"AND question IN ({self._listed}) WHERE dataset = ? GROUP BY number ORDER BY number",
+            f"SELECT {', '.join(OF_STATE[:-1])}, total(seconds){values} FROM {self._posed} "
+            "LEFT JOIN scores ON scores.problem = posed.problem AND stream = posed.number "
+            f"AND question IN ({self._listed}) WHERE states.dataset = ? "
+            "GROUP BY states.number ORDER BY states.number",
             (self.dataset,),
         )
+
+    def curve(self, number: int, metric: str = "probability") -> Curve | None:
+        """How a probability of the state of this number falls with time; None if it is not there.
+
+        The times [s] from 0 to the horizon, and the probability of being captured throughout until
+        each, shape (T,) both. "probability" and "probability/any" have curves; raises ValueError on
+        a metric that the run does not have, and a number that is none of its states'.
+        """
+        whole_number("number", number, 0, self.states - 1)
+        if metric not in self.asked:
+            raise ValueError(f"metric is {metric!r}, expected one of {', '.join(self.metrics)}")
+        row = self._database.execute(
+            "SELECT times, curve FROM posed JOIN curves "
+            "ON curves.problem = posed.problem AND stream = number AND question = ? "
+            "WHERE dataset = ? AND future = ? AND number = ?",
+            (self.asked[metric], self.dataset, self.future_number, number),
+        ).fetchone()
+        return None if row is None else (_unpacked(row[0]), _unpacked(row[1]))
+
+    @property
+    def has_curves(self) -> bool:
+        """Whether there is any."""
+        row = self._database.execute(
+            "SELECT 1 FROM posed JOIN curves ON curves.problem = posed.problem AND stream = number "
+            f"AND question IN ({self._listed}) WHERE dataset = ? AND future = ? LIMIT 1",
+            (self.dataset, self.future_number),
+        ).fetchone()
+        return row is not None
+
+    def curves(self) -> Iterator[tuple[int, int, str, Curve]]:
+        """All of them, in the order of the states: trajectory, frame, metric, and its curve."""
+        names = {question: metric for metric, question in self.asked.items()}
+        rows = self._database.execute(
+            "SELECT trajectory, frame, question, times, curve FROM states "
+            "JOIN posed USING (dataset, number) "
+            "JOIN curves ON curves.problem = posed.problem AND stream = number "
+            f"AND question IN ({self._listed}) WHERE dataset = ? AND future = ? "
+            "ORDER BY number, question",
+            (self.dataset, self.future_number),
+        )
+        for trajectory, frame, question, times, curve in rows:
+            yield trajectory, frame, names[question], (_unpacked(times), _unpacked(curve))
 
     def labelled_scores(self) -> LabelledScores:
         """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
@@ -156,14 +214,31 @@ class Run:
         )
 
     @property
-    def lacks(self) -> str:
-        """In SQL: whether a row of `states` lacks a score of the run."""
+    def _posed(self) -> str:
+        """In SQL: all states, each with its problem if that was made."""
         return (
-            "(problem IS NULL OR (SELECT count(*) FROM scores "
-            "WHERE scores.problem = states.problem "
-            f"AND stream = number AND question IN ({self._listed})) < {len(self.asked)})"
+            f"states LEFT JOIN posed ON posed.dataset = states.dataset "
+            f"AND posed.future = {self.future_number} AND posed.number = states.number"
+        )
+
+    @property
+    def _states(self) -> str:
+        """The same, of the run's dataset alone."""
+        return f"{self._posed} WHERE states.dataset = ?"
+
+    @property
+    def _lacks(self) -> str:
+        """In SQL: whether a row of `_states` lacks a score of the run."""
+        return (
+            "(posed.problem IS NULL OR (SELECT count(*) FROM scores "
+            "WHERE scores.problem = posed.problem "
+            f"AND stream = posed.number AND question IN ({self._listed})) < {len(self.asked)})"
         )
 
     @cached_property
     def _listed(self) -> str:
         return ", ".join(map(str, self.questions))
+
+
+def _unpacked(numbers: bytes) -> NDArray[np.float64]:
+    return np.frombuffer(numbers, FLOATS).astype(np.float64)

@@ -3,17 +3,22 @@
     datasets   id, digest (and what its states are known by, if not their problems), task,
                parameters (JSON), states (how many), digest_2 (of version 2)
     states     dataset, number, trajectory, frame, captured, success, captured_any, success_any
-               (NULL: one set for all objects), problem (NULL: not looked at yet)
+               (NULL: one set for all objects)
+    futures    id, asks (JSON: horizon [frames], plan, check, dwell; null: of the state as it is)
     problems   id, digest: SHA-256 of what the problem is
+    posed      dataset, future, number, problem: that of a state with a future, once it was made
     questions  id, metric, settings (JSON: those that change this metric), algorithm
     scores     problem, stream, question, value (inf: no escape was found), seconds
-    runs       id, dataset, settings (JSON: all of them)
+    curves     problem, stream, question, times [s], curve (probability until each): float64, little
+               endian, of the scores that have one
+    runs       id, dataset, future, settings (JSON: all of them)
     asked      run, question: what a run asks of each state of its dataset
     scorers    id, host, process, until: who is at work, and how long others believe that [s]
     claims     problem, stream, question, scorer: what is being computed
 
 A score belongs to what the problem is, not to where it stands: two datasets with the same state at
-the same number share it, and so do two runs that ask the same question.
+the same number share it, and so do two runs that ask the same question. A state has one problem as
+it is, and one more for each future that is asked of it.
 """
 
 from __future__ import annotations
@@ -27,12 +32,24 @@ from typing import Any
 from energymargin.metrics import METRICS
 from energymargin.settings import SearchSettings
 
-__all__ = ["APPLICATION_ID", "VERSION", "create", "has_its_tables", "migrate", "state_digest"]
+__all__ = [
+    "APPLICATION_ID",
+    "NO_FUTURE",
+    "VERSION",
+    "create",
+    "future_number",
+    "has_its_tables",
+    "migrate",
+    "state_digest",
+]
 
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
-# 1 had no labels of at least one object; 1 and 2 were of one dataset and one choice of settings
-VERSION = 3
+# 1 had no labels of at least one object; 1 and 2 were of one dataset and one choice of settings; up
+# to 3 a state had one problem
+VERSION = 4
+
+NO_FUTURE = "null"  # as JSON
 
 _TABLES = """
 CREATE TABLE datasets (
@@ -44,8 +61,14 @@ CREATE TABLE states (
     dataset INTEGER NOT NULL REFERENCES datasets, number INTEGER NOT NULL,
     trajectory INTEGER NOT NULL, frame INTEGER NOT NULL,
     captured INTEGER NOT NULL, success INTEGER NOT NULL,
-    captured_any INTEGER, success_any INTEGER, problem INTEGER REFERENCES problems,
+    captured_any INTEGER, success_any INTEGER,
     PRIMARY KEY (dataset, number)
+) WITHOUT ROWID;
+CREATE TABLE futures (id INTEGER PRIMARY KEY, asks TEXT NOT NULL UNIQUE);
+CREATE TABLE posed (
+    dataset INTEGER NOT NULL REFERENCES datasets, future INTEGER NOT NULL REFERENCES futures,
+    number INTEGER NOT NULL, problem INTEGER NOT NULL REFERENCES problems,
+    PRIMARY KEY (dataset, future, number)
 ) WITHOUT ROWID;
 CREATE TABLE questions (
     id INTEGER PRIMARY KEY, metric TEXT NOT NULL, settings TEXT NOT NULL, algorithm TEXT NOT NULL,
@@ -56,8 +79,14 @@ CREATE TABLE scores (
     question INTEGER NOT NULL REFERENCES questions, value REAL NOT NULL, seconds REAL NOT NULL,
     PRIMARY KEY (problem, stream, question)
 ) WITHOUT ROWID;
+CREATE TABLE curves (
+    problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
+    question INTEGER NOT NULL REFERENCES questions, times BLOB NOT NULL, curve BLOB NOT NULL,
+    PRIMARY KEY (problem, stream, question)
+);
 CREATE TABLE runs (
-    id INTEGER PRIMARY KEY, dataset INTEGER NOT NULL REFERENCES datasets, settings TEXT NOT NULL
+    id INTEGER PRIMARY KEY, dataset INTEGER NOT NULL REFERENCES datasets,
+    future INTEGER NOT NULL REFERENCES futures, settings TEXT NOT NULL
 );
 CREATE TABLE asked (
     run INTEGER NOT NULL REFERENCES runs, question INTEGER NOT NULL REFERENCES questions,
@@ -76,16 +105,20 @@ CREATE INDEX claims_of_scorer ON claims (scorer);
 """
 
 # Settings that older files do not name, as they were then.
-_BEFORE = {"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False, "rollouts": 30}
+_BEFORE = {
+    **{"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False, "rollouts": 30},
+    **{"strength": 1.0, "objects": None, "common_random_numbers": False},
+}
 # Settings of older files that are none of a search.
 _OF_FILE = ("task", "dataset", "metrics", "energymargin")
 
 
 def create(database: sqlite3.Connection) -> None:
-    """Makes the tables of a new file, in the transaction that is open."""
+    """Makes the tables that are not there, in the transaction that is open."""
     for statement in _TABLES.split(";"):
         if statement.strip():
-            database.execute(statement)
+            once = statement.replace("TABLE", "TABLE IF NOT EXISTS", 1)
+            database.execute(once.replace("CREATE INDEX", "CREATE INDEX IF NOT EXISTS", 1))
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {VERSION}")
 
@@ -112,8 +145,53 @@ def state_digest(dataset: str, number: int) -> bytes:
     return hashlib.sha256(f"state {number} of the dataset {dataset}".encode()).digest()
 
 
+def future_number(database: sqlite3.Connection, asks: str) -> int:
+    """Of a future (JSON), which is put in if it is not there."""
+    database.execute("INSERT INTO futures (asks) VALUES (?) ON CONFLICT DO NOTHING", (asks,))
+    (number,) = database.execute("SELECT id FROM futures WHERE asks = ?", (asks,)).fetchone()
+    return int(number)
+
+
 def migrate(database: sqlite3.Connection, version: int) -> None:
-    """Brings a file of an older version to this one, in the transaction that is open.
+    """Brings a file of an older version to this one, in the transaction that is open."""
+    if version < 3:
+        _migrate_one_run(database, version)
+    else:
+        _migrate_one_problem_a_state(database)
+
+
+def _migrate_one_problem_a_state(database: sqlite3.Connection) -> None:
+    """Of version 3: each state's problem is the one without a future."""
+    for table in ("asked", "runs", "states"):
+        database.execute(f"ALTER TABLE {table} RENAME TO old_{table}")
+    create(database)
+    future = future_number(database, NO_FUTURE)
+    database.execute(
+        "INSERT INTO states SELECT dataset, number, trajectory, frame, captured, success, "
+        "captured_any, success_any FROM old_states"
+    )
+    database.execute(
+        "INSERT INTO posed SELECT dataset, ?, number, problem FROM old_states "
+        "WHERE problem IS NOT NULL",
+        (future,),
+    )
+    for number, dataset, settings in database.execute("SELECT id, dataset, settings FROM old_runs"):
+        named = _with_those_before(json.loads(settings))
+        database.execute(
+            "INSERT INTO runs VALUES (?, ?, ?, ?)", (number, dataset, future, _json(named))
+        )
+    database.execute("INSERT INTO asked SELECT run, question FROM old_asked")
+    for table in ("asked", "runs", "states"):
+        database.execute(f"DROP TABLE old_{table}")
+
+
+def _with_those_before(settings: dict[str, Any]) -> dict[str, Any]:
+    """The settings of a run, with those of a search that its file did not name."""
+    return _BEFORE | settings if "nodes" in settings else settings
+
+
+def _migrate_one_run(database: sqlite3.Connection, version: int) -> None:
+    """Of the versions 1 and 2, of one dataset.
 
     Its problems are known by the old fingerprint of their dataset alone, until it is scored again.
     """
@@ -145,8 +223,12 @@ def _move_states(database: sqlite3.Connection, settings: dict[str, Any], some: b
     problems = [(n + 1, state_digest(digest, n)) for n in range(len(states))]
     database.executemany("INSERT INTO problems VALUES (?, ?)", problems)
     database.executemany(
-        "INSERT INTO states VALUES (1, ?, ?, ?, ?, ?, ?, ?, ?)",
-        [(n, *state, n + 1) for n, state in enumerate(states)],
+        "INSERT INTO states VALUES (1, ?, ?, ?, ?, ?, ?, ?)",
+        [(n, *state) for n, state in enumerate(states)],
+    )
+    future = future_number(database, NO_FUTURE)
+    database.executemany(
+        "INSERT INTO posed VALUES (1, ?, ?, ?)", [(future, n, n + 1) for n in range(len(states))]
     )
     return len(states)
 
@@ -154,9 +236,10 @@ def _move_states(database: sqlite3.Connection, settings: dict[str, Any], some: b
 def _move_scores(database: sqlite3.Connection, settings: dict[str, Any]) -> None:
     """The one run, its questions, and the scores; the first metric has a state's whole time."""
     numbers = {name: value for name, value in settings.items() if name not in _OF_FILE}
-    if set(settings["metrics"]) <= set(METRICS) and "nodes" in numbers:
-        numbers = _BEFORE | numbers
-    database.execute("INSERT INTO runs VALUES (1, 1, ?)", (_json(numbers),))
+    if set(settings["metrics"]) <= set(METRICS):
+        numbers = _with_those_before(numbers)
+    future = future_number(database, NO_FUTURE)
+    database.execute("INSERT INTO runs VALUES (1, 1, ?, ?)", (future, _json(numbers)))
     for question, metric in enumerate(settings["metrics"], start=1):
         own = SearchSettings(**numbers).of(metric) if "nodes" in numbers else numbers
         database.execute(
@@ -167,7 +250,8 @@ def _move_scores(database: sqlite3.Connection, settings: dict[str, Any]) -> None
         database.execute(
             "INSERT INTO scores SELECT problem, number, ?, value, iif(?, seconds, 0) "
             "FROM old_scores JOIN old_states USING (trajectory, frame) "
-            "JOIN states USING (trajectory, frame) WHERE metric = ? AND seconds IS NOT NULL",
+            "JOIN states USING (trajectory, frame) JOIN posed USING (dataset, number) "
+            "WHERE metric = ? AND seconds IS NOT NULL",
             (question, question == 1, metric),
         )
 

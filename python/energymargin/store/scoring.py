@@ -5,26 +5,26 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from energymargin import datasets
 from energymargin._core import Cancel, Problem
-from energymargin.datasets import Dataset
+from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
-from energymargin.metrics import check_metrics
-from energymargin.scoring import ScoreError, chosen_metrics, run_all
+from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
+from energymargin.scoring import ScoreError, chosen_metrics, require_objects, run_all
 from energymargin.settings import SearchSettings
 from energymargin.store.claims import Scorer
 from energymargin.store.file import ScoreStore
-from energymargin.store.known import adopt, forget_if_changed
+from energymargin.store.known import Digests, adopt, forget_if_changed
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 
@@ -43,6 +43,7 @@ def score_dataset(
     metrics: Sequence[str] | None = None,
     settings: SearchSettings | None = None,
     *,
+    future: Future | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
@@ -59,22 +60,24 @@ def score_dataset(
     of the new name has all that was finished.
 
     `dataset`, or its file, is read in blocks; `metrics` None takes all that there are; `settings`
-    None is SearchSettings(), `executor` None is Threads(). `progress(done, total)` counts all
-    states. Errors: as `em.score`, and ScoreStore.
+    None is SearchSettings(), `executor` None is Threads(). With a `future` the scores ask about the
+    frames to come, in a run of its own; those without a clock, as "capture", are for a call without
+    one. `progress(done, total)` counts all states. Errors: as `em.score`, and ScoreStore.
     """
     limit = Limit(timeout, cancel)
     if not isinstance(dataset, Dataset):
         with datasets.open(dataset) as opened:
             return score_dataset(
                 *(opened, path, metrics, settings),
+                future=future,
                 executor=executor,
                 progress=progress,
                 **limit.rest(),
             )
-    metrics = dataset_metrics(dataset, metrics)  # nothing is written if they cannot be
     settings, executor = _settings(settings), chosen_executor(executor)
+    metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
     with ScoreStore(path, create=True) as store:
-        run = begin_run(store, dataset, metrics, settings)
+        run = begin_run(store, dataset, metrics, settings, future)
         return score_run(dataset, run, executor=executor, progress=progress, **limit.rest())
 
 
@@ -83,18 +86,25 @@ def begin_run(
     dataset: Dataset,
     metrics: Sequence[str],
     settings: SearchSettings,
+    future: Future | None = None,
 ) -> Run:
     """The run of a dataset with these metrics and settings, whose states are known by what they
     are now."""
-    run = store.begin(dataset, settings.all(), {metric: settings.of(metric) for metric in metrics})
+    questions = {metric: settings.of(metric) for metric in metrics}
+    run = store.begin(dataset, settings.all(), questions, future=future)
+    adopt(store, run, _digests(dataset, run, None))
+    forget_if_changed(store, run, _digests(dataset, run, future))
+    return run
+
+
+def _digests(dataset: Dataset, run: Run, future: Future | None) -> Digests:
+    """What the states of a run are known by, with a future."""
 
     def digests(numbers: Sequence[int]) -> dict[int, bytes]:
-        problems = _problems(dataset, numbers, {})
-        return {n: _known(run, n, problem).digest for n, problem in problems.items()}
+        problems = _problems(dataset, numbers, future, {})
+        return {n: _known(run, n, problem, future).digest for n, problem in problems.items()}
 
-    adopt(store, run, digests)
-    forget_if_changed(store, run, digests)
-    return run
+    return digests
 
 
 def score_run(
@@ -133,32 +143,55 @@ def _settings(settings: SearchSettings | None) -> SearchSettings:
     return settings
 
 
-def dataset_metrics(dataset: Dataset, metrics: Sequence[str] | None) -> Sequence[str]:
+def dataset_metrics(
+    dataset: Dataset,
+    metrics: Sequence[str] | None,
+    settings: SearchSettings,
+    future: Future | None = None,
+) -> Sequence[str]:
     """Those that are asked for, or all that a few of the states have, which stand for the others.
 
-    Raises ValueError on metrics that cannot be.
+    Raises ValueError on metrics that cannot be, or not with these settings.
     """
     numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
     errors: dict[int, str] = {}
-    problems = _problems(dataset, numbers, errors)
+    problems = _problems(dataset, numbers, future, errors)
     if not problems:
         raise StateError(errors[min(errors)])
+    _require_clock(metrics or (), problems.values())
     chosen = chosen_metrics(list(problems.values()), metrics)
     check_metrics(chosen)
+    require_objects(problems.values(), chosen, settings)
     return chosen
 
 
+def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
+    """Raises ValueError on a metric with a clock where the problems have none, and the reverse."""
+    clocks = {problem.horizon is not None for problem in problems}
+    for metric in metrics:
+        if metric in TIMED and False in clocks:
+            raise ValueError(
+                f"metrics has {metric!r}, which asks about a while: give its horizon, "
+                "--horizon FRAMES, or in Python future=em.datasets.Future(FRAMES)"
+            )
+        if metric in CLOCKLESS and True in clocks:
+            raise ValueError(
+                f"metrics has {metric!r}, which asks about states as they are: score it without a "
+                "horizon"
+            )
+
+
 def _problems(
-    dataset: Dataset, numbers: Sequence[int], errors: dict[int, str]
+    dataset: Dataset, numbers: Sequence[int], future: Future | None, errors: dict[int, str]
 ) -> dict[int, Problem]:
     """Of the states of these numbers; of those that make none, `errors` gets why."""
     try:
-        return dict(zip(numbers, dataset.problems(numbers), strict=True))
+        return dict(zip(numbers, dataset.problems(numbers, future), strict=True))
     except StateError as error:
         if len(numbers) == 1:
             errors[numbers[0]] = str(error)
             return {}
-    alone = (_problems(dataset, [number], errors) for number in numbers)
+    alone = (_problems(dataset, [number], future, errors) for number in numbers)
     return {number: problem for found in alone for number, problem in found.items()}
 
 
@@ -172,12 +205,16 @@ class _Known:
     digest: bytes
 
 
-def _known(run: Run, number: int, problem: Problem) -> _Known:
-    """What a state is known by; where it stands if its problem cannot be written down."""
+def _known(run: Run, number: int, problem: Problem, future: Future | None) -> _Known:
+    """What a state is known by; where it stands, and what is asked, if its problem cannot be
+    written down."""
     try:
         written = problem.to_json()
     except ValueError:
-        return _Known(problem, None, state_digest(run.digest, number))
+        place = (
+            run.digest if future is None else f"{run.digest}, with the future {future.to_json()}"
+        )
+        return _Known(problem, None, state_digest(place, number))
     return _Known(problem, written, hashlib.sha256(written.encode()).digest())
 
 
@@ -256,8 +293,9 @@ class _Missing:
             self._resting = time.monotonic() + AGAIN
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
-        problems = _problems(self._dataset, numbers, self.errors)
-        known = {n: _known(self._run, n, problem) for n, problem in problems.items()}
+        future = self._run.future
+        problems = _problems(self._dataset, numbers, future, self.errors)
+        known = {n: _known(self._run, n, problem, future) for n, problem in problems.items()}
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._left |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))

@@ -242,7 +242,8 @@ class ScriptedTask(ABC):
         """
         raise ValueError(
             f"task {self.name!r} does not say what its robot is about to do: give "
-            f"{type(self).__name__} a method `script(params)`, the mean of its `drive` as a Drive"
+            f"{type(self).__name__} a method `script(params)`, the mean of its `drive` as a Drive; "
+            "without one its plan can be 'hold' or none"
         )
 
     def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:

@@ -36,7 +36,8 @@ class StoredScores:
             }
             """What another search is told to give the same scores."""
             nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
-            self.title = f"stored{nodes}"
+            ahead = "" if chosen.future is None else f", {chosen.future}"
+            self.title = f"stored{nodes}{ahead}"
             """What a column of them is called."""
             self._scores = chosen.labelled_scores().scores
 

@@ -1,0 +1,158 @@
+"""What is asked of the future of a recorded state: how far ahead, and what the robot does then."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from energymargin._core import Plan, Problem
+from energymargin.tasks.base import (
+    Following,
+    ScriptedTask,
+    Task,
+    Trajectory,
+    positive_number,
+    whole_number,
+)
+
+__all__ = ["Future"]
+
+WHOLE = 1e-6  # of a step: as near a rollout's times are to whole steps
+
+
+@dataclass(frozen=True)
+class Future:
+    """Does it stay captured for the next frames of what the robot does? Asked of any frame, also of
+    one with fewer frames left in its trajectory: a probability needs no label.
+
+    Raises ValueError on what cannot be.
+    """
+
+    horizon: int
+    """Frames to look ahead, from 1. One behind the last frame of a trajectory counts as the mean
+    time between its frames."""
+    plan: Following | None = "script"
+    """"script": the mean of the script from the frame on, and behind its end what the task's
+    `afterwards` says; "hold": the robot goes on as it moves; None: it coasts."""
+    check: float | None = None
+    """Time between two looks at the capture set [s]; None: that of a Problem."""
+    dwell: float = 0.0
+    """How long it has to be outside to be lost [s], as of a Problem."""
+
+    def __post_init__(self) -> None:
+        """Checks each of them, and brings it to one type, so that a store knows equal ones."""
+        object.__setattr__(self, "horizon", whole_number("horizon", self.horizon, 1))
+        if self.plan not in ("script", "hold", None):
+            raise ValueError(f"plan is {self.plan!r}, expected 'script', 'hold' or None")
+        if self.check is not None:
+            object.__setattr__(self, "check", float(positive_number("check", self.check)))
+        if not (isinstance(self.dwell, (int, float)) and math.isfinite(self.dwell)) or (
+            self.dwell < 0
+        ):
+            raise ValueError(f"dwell is {self.dwell!r}, expected a finite number of at least 0")
+        object.__setattr__(self, "dwell", float(self.dwell))
+
+    def __str__(self) -> str:
+        """As a store's run names it: "horizon 5 frames, plan script"."""
+        frames = "1 frame" if self.horizon == 1 else f"{self.horizon} frames"
+        parts = [f"horizon {frames}", f"plan {self.plan or 'none'}"]
+        if self.check is not None:
+            parts.append(f"check {self.check:g} s")
+        if self.dwell:
+            parts.append(f"dwell {self.dwell:g} s")
+        return ", ".join(parts)
+
+    def all(self) -> dict[str, Any]:
+        """What makes it, by name."""
+        return asdict(self)
+
+    def to_json(self) -> str:
+        """The same text for equal ones."""
+        return json.dumps(self.all(), sort_keys=True)
+
+    @staticmethod
+    def from_json(text: str) -> Future:
+        """What `to_json` wrote."""
+        return Future(**json.loads(text))
+
+    def seconds(self, trajectory: Trajectory, frame: int) -> float:
+        """From a frame of a trajectory to the end of the horizon [s].
+
+        Raises ValueError on a trajectory of one frame, which has no time between frames.
+        """
+        times, last = np.asarray(trajectory.times), len(trajectory) - 1
+        if last == 0:
+            raise ValueError(
+                f"horizon is {self.horizon} frames, but the trajectory has one frame alone, "
+                "expected two or more"
+            )
+        end = min(frame + self.horizon, last)
+        behind = frame + self.horizon - end
+        return float(times[end] - times[frame] + behind * (times[-1] - times[0]) / last)
+
+    def problem(self, task: Task, trajectory: Trajectory, frame: int) -> Problem:
+        """The question about one frame of a trajectory of the task.
+
+        A ScriptedTask poses it by `future`. Of another task it is that of `problem`, with a clock;
+        a script is what its `plan(state, time, params, horizon)` says. Raises ValueError on a task,
+        or a recording, that has no script.
+        """
+        seconds = self.seconds(trajectory, frame)
+        if isinstance(task, ScriptedTask):
+            if self.plan == "script":
+                _require_rollout(task, trajectory)
+            posed = task.future(
+                trajectory.states[frame],
+                float(trajectory.times[frame]),
+                trajectory.params,
+                _whole_steps(seconds, task.step),
+                self.plan,
+            )
+        else:
+            posed = self._posed(task, trajectory, frame, seconds)
+        changes = {"check": self.check, "dwell": self.dwell}
+        changed = {name: value for name, value in changes.items() if value}
+        return posed.replace(**changed) if changed else posed
+
+    def _posed(self, task: Task, trajectory: Trajectory, frame: int, seconds: float) -> Problem:
+        """Of a task that is no ScriptedTask: its capture set is that of the frame."""
+        state, params = trajectory.states[frame], trajectory.params
+        problem = task.problem(state, params, trajectory.contacts[frame])
+        horizon = _whole_steps(seconds, problem.scene.step)
+        robot = None
+        if self.plan == "hold":
+            robot = Plan.hold(problem.scene, state, horizon)
+        elif self.plan == "script":
+            robot = _script_of(task)(state, float(trajectory.times[frame]), params, horizon)
+        posed: Problem = problem.replace(horizon=horizon, plan=robot, effector="coast")
+        return posed
+
+
+def _whole_steps(seconds: float, step: float) -> float:
+    return max(1, round(seconds / step)) * step
+
+
+def _script_of(task: Task) -> Any:
+    """A task's `plan`; ValueError if it has none."""
+    plan = getattr(task, "plan", None)
+    if callable(plan):
+        return plan
+    raise ValueError(
+        f"plan is 'script', but task {task.name!r} does not say what its robot is about to do: "
+        f"give {type(task).__name__} a method `plan(state, time, params, horizon)` that returns an "
+        "em.Plan, or ask with plan 'hold' or none"
+    )
+
+
+def _require_rollout(task: ScriptedTask, trajectory: Trajectory) -> None:
+    """Raises ValueError unless the frames are at whole steps, as those of a script are."""
+    steps = np.asarray(trajectory.times) / task.step
+    if np.abs(steps - np.round(steps)).max() > WHOLE or steps[0] < 0:
+        raise ValueError(
+            "plan is 'script', but the frames are not at whole steps of the simulation, as of a "
+            "recording, which follows no script: expected 'hold' or None"
+        )
