@@ -39,6 +39,20 @@ def view_command(
         typer.Option(help="Of a task's trajectories, and of searches: of --scores, or else 0."),
     ] = None,
     parameter: Parameters = None,
+    horizon: Annotated[
+        int | None,
+        typer.Option(
+            help="Ask of each state of a dataset or a task whether it stays captured over the next "
+            "so many frames."
+        ),
+    ] = None,
+    plan: Annotated[
+        str | None,
+        typer.Option(
+            help="What the robot does over the horizon: script, as its task's (if not given); "
+            "hold, it goes on as it moves; none, it coasts."
+        ),
+    ] = None,
     scores: Annotated[
         Path | None, typer.Option(help="Scores of the dataset to see beside, from `score`.")
     ] = None,
@@ -68,6 +82,8 @@ def view_command(
     Example: `energymargin view push`, then open the address that it prints
 
     A picture: `energymargin view push --trajectory 3 --frame 8 --screenshot push.png`
+
+    What is to come: `energymargin view push --horizon 5 --plan script`
     """
     pixels = _size(size)
     if screenshot is not None:
@@ -87,6 +103,8 @@ def view_command(
                     frame=frame,
                     nodes=nodes,
                     seed=seed,
+                    horizon=horizon,
+                    plan=plan,
                     scores=scores,
                     run=run,
                     host=host,

@@ -1,27 +1,30 @@
-"""The replay of a way out: its moments one after the other, in its own time."""
+"""The replay of a way out, or of a future: its moments one after the other, in its own time."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from energymargin.viewer.panel import Panel, set_value, value_of
+from energymargin.viewer.panel import set_value, value_of
 from energymargin.viewer.replay import Replay
 
 __all__ = ["Player"]
 
 
 class Player:
-    """Moves the panel's slider of moments; one replay at a time."""
+    """Moves a slider of moments; one replay at a time."""
 
-    def __init__(self, panel: Panel) -> None:
-        """At rest."""
-        self._panel = panel
+    def __init__(self, slider: Any, told: Callable[[bool], None]) -> None:
+        """At rest; told(playing) hears when a replay begins and ends."""
+        self._slider, self._told = slider, told
         self._lock = threading.Lock()
         self._over = threading.Event()  # of the replay that is the last one
         self._at_rest = threading.Event()
         self._at_rest.set()
+        self._taken: float | None = None  # the moment that somebody chose by hand
 
     @property
     def playing(self) -> bool:
@@ -29,7 +32,7 @@ class Player:
         return not self._at_rest.is_set()
 
     def press(self, way: Replay | None) -> None:
-        """Replays a way out from the present moment, or again from its end; stops one that runs.
+        """Replays a way from the present moment, or again from its end; stops one that runs.
         Returns once it is over."""
         with self._lock:
             self._over.set()
@@ -38,10 +41,10 @@ class Player:
             over = self._over = threading.Event()
             self._at_rest.clear()
         try:
-            self._panel.playing(True)
+            self._told(True)
             self._play(way, over)
         finally:
-            self._panel.playing(False)
+            self._told(False)
             self._at_rest.set()
 
     def join(self) -> None:
@@ -53,11 +56,21 @@ class Player:
         with self._lock:
             self._over.set()
 
+    def take(self) -> None:
+        """The slider was moved by hand: a replay would take it away again."""
+        self.stop()
+        self._taken = value_of(self._slider)
+
+    def put_back(self) -> None:
+        """To where it was moved by hand, if a replay was about to move it on."""
+        if self._taken is not None:
+            set_value(self._slider, self._taken)
+
     def _play(self, way: Replay, over: threading.Event) -> None:
         last = len(way.times) - 1
         waits = [*np.diff(way.times), 0.0]
-        for moment in range(int(value_of(self._panel.moment)) % max(last, 1), last + 1):
+        for moment in range(int(value_of(self._slider)) % max(last, 1), last + 1):
             if over.is_set():
                 return
-            set_value(self._panel.moment, moment)  # which shows it
+            set_value(self._slider, moment)  # which shows it
             over.wait(waits[moment])

@@ -17,7 +17,7 @@ from energymargin.tasks.base import whole_number
 from energymargin.viewer.guard import Guard, guarded_server
 from energymargin.viewer.page import Page
 from energymargin.viewer.serving import HOST, port_at, served_at
-from energymargin.viewer.sources import Source, Trajectories, source_of
+from energymargin.viewer.sources import PLANS, Ahead, Source, Trajectories, source_of
 from energymargin.viewer.stored import StoredScores
 
 __all__ = ["Viewer", "view"]
@@ -98,6 +98,8 @@ def view(
     frame: int = 0,
     nodes: int | None = None,
     seed: int | None = None,
+    horizon: int | None = None,
+    plan: str | None = None,
     scores: str | os.PathLike[str] | None = None,
     run: int | None = None,
     host: str = HOST,
@@ -108,6 +110,9 @@ def view(
 
     It begins with a frame of a trajectory; `viewer.page.score()` scores it with so many nodes and
     this seed, as the button of the page does; None are those of `scores`, or else 1000 and 0.
+    horizon: the states of a dataset or a task are asked whether they stay captured over the next so
+    many frames, while the robot does what `plan` says: "script", as its task's; "hold", it goes on
+    as it moves; "none", it coasts. None is the script.
     scores: a file of scores of the dataset, to see beside; run: which of its runs. Other machines
     reach it only if `host` is an address that they know, such as "0.0.0.0". Whoever has the whole
     address, with its token, may use the page, and nobody else. port: None takes a free one.
@@ -120,7 +125,10 @@ def view(
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
         whole_number(name, number, 0)
-    source = source_of(what, parameters, seed=seed or 0, progress=progress)
+    if plan is not None and horizon is None:
+        raise ValueError(f"plan is {plan!r}, but there is no horizon: give horizon=..., in frames")
+    ahead = None if horizon is None else Ahead(horizon, plan or PLANS[0])
+    source = source_of(what, parameters, seed=seed or 0, ahead=ahead, progress=progress)
     try:
         stored = None if scores is None else _stored(source, scores, run)
     except BaseException:
