@@ -20,10 +20,9 @@ def future_rows(problem: Problem) -> list[Row]:
     """Horizon, looks at the capture set, and plan; nothing of a problem without a clock."""
     if problem.horizon is None:
         return []
-    check = CHECK if problem.check is None else f"{problem.check:.3g} s"
     rows = [
         ("horizon", f"{problem.horizon:.4g} s"),
-        ("looks at the capture set", f"every {check}"),
+        ("between two looks", CHECK if problem.check is None else f"{problem.check:.3g} s"),
     ]
     if problem.dwell > 0.0:
         rows.append(("an escape lasts", f"at least {problem.dwell:.3g} s"))

@@ -318,7 +318,7 @@ def test_a_probability_says_when_the_object_leaves_by_itself():
 def test_a_problem_shows_its_horizon_and_its_plan(problem):
     table = values(carried(dwell=0.05))
     assert table["horizon"] == "0.6 s"
-    assert table["looks at the capture set"] == "every about 1/60 s"
+    assert table["between two looks"] == "about 1/60 s"
     assert table["an escape lasts"] == "at least 0.05 s"
     assert table["plan"] == "0.6 s"
     assert table["velocity of pusher"] == "up to 0.2 m/s, 0 rad/s"

@@ -144,7 +144,7 @@ def test_the_text_names_horizon_plan_and_exit():
     text = future_text(problem, future)
     for words in (
         "0.6 s",
-        "every 0.00833 s",
+        "0.00833 s",
         "at least 0.05 s",
         "velocity of pusher",
         "up to 0.2 m/s, 0 rad/s",

@@ -61,7 +61,7 @@ def plot_probability(
     _explain(ax, named, which)
     most = max(float(result.times[-1]) for result in named.values())
     ax.set(xlim=(0.0, 1.03 * most), ylim=(-0.03, 1.03))
-    ax.set(xlabel="time [s]", ylabel="probability of being captured until then [0..1]")
+    ax.set(xlabel="time [s]", ylabel="captured until then [0..1]")
     light_grid(ax)
     if legend:
         draw_legend(ax, inside)

@@ -95,7 +95,10 @@ def score_table(
     rows = [name for name in NAMES if name in live or name in kept]
     if not rows:
         return plain("Not scored yet.")
-    columns = [("this tree", live)] + ([(stored_as, kept)] if stored is not None else [])
+    timed = scored is not None and scored.capture is None
+    columns = [("this state" if timed else "this tree", live)] + (
+        [(stored_as, kept)] if stored is not None else []
+    )
     head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
     intervals = {} if scored is None else _intervals(scored)
     body = "".join(
@@ -252,7 +255,9 @@ def _rollouts(found: CaptureProbability) -> str:
 
 
 def _scale(scored: Scored) -> str:
-    """The colours of the costs."""
+    """The colours of the costs, if there are any."""
+    if not scored.tree.costs.max() > 0.0:
+        return ""
     stops = ",".join(to_hex(matplotlib.colormaps[COSTS](share)) for share in np.linspace(0, 1, 7))
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
     more = " or more" if scored.tree.costs.max() > scored.most else ""
