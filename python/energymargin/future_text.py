@@ -1,4 +1,4 @@
-"""What a problem asks about the time ahead, in words: its horizon, and what the robot does."""
+"""What a problem asks about the time ahead, in words: horizon, plan of the robot, disturbance."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
+from energymargin.disturbances import Uniform
 
-__all__ = ["future_rows", "plan_rows"]
+__all__ = ["future_rows", "plan_rows", "uniform_in_words"]
 
 CHECK = "about 1/60 s"  # a problem that does not say when it looks
 COASTS = "none: the effector coasts"
@@ -34,6 +35,16 @@ def plan_rows(plan: Plan) -> list[Row]:
     """How long it is, and what it does with each body and joint."""
     rows = f"{plan.rows} of {plan.step:.3g} s"
     return [("duration", f"{plan.duration:.4g} s"), ("rows", rows), *_actions(plan)]
+
+
+def uniform_in_words(model: Uniform) -> str:
+    """A disturbance, such as "random wrenches within the bounds, on 1 object at a time"."""
+    share = "" if model.strength == 1.0 else f"{model.strength:g} times "
+    hold = "" if model.hold is None else f", each held for up to {model.hold:g} s"
+    objects = ""
+    if model.objects is not None:
+        objects = f", on {model.objects} object{'s' * (model.objects != 1)} at a time"
+    return f"random wrenches within {share}the bounds{objects}{hold}"
 
 
 def _actions(plan: Plan) -> list[Row]:

@@ -1,5 +1,6 @@
 """What the viewer shows of problems with a horizon and a plan."""
 
+import dataclasses
 import time
 
 import numpy as np
@@ -7,6 +8,9 @@ import pytest
 from futures import STEP, carried, resting, two_balls, waving
 
 import energymargin as em
+from energymargin.datasets import Future
+from energymargin.settings import SearchSettings
+from energymargin.store import score_dataset
 from energymargin.viewer import serving, view
 from energymargin.viewer.future import undisturbed_future
 from energymargin.viewer.replay import replay
@@ -216,3 +220,74 @@ def test_a_problem_file_with_a_plan_is_viewed_with_it(tmp_path):
     with view(tmp_path / "carried.json") as viewer:
         viewer.page.wait()
         assert viewer.page._future.exit == undisturbed_future(carried()).exit
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return em.datasets.generate("push", trajectories=2, frames=5, seed=1)
+
+
+def scored_page(viewer):
+    viewer.page.score()
+    viewer.page.wait()
+    return viewer.page
+
+
+@pytest.mark.parametrize("plan", ["script", "hold", None])
+def test_the_states_of_a_dataset_are_asked_about_their_future(dataset, plan):
+    future = Future(2, plan)
+    with view(dataset, trajectory=1, frame=2, future=future) as viewer:
+        problem = viewer.page._problem
+        assert problem.to_json() == dataset.problems([7], future)[0].to_json()
+        assert (problem.plan is None) == (plan is None)
+        viewer.page._panel.frame.value = 4  # behind the end of the script, too
+        end = time.monotonic() + 30
+        while viewer.page._frame != 4 and time.monotonic() < end:
+            time.sleep(0.01)
+        page = scored_page(viewer)
+        assert page.scored.probability.times[-1] == pytest.approx(page._problem.horizon)
+
+
+@pytest.mark.parametrize("common", [False, True])
+def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
+    dataset, tmp_path, common
+):
+    """The page does not have to be told of horizon, plan, rollouts and disturbance again."""
+    path, future = tmp_path / "scores.db", Future(2, "hold")
+    settings = SearchSettings(
+        nodes=20, seed=5, rollouts=12, strength=2.0, common_random_numbers=common
+    )
+    score_dataset(dataset, path, ["probability", "probability/success"], settings, future=future)
+    with view(dataset, trajectory=0, frame=1, scores=path) as viewer:
+        page = scored_page(viewer)
+        stored = page._stored.at(1)
+        assert page.scored.values(1, 1.0) == stored
+        assert page.scored.probability.rollouts == 12
+        text = page._panel.scores.content
+        assert text.count(f'data-score="probability">{stored["probability"]:.3f}<') == 2
+        assert "random wrenches within 2 times the bounds" in text
+        assert np.array_equal(page._along()["probability"], page._stored.along("probability", 0, 5))
+
+
+def test_another_future_than_that_of_the_scores_is_refused(dataset, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(dataset, path, ["force"], SearchSettings(nodes=2))
+    with pytest.raises(ValueError, match="the scores are about states as they are"):
+        view(dataset, scores=path, future=Future(2))
+
+
+def test_a_problem_takes_no_horizon_in_frames():
+    with pytest.raises(ValueError, match=r"horizon is 2 frames.*problem.replace"):
+        view(carried(), future=Future(2))
+
+
+def test_a_frame_whose_future_cannot_be_posed_is_said():
+    task = em.tasks.make("push")
+    recorded = task.rollout(1, frames=3)
+    dataset = em.datasets.Dataset("push", task.parameters, 0, [recorded])
+    off = em.datasets.Dataset(
+        "push", task.parameters, 0, [dataclasses.replace(recorded, times=recorded.times + 1e-3)]
+    )
+    view(dataset, future=Future(1)).close()
+    with pytest.raises(ValueError, match="expected 'hold' or None"):
+        view(off, future=Future(1))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from energymargin.commands.futures import chosen_future
 from energymargin.terminal import Parameters, err, leave, loading, parsed, say, whole
 
 if TYPE_CHECKING:
@@ -43,14 +44,16 @@ def view_command(
         int | None,
         typer.Option(
             help="Ask of each state of a dataset or a task whether it stays captured over the next "
-            "so many frames."
+            "so many frames; that of --scores if not given.",
+            metavar="FRAMES",
         ),
     ] = None,
     plan: Annotated[
         str | None,
         typer.Option(
             help="What the robot does over the horizon: script, as its task's (if not given); "
-            "hold, it goes on as it moves; none, it coasts."
+            "hold, it goes on as it moves; none, it coasts.",
+            metavar="script|hold|none",
         ),
     ] = None,
     scores: Annotated[
@@ -103,8 +106,7 @@ def view_command(
                     frame=frame,
                     nodes=nodes,
                     seed=seed,
-                    horizon=horizon,
-                    plan=plan,
+                    future=chosen_future(horizon, plan),
                     scores=scores,
                     run=run,
                     host=host,

@@ -11,13 +11,13 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Cancelled, Problem
+from energymargin._core import Cancel, Cancelled, Problem, disturbances
 from energymargin.viewer.future import Future, undisturbed_future
 from energymargin.viewer.kept import Kept
 from energymargin.viewer.panel import Panel, set_value, value_of
 from energymargin.viewer.player import Player
 from energymargin.viewer.quiet import Quiet
-from energymargin.viewer.search import Live, Scored, score_state
+from energymargin.viewer.search import ROLLOUTS, Live, Scored, score_state
 from energymargin.viewer.sources import Frames, Source
 from energymargin.viewer.stage import Stage
 from energymargin.viewer.stored import StoredScores
@@ -52,10 +52,19 @@ class Page:
         frame: int = 0,
         nodes: int = 1000,
         seed: int = 0,
+        rollouts: int = ROLLOUTS,
+        strength: float = 1.0,
+        objects: int | None = None,
+        common_random_numbers: bool = False,
         stored: StoredScores | None = None,
     ) -> None:
-        """Draws a frame. Raises ValueError if there is none such, or its state makes no problem."""
+        """Draws a frame; nodes, seed and what follows of the searches are as of SearchSettings.
+
+        Raises ValueError if there is no such frame, or its state makes no problem.
+        """
         self._server, self._source, self._stored, self._seed = server, source, stored, seed
+        self._disturbance = disturbances.Uniform(strength, objects)
+        self._common = common_random_numbers
         self._lock = threading.RLock()
         self._live, self._kept = Live(), Kept()
         self._sets_later, self._nodes_later, self._future_later = Quiet(), Quiet(), Quiet()
@@ -78,7 +87,7 @@ class Page:
             trajectory=trajectory,
             nodes=nodes,
             rate=self._problem.rate,
-            timed=self._problem.horizon is not None,
+            rollouts=rollouts if self._problem.horizon is not None else None,
         )
         self._player = Player(self._panel.moment, self._panel.playing)
         self._future_player = Player(self._panel.ahead, self._panel.playing_future)
@@ -340,7 +349,12 @@ class Page:
                         continue
                     told = self._teller(number, len(chosen), progress)
                     seed = recorded.search_seed(self._seed, frame)
-                    scored = score_state(problem, nodes, seed, cancel, told, rollouts=rollouts)
+                    scored = score_state(
+                        *(problem, nodes, seed, cancel, told),
+                        rollouts=rollouts,
+                        disturbance=self._disturbance,
+                        rollout_seed=self._seed if self._common else None,
+                    )
                     self._keep(trajectory, frame, scored)
             except Exception as error:  # of a predicate, a task, the memory: said where it is seen
                 self._error = error

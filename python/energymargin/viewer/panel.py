@@ -44,10 +44,10 @@ class Panel:
         trajectory: int,
         nodes: int,
         rate: float,
-        timed: bool,
+        rollouts: int | None,
     ) -> None:
-        """Adds the controls; `timed`: of problems with a horizon."""
-        gui = server.gui
+        """Adds the controls; rollouts: of a probability, None for problems without a horizon."""
+        gui, timed = server.gui, rollouts is not None
         self.lines = LINES[timed]
         gui.configure_theme(
             control_width="medium",
@@ -68,7 +68,7 @@ class Panel:
             self.ahead = gui.add_slider("ahead", 0, 1, 1, 0, disabled=True)
             self.play_future = gui.add_button(AHEAD, disabled=True, color="blue")
         with gui.add_folder("Scores"):
-            self._add_scores(gui, nodes, rate, timed)
+            self._add_scores(gui, nodes, rate, rollouts)
         with gui.add_folder("Escape"):
             self.escape_text = gui.add_html("")
             self.moment = gui.add_slider("moment", 0, 1, 1, 0, disabled=True)
@@ -149,7 +149,7 @@ class Panel:
         now[frame] = scores[next(iter(self.lines))][frame]
         self._plot.data = (times, *(scores[name] for name in self.lines), now)
 
-    def _add_scores(self, gui: viser.GuiApi, nodes: int, rate: float, timed: bool) -> None:
+    def _add_scores(self, gui: viser.GuiApi, nodes: int, rate: float, rollouts: int | None) -> None:
         most_rate = 4 * rate or RATES
         self.scores = gui.add_html(plain("Not scored yet."))
         self.score = gui.add_button(SCORE, color="blue")
@@ -166,11 +166,12 @@ class Panel:
             *(0.0, most_rate, most_rate / STEPS, rate),  # so many digits are shown
             hint="How fast likelihood falls with cost, eq. 4; at first the problem's own.",
         )
-        self.rate.visible = not timed
+        self.rate.visible = rollouts is None
+        shown = rollouts or ROLLOUTS
         self.rollouts = gui.add_slider(
-            *("rollouts", 1, MOST_ROLLOUTS, 1, ROLLOUTS),
+            *("rollouts", 1, max(MOST_ROLLOUTS, 2 * shown), 1, shown),
             hint="Of the probability; more make its interval narrower when scored again.",
-            visible=timed,
+            visible=rollouts is not None,
         )
         self._curve = _plot(gui, "time ahead [s]", _curve_series())
         self._plot = _plot(gui, "time [s]", _series(self.lines))

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from energymargin._core import (
     escape_effort,
     force_score,
 )
+from energymargin.disturbances import Uniform
 from energymargin.plots.sets import lost_objects
 from energymargin.plots.trees import most_cost
 from energymargin.viewer.likelihoods import Memberships
@@ -49,6 +51,8 @@ class Scored:
     """None if there is no effector, and so no baseline; and of a problem with a horizon."""
     probability: CaptureProbability | None = None
     """None of a problem without a horizon, or if it was stopped before there was any rollout."""
+    disturbance: Uniform | None = None
+    """Of the probability."""
 
     @property
     def complete(self) -> bool:
@@ -128,10 +132,13 @@ def score_state(
     progress: Told | None = None,
     *,
     rollouts: int = ROLLOUTS,
+    disturbance: Uniform | None = None,
+    rollout_seed: int | None = None,
 ) -> Scored:
     """Searches with so many nodes for each of the scores; with a horizon, simulates so many
-    rollouts for the probability instead of the scores that have no clock. progress(share) is told
-    what is done.
+    rollouts for the probability instead of the scores that have no clock, under a disturbance, by
+    default Uniform(), from a seed of their own if it is given. progress(share) is told what is
+    done.
 
     Once `cancel` is set it ends with what there is.
     """
@@ -148,8 +155,11 @@ def score_state(
         )
 
     if problem.horizon is not None:
-        found = _probability(problem, rollouts, seed, cancel, told(0.0, rollouts))
-        return Scored(problem, escape(), probability=found)
+        model = disturbance or Uniform()
+        drawn = seed if rollout_seed is None else rollout_seed
+        limits = {"cancel": cancel, "progress": told(0.0, rollouts)}
+        found = _probability(problem, model, rollouts, drawn, **limits)
+        return Scored(problem, escape(), probability=found, disturbance=model)
     has_effector = any(body.role == "effector" for body in problem.scene.bodies)
     capture = capture_score(
         problem, nodes=nodes, seed=seed, cancel=cancel, progress=told(0.0, nodes), warn=False
@@ -158,22 +168,18 @@ def score_state(
 
 
 def _probability(
-    problem: Problem,
-    rollouts: int,
-    seed: int,
-    cancel: Cancel | None,
-    progress: Callable[[int], None] | None,
+    problem: Problem, disturbance: Uniform, rollouts: int, seed: int, **limits: Any
 ) -> CaptureProbability | None:
     """None if it was stopped before the first rollout was done."""
     try:
         return capture_probability(
             problem,
+            disturbance=disturbance,
             rollouts=rollouts,
             seed=seed,
             success=problem.succeeded is not None,
             by_object=problem.captured_any is not None,
-            cancel=cancel,
-            progress=progress,
+            **limits,
         )
     except Cancelled:
         return None

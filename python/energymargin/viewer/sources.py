@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,50 +14,13 @@ from numpy.typing import NDArray
 from energymargin import datasets
 from energymargin import tasks as registry
 from energymargin._core import Problem, stream
-from energymargin.datasets import Dataset
-from energymargin.tasks.base import Trajectory, one_of, whole_number
+from energymargin.datasets import Dataset, Future
 
-__all__ = ["PLANS", "Ahead", "Frames", "OneProblem", "Source", "Trajectories", "source_of"]
+__all__ = ["Frames", "OneProblem", "Source", "Trajectories", "source_of"]
 
 PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
 BODIES = (".urdf", ".stl", ".obj", ".dae")
 Progress = Callable[[int, int], None]
-
-
-PLANS = ("script", "hold", "none")
-MOST_AHEAD = 100_000  # frames
-
-
-class Ahead(NamedTuple):
-    """How far the problems of a trajectory's states look ahead, and what the robot does then."""
-
-    frames: int
-    plan: str = PLANS[0]
-    """Of PLANS."""
-
-    def checked(self) -> Ahead:
-        """Itself; ValueError on less than a frame, or another plan."""
-        whole_number("horizon", self.frames, 1, MOST_AHEAD)
-        one_of("plan", self.plan, PLANS)
-        return self
-
-    def problem(self, task: Any, recorded: Trajectory, frame: int) -> Problem:
-        """The question of a frame; ValueError if its state, or the task, makes none."""
-        if not hasattr(task, "future"):
-            raise ValueError(
-                f"horizon is {self.frames}, but {type(task).__name__} has no `future`: a "
-                "ScriptedTask has one"
-            )
-        spacing = float(recorded.times[-1] - recorded.times[0]) / (len(recorded) - 1)
-        step = float(task.step)
-        problem: Problem = task.future(
-            recorded.states[frame],
-            float(recorded.times[frame]),
-            recorded.params,
-            round(self.frames * spacing / step) * step,
-            None if self.plan == "none" else self.plan,
-        )
-        return problem
 
 
 @dataclass(frozen=True)
@@ -129,8 +91,8 @@ class Trajectories:
     title: str
     opened: bool = False
     """Whether the dataset's file was opened for this alone."""
-    ahead: Ahead | None = None
-    """None: the problems are those of the states as they are."""
+    future: Future | None = None
+    """What is asked of each state's future; None: it is asked about as it is."""
 
     @property
     def trajectories(self) -> int:
@@ -145,21 +107,12 @@ class Trajectories:
         return Frames(
             recorded.times,
             recorded.states,
-            lambda frame: self._problem(recorded, first, frame),
+            lambda frame: self.dataset.problems([first + frame], self.future)[0],
             first,
             recorded.captured,
             recorded.success,
             recorded.captured_any,
         )
-
-    def _problem(self, recorded: Trajectory, first: int, frame: int) -> Problem:
-        if self.ahead is None:
-            return self.dataset.problems([first + frame])[0]
-        return self.ahead.problem(self._task, recorded, frame)
-
-    @cached_property
-    def _task(self) -> Any:
-        return registry.make(self.dataset.task, **self.dataset.parameters)
 
     def close(self) -> None:
         """As Source.close."""
@@ -174,33 +127,31 @@ def source_of(
     trajectories: int = 6,
     frames: int = 30,
     seed: int = 0,
-    ahead: Ahead | None = None,
+    future: Future | None = None,
     progress: Progress | None = None,
 ) -> Source:
     """A problem, a dataset, the file of one, or a task's name.
 
-    Of a task so many trajectories of so many frames are generated, with this seed. `ahead`: of a
-    dataset or a task, how far its problems look ahead. Raises ValueError on anything else, and
-    OSError on a file that cannot be read.
+    Of a task so many trajectories of so many frames are generated, with this seed. `future`: of a
+    dataset or a task, what is asked of each state. Raises ValueError on anything else, and OSError
+    on a file that cannot be read.
     """
-    if ahead is not None:
-        ahead.checked()
     if not isinstance(what, (Problem, Dataset, str, os.PathLike)):
         raise ValueError(
             f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, or "
             "the name of a task"
         )
     if isinstance(what, Problem):
-        return _alone(what, "a problem", ahead)
+        return _alone(what, "a problem", future)
     if isinstance(what, Dataset):
-        return Trajectories(what, what.task, ahead=ahead)
+        return Trajectories(what, what.task, future=future)
     path = Path(what)
     if parameters and path.suffix in (PROBLEM, DATASET):
         raise ValueError(f"parameters are given with {path}, expected a task's name with them")
     if path.suffix == PROBLEM:
-        return _alone(Problem.load(path), path.name, ahead)
+        return _alone(Problem.load(path), path.name, future)
     if path.suffix == DATASET:
-        return Trajectories(datasets.open(path), path.name, opened=True, ahead=ahead)
+        return Trajectories(datasets.open(path), path.name, opened=True, future=future)
     if path.suffix == STORE:
         raise ValueError(f"{path} holds scores: view the dataset, with --scores {path}")
     if path.suffix.lower() in BODIES:
@@ -217,13 +168,13 @@ def source_of(
     made = datasets.generate(
         task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
     )
-    return Trajectories(made, f"{task.name}, seed {seed}", ahead=ahead)
+    return Trajectories(made, f"{task.name}, seed {seed}", future=future)
 
 
-def _alone(question: Problem, title: str, ahead: Ahead | None) -> Source:
-    if ahead is not None:
+def _alone(question: Problem, title: str, future: Future | None) -> Source:
+    if future is not None:
         raise ValueError(
-            f"horizon is {ahead.frames} frames, but {title} has none: a problem has a horizon of "
+            f"horizon is {future.horizon} frames, but {title} has none: a problem has a horizon of "
             "its own, problem.replace(horizon=...)"
         )
     return OneProblem(question, title)

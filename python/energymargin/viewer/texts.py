@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from energymargin._core import CaptureProbability, Problem
-from energymargin.future_text import future_rows
+from energymargin.disturbances import Uniform
+from energymargin.future_text import future_rows, uniform_in_words
 from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
@@ -234,8 +235,8 @@ def _value(name: str, value: float | None) -> str:
 
 def _notes(scored: Scored, nodes: int) -> str:
     notes = [] if scored.complete else ["stopped early"]
-    if scored.probability is not None:
-        notes = [_rollouts(scored.probability), *notes]
+    if scored.probability is not None and scored.disturbance is not None:
+        notes = [*_rollouts(scored.probability, scored.disturbance), *notes]
     if scored.memberships is not None:
         several = "success" in scored.memberships.inside
         counted = "capture and success count" if several else "it counts"
@@ -246,12 +247,13 @@ def _notes(scored: Scored, nodes: int) -> str:
     return "; ".join(notes)
 
 
-def _rollouts(found: CaptureProbability) -> str:
+def _rollouts(found: CaptureProbability, disturbance: Uniform) -> list[str]:
+    """Of which the probabilities are, and under what."""
     diverged = f", {found.diverged} diverged" if found.diverged else ""
-    return (
-        f"{_counted(found.rollouts, 'rollout')}{diverged} under even random wrenches within the "
-        f"bounds, 95 % intervals; captured for {found.mean_time:.3g} s on average"
-    )
+    return [
+        f"{_counted(found.rollouts, 'rollout')}{diverged} under {uniform_in_words(disturbance)}; "
+        f"95 % intervals; captured for {found.mean_time:.3g} s on average"
+    ]
 
 
 def _scale(scored: Scored) -> str:
