@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 import energymargin as em
 from energymargin import plots
 from energymargin.plots.styles import METRICS
+from energymargin.undisturbed import undisturbed
 
 
 @pytest.fixture(scope="module")
@@ -138,3 +139,29 @@ def test_scores_of_a_horizon_are_drawn_from_0_to_1_and_differ_without_colour():
     markers = {line.get_marker() for line in ax.lines}
     assert len(markers) == 2
     assert len({matplotlib.colors.to_rgb(style.color) for style in METRICS.values()}) == 7
+
+
+def test_the_undisturbed_path_goes_from_the_state_to_the_horizon_with_a_mark_where_it_leaves():
+    problem = carried()
+    future = undisturbed(problem)
+    ax = plots.plot_future(problem, Figure().subplots(), plane=("x", "y"))
+    (path,) = named(ax, "undisturbed")
+    start = problem.scene.slice("box").start
+    assert np.array_equal(path.get_xdata(), future.states[:, start])
+    (leaves,) = named(ax, "exit")
+    assert leaves.get_xdata() == [future.states[future.exit_moment, start]]
+    assert ax.get_title() == f"undisturbed it leaves at {future.exit:.3g} s"
+    low, high = ax.get_xlim()
+    assert low < path.get_xdata().min() and path.get_xdata().max() < high
+
+
+def test_what_stays_has_no_mark_and_the_legend_names_no_exit():
+    ax = plots.plot_future(resting(), Figure().subplots(), legend=True)
+    assert named(ax, "exit") == []
+    assert ax.get_title() == "undisturbed it stays captured for 0.4 s"
+    assert "undisturbed path" in texts(ax) and "where it leaves" not in texts(ax)
+
+
+def test_a_future_needs_a_horizon():
+    with pytest.raises(ValueError, match="without horizon and plan"):
+        plots.plot_future(carried().replace(horizon=None, plan=None), Figure().subplots())

@@ -11,8 +11,8 @@ import energymargin as em
 from energymargin.datasets import Future
 from energymargin.settings import SearchSettings
 from energymargin.store import score_dataset
+from energymargin.undisturbed import undisturbed
 from energymargin.viewer import serving, view
-from energymargin.viewer.future import undisturbed_future
 from energymargin.viewer.replay import replay
 from energymargin.viewer.search import score_state
 from energymargin.viewer.texts import escape_text, future_text, score_table
@@ -64,31 +64,31 @@ def test_a_replay_of_a_tasks_future_ends_in_the_trees_own_states():
 
 def test_the_undisturbed_future_is_that_of_the_world_with_its_plan():
     problem = carried()
-    future = undisturbed_future(problem)
-    assert future.way.times[-1] == pytest.approx(problem.horizon)
+    future = undisturbed(problem)
+    assert future.times[-1] == pytest.approx(problem.horizon)
     steps = round(problem.horizon / STEP)
     world = em.World(problem.scene, problem.plan)
     end = world.simulate(problem.state, steps).states[-1]
-    assert np.array_equal(future.way.states[-1], end)
-    assert np.array_equal(future.way.states[0], problem.state)
+    assert np.array_equal(future.states[-1], end)
+    assert np.array_equal(future.states[0], problem.state)
 
 
 def test_its_exit_is_when_the_object_leaves_and_none_if_it_stays():
     problem = carried()
-    future = undisturbed_future(problem)
-    way, leaves = future.way, future.exit_moment()
-    inside = problem.captured.contains(problem.scene, way.states)
-    assert inside[way.times < future.exit - 1e-9].all()
+    future = undisturbed(problem)
+    leaves = future.exit_moment
+    inside = problem.captured.contains(problem.scene, future.states)
+    assert inside[future.times < future.exit - 1e-9].all()
     assert leaves > 0 and not inside[leaves:].any()
-    stays = undisturbed_future(resting())
-    assert stays.exit is None and stays.exit_moment() is None
+    stays = undisturbed(resting())
+    assert stays.exit is None and stays.exit_moment is None
 
 
 def test_a_state_that_is_outside_leaves_at_once():
     elsewhere = em.regions.Ball("box", (1.0, 0, 0), 0.05)
     problem = carried().replace(captured=elsewhere, start_outside=True)
-    future = undisturbed_future(problem)
-    assert future.exit == 0.0 and future.exit_moment() == 0
+    future = undisturbed(problem)
+    assert future.exit == 0.0 and future.exit_moment == 0
     scored = score_state(problem, 20, seed=0)
     assert not scored.empty
     assert escape_text(scored).count("It is out already") == 1
@@ -96,7 +96,7 @@ def test_a_state_that_is_outside_leaves_at_once():
 
 def test_a_problem_without_a_horizon_has_no_future():
     with pytest.raises(ValueError, match="without horizon and plan"):
-        undisturbed_future(carried().replace(horizon=None, plan=None))
+        undisturbed(carried().replace(horizon=None, plan=None))
 
 
 def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
@@ -144,7 +144,7 @@ def test_a_search_that_is_stopped_at_once_is_empty_and_not_shown():
 
 def test_the_text_names_horizon_plan_and_exit():
     problem = carried(check=1 / 120, dwell=0.05)
-    future = undisturbed_future(problem)
+    future = undisturbed(problem)
     text = future_text(problem, future)
     for words in (
         "0.6 s",
@@ -155,7 +155,7 @@ def test_the_text_names_horizon_plan_and_exit():
         f"undisturbed it leaves at {future.exit:.2f} s",
     ):
         assert words in text
-    assert "undisturbed it stays captured" in future_text(resting(), undisturbed_future(resting()))
+    assert "undisturbed it stays captured" in future_text(resting(), undisturbed(resting()))
     assert "the effector coasts" in future_text(resting(), None)
     assert "cannot be simulated: too fast" in future_text(problem, None, why="too fast")
 
@@ -166,7 +166,7 @@ def test_the_page_of_a_problem_with_a_plan_offers_its_future_and_its_probability
         page.wait()
         assert "undisturbed it leaves" in panel.future_text.content
         assert not panel.play_future.disabled
-        assert panel.ahead.max == len(page._future.way.times) - 1
+        assert panel.ahead.max == len(page._future.times) - 1
         assert panel.rollouts.visible and not panel.rate.visible
         assert panel.shown["undisturbed path"].visible
         assert len(page._stage._growth._future) == 2  # the box's line, and the mark of its exit
@@ -196,14 +196,14 @@ def test_the_slider_of_the_future_moves_the_bodies_and_its_text():
     with view(carried()) as viewer:
         page, panel = viewer.page, viewer.page._panel
         page.wait()
-        last = len(page._future.way.times) - 1
+        last = len(page._future.times) - 1
         panel.ahead.value = last
         end = time.monotonic() + 30
         while "0.60 s ahead" not in panel.future_text.content and time.monotonic() < end:
             time.sleep(0.01)
         assert "0.60 s ahead" in panel.future_text.content
         where = page._stage._bodies._moving["pusher"].position
-        assert where == pytest.approx(page._future.way.states[last, 13:16], abs=1e-6)
+        assert where == pytest.approx(page._future.states[last, 13:16], abs=1e-6)
 
 
 def test_a_replay_of_the_future_ends_at_the_horizon():
@@ -211,7 +211,7 @@ def test_a_replay_of_the_future_ends_at_the_horizon():
         page = viewer.page
         page.wait()
         page._press_play_future()
-        assert page._panel.ahead.value == len(page._future.way.times) - 1
+        assert page._panel.ahead.value == len(page._future.times) - 1
         assert page._panel.play_future.label == "Replay the future"
 
 
@@ -219,7 +219,7 @@ def test_a_problem_file_with_a_plan_is_viewed_with_it(tmp_path):
     carried().save(tmp_path / "carried.json")
     with view(tmp_path / "carried.json") as viewer:
         viewer.page.wait()
-        assert viewer.page._future.exit == undisturbed_future(carried()).exit
+        assert viewer.page._future.exit == undisturbed(carried()).exit
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ except ImportError as error:
 
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.efforts import plot_effort
+from energymargin.plots.futures import plot_future
 from energymargin.plots.legends import state_legend
 from energymargin.plots.probability import plot_probability
 from energymargin.plots.qualitative import figure_qualitative
@@ -30,6 +31,7 @@ __all__ = [
     "figure_qualitative",
     "figure_scores",
     "plot_effort",
+    "plot_future",
     "plot_precision_recall",
     "plot_probability",
     "plot_roc",

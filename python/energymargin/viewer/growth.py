@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Problem, Tree
 from energymargin.plots.styles import COSTS, LOST_COLOR
+from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import rgb
-from energymargin.viewer.future import Future
 from energymargin.viewer.lines import lines_glb
 from energymargin.viewer.replay import Replay
 from energymargin.viewer.thinning import shown_edges, shown_points
@@ -69,20 +69,20 @@ class Growth:
         """The places of the objects' centres along the way out; None: there is none."""
         _remove(self._path)
         if way is not None:
-            self._path += self._lines("/escape/path", problem, way, PATH_COLOR)
+            self._path += self._lines("/escape/path", problem, way.states, PATH_COLOR)
 
-    def draw_future(self, problem: Problem, future: Future | None) -> None:
+    def draw_future(self, problem: Problem, future: Undisturbed | None) -> None:
         """The same of the undisturbed future, and diamonds where it leaves; None: there is none."""
         _remove(self._future)
         if future is None:
             return
-        self._future += self._lines("/future/path", problem, future.way, rgb(FUTURE_COLOR))
-        leaves = future.exit_moment()
+        self._future += self._lines("/future/path", problem, future.states, rgb(FUTURE_COLOR))
+        leaves = future.exit_moment
         if leaves is not None:
             self._future.append(
                 self._scene.add_point_cloud(
                     "/future/exit",
-                    np.array([future.way.states[leaves, p] for p in object_places(problem.scene)]),
+                    np.array([future.states[leaves, p] for p in object_places(problem.scene)]),
                     rgb(LOST_COLOR),
                     point_size=EXIT * self._view.size,
                     point_shape="diamond",
@@ -92,17 +92,19 @@ class Growth:
             )
 
     def _lines(
-        self, name: str, problem: Problem, way: Replay, color: tuple[int, int, int]
+        self,
+        name: str,
+        problem: Problem,
+        states: NDArray[np.float64],
+        color: tuple[int, int, int],
     ) -> list[Any]:
-        """A line for each object's centre; none of a way of a single moment."""
-        if len(way.states) < 2:
+        """A line for each object's centre; none of a single state."""
+        if len(states) < 2:
             return []
         return [
             self._scene.add_line_segments(
                 f"{name}_{number}",
-                np.stack([way.states[:-1, place], way.states[1:, place]], axis=1).astype(
-                    np.float32
-                ),
+                np.stack([states[:-1, place], states[1:, place]], axis=1).astype(np.float32),
                 color,
                 thickness=PATH_WIDTH,
                 thickness_units="screen",

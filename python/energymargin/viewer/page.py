@@ -12,7 +12,7 @@ import viser
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem, disturbances
-from energymargin.viewer.future import Future, undisturbed_future
+from energymargin.undisturbed import Undisturbed, undisturbed
 from energymargin.viewer.kept import Kept
 from energymargin.viewer.panel import Panel, set_value, value_of
 from energymargin.viewer.player import Player
@@ -69,7 +69,7 @@ class Page:
         self._live, self._kept = Live(), Kept()
         self._sets_later, self._nodes_later, self._future_later = Quiet(), Quiet(), Quiet()
         self._closing = Cancel()
-        self._future: Future | None = None  # of the problem that is shown, once it is simulated
+        self._future: Undisturbed | None = None  # of what is shown, once simulated
         self._error: Exception | None = None
         self._trajectory, self._frame = trajectory, frame
         self._frames = source.frames(trajectory)
@@ -148,7 +148,7 @@ class Page:
         """The undisturbed future of the problem that is shown, unless it moved on meanwhile."""
         problem, future, why = self._problem, None, ""
         try:
-            future = undisturbed_future(problem, self._closing)
+            future = undisturbed(problem, self._closing)
         except Cancelled:
             return
         except Exception as error:  # it diverges, or a predicate raises
@@ -157,7 +157,7 @@ class Page:
             if problem is self._problem:
                 self._show_future(future, why)
 
-    def _show_future(self, future: Future | None, why: str = "") -> None:
+    def _show_future(self, future: Undisturbed | None, why: str = "") -> None:
         self._future_player.stop()
         self._future = future
         self._panel.show_future(future)
@@ -297,14 +297,14 @@ class Page:
         scored = self.scored
         if scored is not None and scored.way_out is not None:
             moment = min(int(value_of(self._panel.moment)), len(scored.way_out.times) - 1)
-            self._stage.draw_moment(scored.way_out, moment)
+            self._stage.put_state(scored.way_out.states[moment])
             self._panel.escape_text.content = escape_text(scored, moment)
 
     def _choose_ahead(self) -> None:
         future = self._future
         if future is not None:
-            moment = min(int(value_of(self._panel.ahead)), len(future.way.times) - 1)
-            self._stage.draw_moment(future.way, moment)
+            moment = min(int(value_of(self._panel.ahead)), len(future.times) - 1)
+            self._stage.put_state(future.states[moment])
             self._panel.future_text.content = future_text(self._problem, future, moment)
 
     def _choose_shown(self) -> None:
@@ -320,13 +320,13 @@ class Page:
         with self._lock:
             way = None if self.scored is None else self.scored.way_out
         self._future_player.stop()  # both move the bodies
-        self._player.press(way)
+        self._player.press(None if way is None else way.times)
 
     def _press_play_future(self) -> None:
         with self._lock:
-            way = None if self._future is None else self._future.way
+            times = None if self._future is None else self._future.times
         self._player.stop()
-        self._future_player.press(way)
+        self._future_player.press(times)
 
     # Scores
 

@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
-from energymargin.viewer.future import Future
+from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.search import ROLLOUTS, Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.stage import SHOWN, UNDISTURBED
@@ -110,9 +110,9 @@ class Panel:
         way = None if scored is None else scored.way_out
         _show_way(self.moment, self.play, 0 if way is None else len(way.times))
 
-    def show_future(self, future: Future | None) -> None:
+    def show_future(self, future: Undisturbed | None) -> None:
         """The slider of the undisturbed future, from its start on; useless if there is none."""
-        _show_way(self.ahead, self.play_future, 0 if future is None else len(future.way.times))
+        _show_way(self.ahead, self.play_future, 0 if future is None else len(future.times))
 
     def show_curve(self, scored: Scored | None) -> None:
         """The probability over the horizon between the ends of its intervals."""

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin.viewer.panel import set_value, value_of
-from energymargin.viewer.replay import Replay
 
 __all__ = ["Player"]
 
@@ -31,18 +31,18 @@ class Player:
         """Whether a replay runs."""
         return not self._at_rest.is_set()
 
-    def press(self, way: Replay | None) -> None:
-        """Replays a way from the present moment, or again from its end; stops one that runs.
-        Returns once it is over."""
+    def press(self, times: NDArray[np.float64] | None) -> None:
+        """Replays moments at these times [s] from the present one on, or again from the end; stops
+        a replay that runs. Returns once it is over."""
         with self._lock:
             self._over.set()
-            if self.playing or way is None:
+            if self.playing or times is None:
                 return
             over = self._over = threading.Event()
             self._at_rest.clear()
         try:
             self._told(True)
-            self._play(way, over)
+            self._play(times, over)
         finally:
             self._told(False)
             self._at_rest.set()
@@ -66,9 +66,9 @@ class Player:
         if self._taken is not None:
             set_value(self._slider, self._taken)
 
-    def _play(self, way: Replay, over: threading.Event) -> None:
-        last = len(way.times) - 1
-        waits = [*np.diff(way.times), 0.0]
+    def _play(self, times: NDArray[np.float64], over: threading.Event) -> None:
+        last = len(times) - 1
+        waits = [*np.diff(times), 0.0]
         for moment in range(int(value_of(self._slider)) % max(last, 1), last + 1):
             if over.is_set():
                 return

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, Tree, World
+from energymargin.undisturbed import MOMENTS
 
 __all__ = ["Replay", "replay"]
-
-MOMENTS = 25  # a second of the simulation, about what the eye sees
 
 
 class Replay(NamedTuple):

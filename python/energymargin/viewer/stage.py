@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from energymargin._core import Problem
 from energymargin.plots.sets import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
+from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import Bodies, rgb
-from energymargin.viewer.future import Future
 from energymargin.viewer.growth import Growth
-from energymargin.viewer.replay import Replay
 from energymargin.viewer.search import Scored
 from energymargin.viewer.solids import Triangles
 from energymargin.viewer.sources import Frames
@@ -78,14 +77,14 @@ class Stage:
         self.choose(self._shown)
         return drawn
 
-    def draw_future(self, future: Future | None) -> None:
+    def draw_future(self, future: Undisturbed | None) -> None:
         """The way of the objects that nothing disturbs, with a mark where it leads out."""
         self._growth.draw_future(self._problem, future)
         self.choose(self._shown)
 
-    def draw_moment(self, way: Replay, moment: int) -> None:
-        """The bodies at a moment of a way."""
-        self._bodies.put(way.states[moment])
+    def put_state(self, state: NDArray[np.float64]) -> None:
+        """Moves the bodies to another state, shape (n,), such as a moment of a replay."""
+        self._bodies.put(state)
 
     def clear_sets(self) -> None:
         """Takes those of another state away."""

@@ -21,7 +21,7 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
-from energymargin.viewer.future import Future
+from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.growth import FUTURE_COLOR
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
@@ -132,7 +132,9 @@ def escape_text(scored: Scored | None, moment: int = 0) -> str:
     )
 
 
-def future_text(problem: Problem, future: Future | None, moment: int = 0, why: str = "") -> str:
+def future_text(
+    problem: Problem, future: Undisturbed | None, moment: int = 0, why: str = ""
+) -> str:
     """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
     cannot be simulated."""
     rows = "".join(
@@ -143,10 +145,10 @@ def future_text(problem: Problem, future: Future | None, moment: int = 0, why: s
     return f'<div style="{STYLE}">{table}{_undisturbed(future, moment, why)}</div>'
 
 
-def _undisturbed(future: Future | None, moment: int, why: str) -> str:
+def _undisturbed(future: Undisturbed | None, moment: int, why: str) -> str:
     if future is None:
         return f"<div>It cannot be simulated: {escape(why)}</div>" if why else ""
-    now = float(future.way.times[moment])
+    now = float(future.times[moment])
     words = f"<b>{now:.2f} s ahead</b>"
     if future.exit is None:
         return f"<div>{words} &middot; undisturbed it stays captured</div>"
@@ -169,7 +171,7 @@ def sets_text(problem: Problem, drawn: Collection[str]) -> str:
     return plain(f"Not drawn: the {' and the '.join(missing)} ({why}).")
 
 
-def legend(problem: Problem, scored: Scored | None, future: Future | None = None) -> str:
+def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None = None) -> str:
     """What the colours and marks mean, of what there is."""
     roles = {body.role for body in problem.scene.bodies}
     marks: list[tuple[str, str, str]] = [

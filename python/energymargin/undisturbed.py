@@ -5,32 +5,36 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, World, capture_probability, disturbances
-from energymargin.viewer.replay import MOMENTS, Replay
 
-__all__ = ["Future", "undisturbed_future"]
+__all__ = ["MOMENTS", "Undisturbed", "undisturbed"]
 
+MOMENTS = 25  # a second of the simulation, about what the eye sees
 NOTHING = disturbances.Uniform(strength=0.0)
 
 
-class Future(NamedTuple):
-    """The robot follows its plan, and no wrench acts on the objects."""
+class Undisturbed(NamedTuple):
+    """The robot follows its plan, and no wrench acts on the objects: K moments."""
 
-    way: Replay
-    """From the problem's state to its horizon; costs are 0."""
+    times: NDArray[np.float64]
+    """From 0 to the horizon [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
     exit: float | None
     """When the objects are first seen outside of the capture set, for long enough [s]; None: they
     stay captured."""
 
+    @property
     def exit_moment(self) -> int | None:
         """The first moment from the exit on; None if there is no exit."""
         if self.exit is None:
             return None
-        return min(int(np.searchsorted(self.way.times, self.exit - 1e-9)), len(self.way.times) - 1)
+        return min(int(np.searchsorted(self.times, self.exit - 1e-9)), len(self.times) - 1)
 
 
-def undisturbed_future(problem: Problem, cancel: Cancel | None = None) -> Future:
+def undisturbed(problem: Problem, cancel: Cancel | None = None) -> Undisturbed:
     """Simulates it, for a problem with a horizon.
 
     Raises ValueError on a problem without one, RuntimeError if the simulation diverges, and
@@ -42,6 +46,6 @@ def undisturbed_future(problem: Problem, cancel: Cancel | None = None) -> Future
     record = [*range(0, steps, stride), steps]
     start = problem.edge_start(problem.state)
     world = World(problem.scene, problem.plan)
-    recorded = world.simulate(start, steps, record=record, cancel=cancel)
-    way = Replay(np.array(record) * step, recorded.states, np.zeros(len(record)))
-    return Future(way, None if found.undisturbed else found.undisturbed_time)
+    states = world.simulate(start, steps, record=record, cancel=cancel).states
+    leaves = None if found.undisturbed else found.undisturbed_time
+    return Undisturbed(np.array(record) * step, states, leaves)
