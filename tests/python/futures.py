@@ -73,3 +73,17 @@ def waving(horizon=0.5):
     rows = np.zeros((round(horizon / STEP), 6))
     rows[:, 0] = 3.0 * np.sin(np.arange(len(rows)) / 15)
     return carried(horizon, plan=em.Plan(STEP, wrenches={"pusher": rows}))
+
+
+def falling():
+    """A ball in free fall that 15 N hold on to for most of a search; without a horizon."""
+    scene = em.Scene()
+    scene.add_body("ball", em.Sphere(0.05), mass=1.0, role="object")
+    return em.Problem(
+        scene,
+        scene.pack(),
+        force=(15.0,) * 3,
+        torque=(0.0, 0.0, 0.0),
+        duration=0.5,
+        captured=em.regions.Ball("ball", (0.0, 0.0, 0.0), 0.5),
+    )

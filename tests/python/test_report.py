@@ -740,3 +740,16 @@ def test_a_most_wrong_probability_is_shown_with_its_future_and_its_curve(ahead):
     cards = re.findall(r"(probability [01]\.\d+), but (?:is lost|stays captured)", found.text)
     assert cards
     assert "grown again it gives" not in found.text
+
+
+def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(folder, document):
+    places = re.findall(r"capture \d\.\d+, but .*?Trajectory (\d+), frame (\d)", document.text)
+    with datasets.open(folder / "push.h5") as dataset:
+        grower = Grower(dataset, SETTINGS.all())
+        doubts = [
+            doubt
+            for t, k in places
+            for doubt in grower.grow(6 * int(t) + int(k), "capture").search.doubts
+        ]
+    assert doubts
+    assert all(doubt[1:] in document.text for doubt in doubts)

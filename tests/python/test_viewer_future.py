@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from futures import STEP, carried, resting, two_balls, waving
+from futures import STEP, carried, falling, resting, two_balls, waving
 
 import energymargin as em
 from energymargin.datasets import Future
@@ -291,3 +291,12 @@ def test_a_frame_whose_future_cannot_be_posed_is_said():
     view(dataset, future=Future(1)).close()
     with pytest.raises(ValueError, match="expected 'hold' or None"):
         view(off, future=Future(1))
+
+
+def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
+    with view(falling(), nodes=300) as viewer:
+        page = scored_page(viewer)
+        doubts = page.scored.capture.doubts
+        assert len(doubts) == 2  # one node has most of the likelihood, and it leaves by itself
+        assert all(doubt in page._panel.scores.content for doubt in doubts)
+    assert score_state(carried(), 5, seed=0).capture is None  # and so there is none to doubt

@@ -109,7 +109,7 @@ def score_table(
         + "</tr>"
         for name in rows
     )
-    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>"
+    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>{_doubts(scored)}"
     table = f'<table style="width:100%"><tr><td></td>{head}</tr>{body}</table>'
     return f'<div style="{STYLE}">{table}{notes}</div>'
 
@@ -247,6 +247,12 @@ def _notes(scored: Scored, nodes: int) -> str:
         if scored.force is None:
             notes.append("no effector, so no force score")
     return "; ".join(notes)
+
+
+def _doubts(scored: Scored) -> str:
+    """Why the capture score says less than it seems to."""
+    doubts = () if scored.capture is None else scored.capture.doubts
+    return "".join(f'<div style="color:{LOST_COLOR}">{escape(doubt)}</div>' for doubt in doubts)
 
 
 def _rollouts(found: CaptureProbability, disturbance: Uniform) -> list[str]:
