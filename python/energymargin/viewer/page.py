@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -214,12 +214,8 @@ class Page:
         panel = self._panel
         panel.trajectory.on_update(self._then(self._choose_trajectory))
         panel.frame.on_update(self._then(self._choose_frame))
-        for slider, player, choose in (
-            (panel.moment, self._player, self._choose_moment),
-            (panel.ahead, self._future_player, self._choose_ahead),
-        ):
-            slider.on_update(self._taker(player))
-            slider.on_update(self._mover(player, choose))
+        self._player.connect(self._lock, self._choose_moment)
+        self._future_player.connect(self._lock, self._choose_ahead)
         panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
@@ -271,27 +267,6 @@ class Page:
     def _choose_nodes(self) -> None:
         with self._lock:
             self._show_nodes()
-
-    def _taker(self, player: Player) -> Callable[[Any], Coroutine[Any, Any, None]]:
-        """A coroutine is called right after a move by hand, before the replay's next one; what is
-        drawn has to wait for other work."""
-
-        async def take(event: Any) -> None:
-            if event.client_id is not None:
-                player.take()
-
-        return take
-
-    def _mover(self, player: Player, choose: Callable[[], None]) -> Callable[[Any], None]:
-        """Shows the moment that a slider is moved to."""
-
-        def move(event: Any) -> None:
-            with self._lock:
-                if event.client_id is not None:
-                    player.put_back()
-                choose()
-
-        return move
 
     def _choose_moment(self) -> None:
         scored = self.scored

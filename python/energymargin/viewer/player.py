@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
@@ -56,15 +57,25 @@ class Player:
         with self._lock:
             self._over.set()
 
-    def take(self) -> None:
-        """The slider was moved by hand: a replay would take it away again."""
-        self.stop()
-        self._taken = value_of(self._slider)
+    def connect(self, lock: AbstractContextManager[Any], show: Callable[[], None]) -> None:
+        """Calls show() with the lock whenever the slider moves; a move by hand stops the replay,
+        which would take it away again."""
 
-    def put_back(self) -> None:
-        """To where it was moved by hand, if a replay was about to move it on."""
-        if self._taken is not None:
-            set_value(self._slider, self._taken)
+        async def take(event: Any) -> None:
+            """A coroutine is called right after the move, before the replay's next one; what is
+            drawn has to wait for other work."""
+            if event.client_id is not None:
+                self.stop()
+                self._taken = value_of(self._slider)
+
+        def move(event: Any) -> None:
+            with lock:
+                if event.client_id is not None and self._taken is not None:
+                    set_value(self._slider, self._taken)  # if the replay was about to move it
+                show()
+
+        self._slider.on_update(take)
+        self._slider.on_update(move)
 
     def _play(self, times: NDArray[np.float64], over: threading.Event) -> None:
         last = len(times) - 1
