@@ -238,7 +238,7 @@ def _value(name: str, value: float | None) -> str:
 def _notes(scored: Scored, nodes: int) -> str:
     notes = [] if scored.complete else ["stopped early"]
     if scored.probability is not None and scored.disturbance is not None:
-        notes = [*_rollouts(scored.probability, scored.disturbance), *notes]
+        notes = [_rollouts(scored.probability, scored.disturbance), *notes]
     if scored.memberships is not None:
         several = "success" in scored.memberships.inside
         counted = "capture and success count" if several else "it counts"
@@ -255,13 +255,13 @@ def _doubts(scored: Scored) -> str:
     return "".join(f'<div style="color:{LOST_COLOR}">{escape(doubt)}</div>' for doubt in doubts)
 
 
-def _rollouts(found: CaptureProbability, disturbance: Uniform) -> list[str]:
+def _rollouts(found: CaptureProbability, disturbance: Uniform) -> str:
     """Of which the probabilities are, and under what."""
     diverged = f", {found.diverged} diverged" if found.diverged else ""
-    return [
+    return (
         f"{_counted(found.rollouts, 'rollout')}{diverged} under {uniform_in_words(disturbance)}; "
         f"95 % intervals; captured for {found.mean_time:.3g} s on average"
-    ]
+    )
 
 
 def _scale(scored: Scored) -> str:
