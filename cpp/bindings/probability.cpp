@@ -147,6 +147,34 @@ CaptureProbability probability(const Problem& problem, const Model& disturbance,
       &progress);
 }
 
+// Of an interval of one look out of several.
+double share_of_look(const CaptureProbability& probability, const Number& confidence) {
+  const double share = real("confidence", confidence);
+  if (!(share > 0.0 && share < 1.0)) {
+    throw std::invalid_argument("confidence is " + shown(confidence.value) + ", expected a number between 0 and 1");
+  }
+  return 1.0 - (1.0 - share) / probability.looks;
+}
+
+std::pair<Eigen::VectorXd, Eigen::VectorXd> band(const CaptureProbability& probability, const Number& confidence,
+                                                 const std::string& which) {
+  if (which != "captured" && which != "any") {
+    throw std::invalid_argument("which is '" + which + "', expected 'captured' or 'any'");
+  }
+  if (which == "any" && !probability.any) {
+    throw std::invalid_argument("which is 'any', expected what was asked for: by_object=True");
+  }
+  const double share = share_of_look(probability, confidence);
+  const Eigen::VectorXd& curve = which == "any" ? probability.any->curve : probability.all.curve;
+  std::pair<Eigen::VectorXd, Eigen::VectorXd> ends{curve, curve};
+  for (Eigen::Index i = 0; i < curve.size(); ++i) {
+    const Interval at = interval(curve[i], probability.effective, share);
+    ends.first[i] = at.low;
+    ends.second[i] = at.high;
+  }
+  return ends;
+}
+
 void bind_result(py::module_& module) {
   py::class_<Survival>(module, "Survival", "How one capture set fares over the horizon.")
       .def_property_readonly("captured", &Survival::captured, "Probability of staying captured until the horizon.")
@@ -183,11 +211,7 @@ void bind_result(py::module_& module) {
       .def(
           "interval",
           [](const CaptureProbability& p, const Number& confidence, const std::string& which) {
-            const double share = real("confidence", confidence);
-            if (!(share > 0.0 && share < 1.0)) {
-              throw std::invalid_argument("confidence is " + shown(confidence.value) +
-                                          ", expected a number between 0 and 1");
-            }
+            const double share = share_of_look(p, confidence);
             if (which != "captured" && which != "success" && which != "any") {
               throw std::invalid_argument("which is '" + which + "', expected 'captured', 'success' or 'any'");
             }
@@ -199,12 +223,15 @@ void bind_result(py::module_& module) {
             const double value = which == "captured" ? p.all.captured()
                                  : which == "any"    ? p.any->captured()
                                                      : *p.success;
-            const Interval found = interval(value, p.effective, 1.0 - (1.0 - share) / p.looks);
+            const Interval found = interval(value, p.effective, share);
             return std::pair(found.low, found.high);
           },
           py::arg("confidence") = 0.95, py::arg("which") = "captured",
           "(low, high) of the probability, by Clopper and Pearson, so that it holds at least as often as `confidence`; "
           "with a tolerance as much wider as the looks ask for. which: 'captured', 'success' or 'any'.")
+      .def("band", &band, py::arg("confidence") = 0.95, py::arg("which") = "captured",
+           "(low, high), each of shape (T,): the interval of each point of the curve, for itself alone. which: "
+           "'captured' or 'any'.")
       .def("__repr__", [](const CaptureProbability& p) {
         const Interval found = interval(p.all.captured(), p.effective, 1.0 - 0.05 / p.looks);
         return described("CaptureProbability", {{"captured", py::cast(p.all.captured())},

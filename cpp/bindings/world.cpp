@@ -222,22 +222,23 @@ void bind_world(py::module_& module) {
       .def(
           "rollout",
           [](SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench_given, const Number& duration,
-             bool audit, const TimeoutArgument& timeout, const CancelArgument& cancel) {
+             bool audit, const Number& time_given, const TimeoutArgument& timeout, const CancelArgument& cancel) {
             const Limit given = limit_of(timeout, cancel);
             const State start = vector("state", state, -1);
             const std::size_t objects = shared.world().scene().with_role(Role::object).size();
             const Disturbance pushes = wrenches("wrench", wrench_given, objects);
-            const double seconds = real("duration", duration);
+            const double seconds = real("duration", duration), time = real("time", time_given);
             return simulated(seconds / shared.world().scene().stepping().step, given, [&](const Limit& limit) {
               return shared.ask_until(
-                  limit, [&](World& world) { return world.rollout(start, pushes, seconds, audit, limit); });
+                  limit, [&](World& world) { return world.rollout(start, pushes, seconds, audit, limit, time); });
             });
           },
           py::arg("state"), py::arg("wrench"), py::arg("duration"), py::kw_only(), py::arg("audit") = false,
-          py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
+          py::arg("time") = 0.0, py::arg("timeout") = py::none(), py::arg("cancel") = py::none(),
           "Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], "
           "rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but "
-          "the time that it takes. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.")
+          "the time that it takes. time [s]: the robot goes on where its plan is then. Raises TimeoutError after "
+          "timeout [s], and Cancelled once cancel is set.")
       .def(
           "simulate", &simulate, py::arg("state"), py::arg("steps"),
           py::arg("drives") = std::map<std::string, ArrayLike>{},

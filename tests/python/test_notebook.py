@@ -8,14 +8,18 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from futures import carried, resting, two_balls
 
 from energymargin import (
     Box,
     Cancel,
+    Plan,
     Problem,
     Scene,
+    capture_probability,
     capture_score,
     datasets,
+    disturbances,
     escape_effort,
     escape_energy,
     evaluation,
@@ -275,3 +279,66 @@ def test_what_is_damaged_is_shown_as_text_and_never_raises(labelled, tmp_path):
         Cells(html)
         assert "cannot be shown" in html or "<table>" in html
     assert "cannot be shown" in short._repr_html_()
+
+
+def test_a_probability_shows_its_interval_and_its_curve():
+    found = capture_probability(resting(), rollouts=40, success=True)
+    table = values(found)
+    low, high = found.interval()
+    assert table["captured for 0.4 s"] == (
+        f"{found.captured:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
+    )
+    assert table["mean time captured"] == f"{found.mean_time:.3g} s"
+    assert table["undisturbed"] == "stays captured, succeeds"
+    assert table["success at the end"].startswith(f"{found.success:.3f} (")
+    assert table["rollouts"] == "40"
+    assert '<img alt="its curve" src="data:image/png;base64,' in found._repr_html_()
+
+
+def test_a_probability_of_several_objects_shows_each_of_them():
+    found = capture_probability(two_balls(), rollouts=20, by_object=True)
+    table = values(found)
+    assert table["captured, at least one object"].startswith(f"{found.any.captured:.3f} (")
+    assert [table[f"captured, object {i}"] for i in (0, 1)] == [
+        f"{one.captured:.3f}" for one in found.by_object
+    ]
+
+
+def test_a_weighted_probability_shows_how_many_rollouts_it_is_worth():
+    found = capture_probability(resting(), disturbance=disturbances.Boltzmann(20.0))
+    assert found.effective < 29
+    assert values(found)["rollouts"] == f"30, worth {found.effective:.3g} of equal weight"
+
+
+def test_a_probability_says_when_the_object_leaves_by_itself():
+    found = capture_probability(carried(), rollouts=3)
+    assert values(found)["undisturbed"] == f"leaves at {found.undisturbed_time:.3g} s"
+
+
+def test_a_problem_shows_its_horizon_and_its_plan(problem):
+    table = values(carried(dwell=0.05))
+    assert table["horizon"] == "0.6 s"
+    assert table["between two looks"] == "about 1/60 s"
+    assert table["an escape lasts"] == "at least 0.05 s"
+    assert table["plan"] == "0.6 s"
+    assert table["velocity of pusher"] == "up to 0.2 m/s, 0 rad/s"
+    assert values(resting())["plan"] == "none: the effector coasts"
+    assert "horizon" not in values(problem)
+
+
+def test_a_plan_shows_what_it_does_with_each_body_and_joint():
+    plan = Plan(
+        1 / 240,
+        wrenches={"hand": [(3.0, 4.0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 2.0)]},
+        velocities={"cart": [(0.1, 0, 0, 0, 0, 0)] * 2},
+        targets={"still": [0.2, 0.2], "closing": [0.0, 0.5]},
+        limits={"cart": (20.0, 1.0)},
+    )
+    assert values(plan) == {
+        "duration": "0.008333 s",
+        "rows": "2 of 0.00417 s",
+        "wrench on hand": "up to 5 N, 2 N m",
+        "velocity of cart": "up to 0.1 m/s, 0 rad/s, by a motor of 20 N, 1 N m",
+        "target of still": "0.2",
+        "target of closing": "0 to 0.5",
+    }

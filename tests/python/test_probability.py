@@ -139,6 +139,26 @@ def test_rows_of_a_longer_step_are_held():
     assert np.array_equal(*ends)
 
 
+def test_a_rollout_at_a_time_goes_on_where_the_plan_is():
+    """As with a plan of the rows that are left."""
+    scene, rows = pusher(), np.random.default_rng(1).uniform(-5, 5, (60, 6))
+    whole = em.World(scene, em.Plan(STEP, wrenches={"effector": rows}))
+    rest = em.World(scene, em.Plan(STEP, wrenches={"effector": rows[20:]}))
+    push = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    later = whole.rollout(scene.pack(), push, 40 * STEP, time=20 * STEP)
+    assert np.array_equal(later.state, rest.rollout(scene.pack(), push, 40 * STEP).state)
+    first = whole.rollout(scene.pack(), push, 40 * STEP)
+    assert not np.array_equal(later.state, first.state)
+
+
+@pytest.mark.parametrize("time", [-0.1, float("nan"), 1e9])
+def test_a_time_of_the_plan_that_cannot_be_is_refused(time):
+    scene = pusher()
+    world = em.World(scene, em.Plan.hold(scene, scene.pack(), 0.1))
+    with pytest.raises(ValueError, match="time is"):
+        world.rollout(scene.pack(), np.zeros(6), 0.1, time=time)
+
+
 def test_a_plan_survives_pickling():
     """With its limits."""
     plan = em.Plan(STEP, velocities={"a": np.ones((3, 6))}, limits={"a": (2.0, 0.5)})

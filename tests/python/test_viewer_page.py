@@ -12,6 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from browsers import watch, watched_page
+from futures import carried
 from PIL import Image
 
 import energymargin as em
@@ -226,7 +227,7 @@ def test_a_replay_stops_where_somebody_moves_it(seen):
 def test_a_replay_stops_at_once_however_long_a_moment_is(seen):
     viewer, _ = seen
     player, way = viewer.page._player, viewer.page.scored.way_out
-    replay = threading.Thread(target=player.press, args=[way._replace(times=1e6 * way.times)])
+    replay = threading.Thread(target=player.press, args=[1e6 * way.times])
     replay.start()
     until(lambda: player.playing, "it begins")
     player.stop()
@@ -296,6 +297,21 @@ def test_a_scene_without_effector_is_shown_and_scored(chromium):
         page.get_by_role("button", name="Score this state").click()
         page.get_by_text("no effector, so no force score").wait_for(timeout=1e3 * PATIENCE)
         assert page.locator('[data-score="force"]').count() == 0
+
+
+def test_the_future_of_a_state_is_replayed_and_its_probability_scored_live(chromium):
+    with view(carried(), nodes=40) as viewer, opened(chromium, viewer.url) as page:
+        ready(page)
+        page.get_by_text("undisturbed it leaves at 0.35 s").wait_for(timeout=1e3 * PATIENCE)
+        start = picture((viewer, page))
+        page.get_by_role("button", name="Replay the future").click()
+        page.get_by_text("0.60 s ahead").wait_for(timeout=1e3 * PATIENCE)
+        assert changed(start, picture((viewer, page))) > 200  # pusher and box are elsewhere
+        page.get_by_role("button", name="Score this state").click()
+        page.get_by_text("30 rollouts under random wrenches").wait_for(timeout=1e3 * PATIENCE)
+        assert shown_score(page, "probability") == "0.000"
+        assert shown_score(page, "effort") == "0 J"
+        assert page.locator('[data-score="capture"]').count() == 0
 
 
 def run(*arguments, **options):
@@ -373,6 +389,9 @@ def test_a_screenshot_has_the_size_and_the_scene(tmp_path):
         (("push", "--screenshot", "push.jpg"), "expected a file that ends in .png"),
         (("push", "-p", "colour=1"), "colour"),
         (("push", "--port", "0"), "port is 0, expected 1 to 65535"),
+        (("push", "--plan", "hold"), "there is no horizon over which it would be followed"),
+        (("push", "--horizon", "0"), "--horizon is 0"),
+        (("push", "--horizon", "2", "--plan", "dance"), "expected script, hold or none"),
     ],
 )
 def test_wrong_options_are_one_line(arguments, message, tmp_path):

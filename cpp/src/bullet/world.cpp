@@ -131,8 +131,8 @@ void World::follow(const Plan& plan) { bullet_->robot.emplace(scene(), plan); }
 const Scene& World::scene() const { return bullet_->simulation.scene(); }
 const StateLayout& World::layout() const { return bullet_->simulation.layout(); }
 
-Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit,
-                       const Limit& limit) {
+Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,
+                       double time) {
   validate(scene(), state);
   const std::size_t objects = bullet_->simulation.objects().size();
   if (wrenches.size() != objects) {
@@ -142,13 +142,17 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
     require_finite("wrench force", wrench.force);
     require_finite("wrench torque", wrench.torque);
   }
-  require_not_negative("duration", duration);
-  if (duration > most_steps * scene().stepping().step) {
-    reject("duration", text(duration), "at most " + std::to_string(most_steps) + " steps");
+  for (const auto& [name, seconds] : {std::pair{"duration", duration}, std::pair{"time", time}}) {
+    require_not_negative(name, seconds);
+    if (seconds > most_steps * scene().stepping().step) {
+      reject(name, text(seconds), "at most " + std::to_string(most_steps) + " steps");
+    }
   }
   const int steps = bullet_->simulation.whole_steps(duration);
+  Watch watch;
+  watch.first = bullet_->simulation.whole_steps(time);
   Rollout result = audit ? bullet_->audited_rollout(state, wrenches, steps, limit)
-                         : rollout_unchecked(state, wrenches, steps, limit);
+                         : rollout_unchecked(state, wrenches, steps, limit, watch);
   if (!result.complete) limit.require();
   result.energy = bullet_->energy(result.state);
   return result;

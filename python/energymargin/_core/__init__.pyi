@@ -543,6 +543,8 @@ class Plan:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
+    def _repr_html_(self) -> str:
+        ...
     def to_json(self) -> str:
         """
         The plan as JSON text, as it stands in a problem file.
@@ -759,9 +761,9 @@ class World:
         """
         Mechanical energy [J]: kinetic energy of all bodies that move, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs, and of the joints' compliance, zero at their targets.
         """
-    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, *, audit: bool = False, timeout: float | None = None, cancel: Cancel | None = None) -> Rollout:
+    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, *, audit: bool = False, time: float = 0.0, timeout: float | None = None, cancel: Cancel | None = None) -> Rollout:
         """
-        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
+        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes. time [s]: the robot goes on where its plan is then. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
@@ -1346,6 +1348,12 @@ class CaptureProbability:
     """
     def __repr__(self) -> str:
         ...
+    def _repr_html_(self) -> str:
+        ...
+    def band(self, confidence: float = 0.95, which: str = 'captured') -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+        """
+        (low, high), each of shape (T,): the interval of each point of the curve, for itself alone. which: 'captured' or 'any'.
+        """
     def interval(self, confidence: float = 0.95, which: str = 'captured') -> tuple[float, float]:
         """
         (low, high) of the probability, by Clopper and Pearson, so that it holds at least as often as `confidence`; with a tolerance as much wider as the looks ask for. which: 'captured', 'success' or 'any'.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from energymargin.commands.futures import chosen_future
 from energymargin.commands.workers import Scheduler, chosen_executor
 from energymargin.terminal import TIMED_OUT, Nodes, Seed, Threads, Timeout, err, say, split
 
@@ -18,11 +19,8 @@ if TYPE_CHECKING:
     from energymargin.executors import Executor
     from energymargin.settings import SearchSettings
     from energymargin.store import Run
-    from energymargin.tasks.base import Following
 
 __all__ = ["score", "scored_run"]
-
-PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
 
 
 def score(
@@ -121,7 +119,7 @@ def score(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
         *(rollouts, strength, objects, common),
     )
-    asked = _asked(None if metrics is None else split(metrics), _future(horizon, plan))
+    asked = _asked(None if metrics is None else split(metrics), chosen_future(horizon, plan))
     executor = chosen_executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
     limit = Limit(timeout, None)
@@ -143,24 +141,6 @@ def score(
                 failed = failed or error
         if failed is not None:
             raise failed
-
-
-def _future(horizon: int | None, plan: str | None) -> Future | None:
-    """What is asked of the frames to come, if anything is. Raises ValueError on words that are
-    none, and on a plan without a horizon."""
-    from energymargin.datasets import Future
-    from energymargin.tasks.base import whole_number
-
-    if plan is not None and plan not in PLANS:
-        raise ValueError(f"--plan is {plan!r}, expected script, hold or none")
-    if horizon is None:
-        if plan is not None:
-            raise ValueError(
-                f"--plan is {plan}, but there is no horizon over which it would be followed: "
-                "add --horizon FRAMES, or leave --plan out"
-            )
-        return None
-    return Future(whole_number("--horizon", horizon, 1), PLANS[plan or "script"])
 
 
 def _asked(

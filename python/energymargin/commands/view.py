@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from energymargin.commands.futures import chosen_future
 from energymargin.terminal import Parameters, err, leave, loading, parsed, say, whole
 
 if TYPE_CHECKING:
@@ -39,6 +40,22 @@ def view_command(
         typer.Option(help="Of a task's trajectories, and of searches: of --scores, or else 0."),
     ] = None,
     parameter: Parameters = None,
+    horizon: Annotated[
+        int | None,
+        typer.Option(
+            help="Ask of each state of a dataset or a task whether it stays captured over the next "
+            "so many frames; that of --scores if not given.",
+            metavar="FRAMES",
+        ),
+    ] = None,
+    plan: Annotated[
+        str | None,
+        typer.Option(
+            help="What the robot does over the horizon: script, as its task's (if not given); "
+            "hold, it goes on as it moves; none, it coasts.",
+            metavar="script|hold|none",
+        ),
+    ] = None,
     scores: Annotated[
         Path | None, typer.Option(help="Scores of the dataset to see beside, from `score`.")
     ] = None,
@@ -68,6 +85,8 @@ def view_command(
     Example: `energymargin view push`, then open the address that it prints
 
     A picture: `energymargin view push --trajectory 3 --frame 8 --screenshot push.png`
+
+    What is to come: `energymargin view push --horizon 5 --plan script`
     """
     pixels = _size(size)
     if screenshot is not None:
@@ -87,6 +106,7 @@ def view_command(
                     frame=frame,
                     nodes=nodes,
                     seed=seed,
+                    future=chosen_future(horizon, plan),
                     scores=scores,
                     run=run,
                     host=host,

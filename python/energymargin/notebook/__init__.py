@@ -1,4 +1,5 @@
-"""What results look like in a notebook: a small table in HTML, and of a problem its picture.
+"""What results look like in a notebook: a small table in HTML, of a problem with its
+picture and of a probability with its curve.
 
 Nothing here is in the way of a cell: what cannot be shown is shown as text.
 """
@@ -10,17 +11,19 @@ from html import escape
 from typing import Any
 
 from energymargin._core import (
+    CaptureProbability,
     CaptureScore,
     EscapeEffort,
     EscapeEnergy,
     ForceScore,
+    Plan,
     Problem,
     Scene,
     Tree,
 )
 from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores
-from energymargin.notebook import data, problems, results
+from energymargin.notebook import data, probabilities, problems, results
 from energymargin.scoring import ScoreTable
 from energymargin.store import Run, ScoreStore
 from energymargin.tasks.base import Trajectory
@@ -29,11 +32,13 @@ __all__ = ["attach"]
 
 METHOD = "_repr_html_"  # which a notebook asks for
 SHOWN: dict[type, Callable[[Any], str]] = {
+    CaptureProbability: probabilities.capture_probability,
     CaptureScore: results.capture_score,
     EscapeEffort: results.escape_effort,
     EscapeEnergy: results.escape_energy,
     ForceScore: results.force_score,
     Tree: results.tree,
+    Plan: problems.plan,
     Problem: problems.problem,
     Scene: problems.scene,
     Dataset: data.dataset,

@@ -1,20 +1,16 @@
-"""What a problem and its scene look like in a notebook: numbers, and a picture of the state.
-
-The picture needs matplotlib; without it the numbers are shown alone.
-"""
+"""What a problem, its scene and its plan look like in a notebook: numbers, and the state drawn."""
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
-from importlib.util import find_spec
 from typing import Any
 
-from energymargin._core import Problem, Scene
-from energymargin.notebook.tables import Row, grid, note, table
+from energymargin._core import Plan, Problem, Scene
+from energymargin.future_text import future_rows, plan_rows
+from energymargin.notebook.pictures import beside, drawn
+from energymargin.notebook.tables import Row, grid, table
 
-__all__ = ["problem", "scene"]
+__all__ = ["plan", "problem", "scene"]
 
 SIZE = (4.5, 3.2)  # inch, of a picture
 DETAIL = 150  # cells of the sets along its longer side, which is quick
@@ -45,7 +41,13 @@ def problem(asked: Problem) -> str:
     ]
     contacts = asked.contacts
     rows.append(("measured contacts", "none" if contacts is None else len(contacts)))
-    return _beside(table("Problem", rows), _picture(asked))
+    rows += future_rows(asked)
+    return beside(table("Problem", rows), _picture(asked), "the state", COLORS)
+
+
+def plan(of_robot: Plan) -> str:
+    """What the robot does, and how long."""
+    return table("Plan", plan_rows(of_robot))
 
 
 def scene(made: Scene) -> str:
@@ -88,26 +90,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _picture(problem: Problem) -> bytes | None:
-    """The state, as a PNG; None without matplotlib, or if it cannot be drawn."""
-    if find_spec("matplotlib") is None:
-        return None
-    try:
-        from matplotlib.figure import Figure
-
+    def draw(ax: Any) -> None:
         from energymargin.plots import plot_state
 
-        figure = Figure(figsize=SIZE, dpi=80, layout="constrained")
-        plot_state(problem, ax=figure.subplots(), detail=DETAIL)
-        image = io.BytesIO()
-        figure.savefig(image, format="png")
-    except Exception:  # the table says it all: a picture must not be in its way
-        return None
-    return image.getvalue()
+        plot_state(problem, ax=ax, detail=DETAIL)
 
-
-def _beside(table: str, image: bytes | None) -> str:
-    if image is None:
-        return table
-    source = f"data:image/png;base64,{base64.b64encode(image).decode()}"
-    picture = f'<div><img alt="the state" src="{source}"><br>{note(COLORS)}</div>'
-    return f'<div style="display:flex;flex-wrap:wrap;gap:1em">{table}{picture}</div>'
+    return drawn(draw, SIZE)

@@ -1,5 +1,6 @@
 """Pictures of scores (matplotlib): a state with its search tree, scores along a trajectory, how
-well they tell labels apart, and how an effort falls with the nodes.
+well they tell labels apart, how an effort falls with the nodes, and how a probability falls over
+its horizon.
 
 Each `plot_...` takes and returns an Axes; without one it makes a figure of pyplot. Each
 `figure_...` makes a whole Figure.
@@ -12,7 +13,9 @@ except ImportError as error:
 
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.efforts import plot_effort
+from energymargin.plots.futures import plot_future
 from energymargin.plots.legends import state_legend
+from energymargin.plots.probability import plot_probability
 from energymargin.plots.qualitative import figure_qualitative
 from energymargin.plots.series import Along, along
 from energymargin.plots.states import plot_state
@@ -28,7 +31,9 @@ __all__ = [
     "figure_qualitative",
     "figure_scores",
     "plot_effort",
+    "plot_future",
     "plot_precision_recall",
+    "plot_probability",
     "plot_roc",
     "plot_scores",
     "plot_state",

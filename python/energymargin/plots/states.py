@@ -107,7 +107,8 @@ def plot_state(
         notes = (captured, succeeded, _out_of_view(seen))
         handles = state_legend(problem, notes, tree=crosses, escape=way)
         draw_state_legend(ax, handles, own_figure=new)
-    if result is not None and color_bar:  # after the legend, which may make the axes smaller
+    # After the legend, which may make the axes smaller.
+    if result is not None and color_bar and result.tree.costs.max() > 0.0:
         draw_color_bar(ax.figure, ax, costs, result.tree.costs.max(), shrink=0.85)
     if legend and not new:  # else a layout sees what is below axes of equal scales too late
         ax.set_anchor("SE" if color_bar else "S")

@@ -61,7 +61,14 @@ PALETTE = (
     LineStyle("#56B4E9", (0, (10, 2)), "X"),
 )
 METRICS = dict(
-    zip(("capture", "effort/est", "effort/rrt", "success", "force"), PALETTE, strict=False)
+    zip(
+        (
+            *("capture", "effort/est", "effort/rrt", "success", "force"),
+            *("probability", "probability/success"),
+        ),
+        PALETTE,
+        strict=True,
+    )
 )
 
 

@@ -37,11 +37,11 @@ def plot_scores(
 ) -> Axes:
     """Scores of one kind along one trajectory; arguments as the fields of `Along`.
 
-    `kind`: "likelihood" (capture, success), "effort" or "force", each of which has a unit of its
-    own; None if there is but one. All of them together are drawn by `figure_scores`. Frames that
-    are not captured are shaded. An infinite effort is a mark in a band at the top of the axes, a
-    missing score is a gap, which the legend counts. The legend is inside of `ax`, or beside the
-    axes of a new figure.
+    `kind`: "likelihood" (capture, success), "probability", "effort" or "force", each of which has
+    an axis of its own; None if there is but one. All of them together are drawn by
+    `figure_scores`. Frames that are not captured are shaded. An infinite effort is a mark in a
+    band at the top of the axes, a missing score is a gap, which the legend counts. The legend is
+    inside of `ax`, or beside the axes of a new figure.
 
     Returns `ax`, or the axes of a new figure. Raises ValueError on an unknown kind or metric,
     arrays of other lengths, or numbers that cannot be times, labels, or scores of these metrics.
@@ -125,7 +125,7 @@ def _draw(ax: Axes, data: Along, kind: str) -> None:
     if data.captured is not None:
         _shade(ax, frames, ~data.captured)
     ax.margins(y=0.12)
-    if kind == "likelihood":
+    if kind in ("likelihood", "probability"):
         ax.set_ylim(-0.05, 1.05)
     ax.set(xlabel="frame" if data.times is None else "time [s]", ylabel=KINDS[kind].axis)
     light_grid(ax)

@@ -32,8 +32,8 @@ class Grown:
     """A state's problem, the search for one of its scores, and that score."""
 
     problem: Problem
-    search: CaptureScore | EscapeEffort | None
-    """None for the force score and the probabilities, which have no tree."""
+    search: CaptureScore | EscapeEffort | CaptureProbability | None
+    """None for the force score, which needs no search."""
     score: float
 
 
@@ -65,7 +65,7 @@ class Grower:
             self._kept[number, kind] = problem, self._search(problem, number, metric)
         problem, found = self._kept[number, kind]
         if kind in TIMED:
-            return Grown(problem, None, _probability(found, metric))
+            return Grown(problem, found, _probability(found, metric))
         if kind == "force":
             return Grown(problem, None, found.force)
         if kind == "tree":

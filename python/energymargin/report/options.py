@@ -22,7 +22,8 @@ class Options:
     """So many states of each score and label, whose searches are grown again."""
     horizon: int | None = None
     """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
-    HORIZON ahead, or as far as the longest trajectory goes."""
+    as far as the scores do, which is HORIZON for those without one of their own, or as far as the
+    longest trajectory goes."""
     last: int = LAST_FRAMES
     """As of `evaluate`; so are the next two."""
     draws: int = DRAWS
@@ -35,11 +36,11 @@ class Options:
         if self.horizon is not None:
             whole_number("horizon", self.horizon, 0)
 
-    def horizon_of(self, ahead: int) -> int:
-        """The horizon, where no state has more than `ahead` frames after its own. Raises ValueError
-        if it is longer than that."""
+    def horizon_of(self, ahead: int, scored: int | None = None) -> int:
+        """The horizon, where no state has more than `ahead` frames after its own, of scores that
+        look `scored` frames ahead. Raises ValueError if it is longer than that."""
         if self.horizon is None:
-            return min(HORIZON, ahead)
+            return min(HORIZON if scored is None else scored, ahead)
         if self.horizon > ahead:
             raise ValueError(
                 f"horizon is {self.horizon}, expected 0 to {ahead}: the longest trajectory has "

@@ -44,6 +44,10 @@ class Page:
     worst: Worst
     several: bool
     """Whether there are labels of at least one of several objects."""
+    timed: bool
+    """Whether there are probabilities over a horizon."""
+    asks: str | None
+    """What the scores ask about each state's future, in words; None: they have no clock."""
     states: int
     unscored: dict[str, int]
     """States without a score, of each metric that has such."""

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from energymargin import plots
+from energymargin._core import CaptureProbability, Problem
 from energymargin.outlines import Plan
 from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.report.grown import Grown
@@ -19,18 +20,36 @@ __all__ = ["picture"]
 WIDTH = 5.4  # inch
 HEIGHTS = (3.0, 7.5)  # inch
 BESIDE, AROUND = 1.6, 1.7  # inch, that colour bar and legend take of the width and of the height
+CURVE = 2.4  # inch, of the height of a probability's curve
 RESOLUTION = 130  # dots an inch
 COLORS = 256
 
 
 def picture(grown: Grown, plane: Plan) -> str:
-    """A data URI of a picture, with a legend."""
-    made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
-    ax = made.subplots()
-    plots.plot_state(grown.problem, grown.search, ax, plane=plane, legend=True)
-    _move_legend_below(ax, made)
-    made.set_size_inches(WIDTH, _height(ax))
+    """A data URI of a picture, with a legend. Of a probability it is the undisturbed future, and
+    the curve below it."""
+    if isinstance(grown.search, CaptureProbability):
+        made = _of_probability(grown.problem, grown.search, plane)
+    else:
+        made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
+        ax = made.subplots()
+        plots.plot_state(grown.problem, grown.search, ax, plane=plane, legend=True)
+        _move_legend_below(ax, made)
+        made.set_size_inches(WIDTH, _height(ax))
     return f"data:image/png;base64,{base64.b64encode(_png(made)).decode()}"
+
+
+def _of_probability(problem: Problem, found: CaptureProbability, plane: Plan) -> Figure:
+    made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
+    rows = made.add_gridspec(2)
+    ax, curve = made.add_subplot(rows[0]), made.add_subplot(rows[1])
+    plots.plot_future(problem, ax, plane=plane, legend=True)
+    _move_legend_below(ax, made)
+    plots.plot_probability(found, curve, which="captured" if found.any is None else "any")
+    height = _height(ax)
+    rows.set_height_ratios((height - AROUND, CURVE))
+    made.set_size_inches(WIDTH, height + CURVE)
+    return made
 
 
 def _move_legend_below(ax: Axes, figure: Figure) -> None:

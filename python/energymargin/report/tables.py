@@ -38,11 +38,13 @@ class Table:
     rows: list[tuple[str, list[Entry]]]
 
 
-def tables(result: Evaluation) -> list[Table]:
-    """One table, or two if there are several objects: of all, and of at least one."""
+def tables(result: Evaluation, *, paper: bool = True) -> list[Table]:
+    """One table, or two if there are several objects: of all, and of at least one. `paper`: with
+    the paper's values beside, which are of scores without a clock."""
+    paper = paper and result.task in PAPER
     columns = [f"h = {horizon}" for horizon in result.horizons]
-    columns += ["paper"] if result.task in PAPER else []
-    rows = list(_rows(result))
+    columns += ["paper"] if paper else []
+    rows = list(_rows(result, paper))
     of_all = [row for row in rows if not row[0].endswith(ANY)]
     of_any = [row for row in rows if row[0].endswith(ANY)]
     if not of_any:
@@ -50,18 +52,18 @@ def tables(result: Evaluation) -> list[Table]:
     return [Table(ALL_TITLE, columns, of_all), Table(ANY_TITLE, columns, of_any)]
 
 
-def _rows(result: Evaluation) -> Iterator[tuple[str, list[Entry]]]:
+def _rows(result: Evaluation, paper: bool) -> Iterator[tuple[str, list[Entry]]]:
     for score, cells in result.states.items():
-        yield score, [*map(_entry, cells.values()), *_paper(result.task, score)]
+        yield score, [*map(_entry, cells.values()), *_paper(result.task, score, paper)]
     for score, cell in result.trajectories.items():
         below = (*cell.intervals(), "of whole trajectories")
         entry = Entry(cell.value(), below, columns=len(result.horizons))
-        yield score, [entry, *_paper(result.task, score)]
+        yield score, [entry, *_paper(result.task, score, paper)]
 
 
 def _entry(cell: Cell | None) -> Entry:
     return Entry(DASH) if cell is None else Entry(cell.value(), cell.intervals())
 
 
-def _paper(task: str, score: str) -> list[Entry]:
-    return [Entry(paper_value(task, score))] if task in PAPER else []
+def _paper(task: str, score: str, paper: bool) -> list[Entry]:
+    return [Entry(paper_value(task, score))] if paper else []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from energymargin._core import CaptureScore
 from energymargin.curves import CAPTURED
 from energymargin.metrics import with_unit
 from energymargin.report.grown import Grower, Grown
@@ -24,7 +25,8 @@ class Card:
     image: str | None
     """A data URI; None if there is no picture."""
     why: str = ""
-    """Why there is none of this state, or why it is not that of the score in the file."""
+    """Why there is none of this state, why it is not that of the score in the file, or why the
+    score says less than it seems to."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ class _Drawer:
             image = picture(grown, self._grower.plane)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
             return Card(title, text, None, f"No picture: {error}.")
-        return Card(title, text, image, self._changed(one, number, grown))
+        return Card(title, text, image, self._notes(one, number, grown))
 
     def _number(self, one: Judged, place: int) -> int:
         """Of the state that stands for a place in what is compared."""
@@ -121,6 +123,13 @@ class _Drawer:
             return ""
         frames = "frame" if self._horizon == 1 else "frames"
         return f" Only {ahead} of {self._horizon} {frames} ahead were recorded."
+
+    def _notes(self, one: Judged, number: int, grown: Grown) -> str:
+        """What is to be known of the picture, and of the score."""
+        doubts = grown.search.doubts if isinstance(grown.search, CaptureScore) else ()
+        notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts]
+        changed = self._changed(one, number, grown)
+        return " ".join([changed, *notes] if changed else notes)
 
     def _changed(self, one: Judged, number: int, grown: Grown) -> str:
         """Whether the tree in the picture is another one than that of the score in the file."""

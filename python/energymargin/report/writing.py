@@ -12,6 +12,7 @@ import numpy as np
 from energymargin.curves import target_name
 from energymargin.evaluation import evaluate
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
+from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
 from energymargin.report.about import facts, time_facts, version_facts
 from energymargin.report.along import along
@@ -78,7 +79,10 @@ def write(
 def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Progress) -> Page:
     """All that the page says, computed."""
     labelled, last = subject.labelled, options.last
-    horizon = options.horizon_of(int(subject.ahead.max()))
+    future = subject.future
+    horizon = options.horizon_of(
+        int(subject.ahead.max()), None if future is None else future.horizon
+    )
     result = evaluate(
         labelled,
         draws=options.draws,
@@ -99,7 +103,7 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
         draws=options.draws,
         enough=ENOUGH,
         target=target_name(horizon=horizon),
-        tables=tables(result),
+        tables=tables(result, paper=future is None),
         along=along(subject, data, wrong, options.trajectories),
         curves=curves(labelled, horizon, last),
         distributions=distributions(every),
@@ -111,6 +115,8 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
             progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
         ),
         several=labelled.captured_any is not None,
+        timed=any(metric in TIMED for metric in subject.metrics),
+        asks=None if future is None else str(future),
         states=len(labelled.captured),
         unscored={metric: count for metric, count in lacking.items() if count},
     )

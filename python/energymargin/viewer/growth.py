@@ -1,4 +1,4 @@
-"""A search tree in the browser: nodes by cost, edges, and the way out."""
+"""A search tree in the browser: nodes by cost, edges, the way out; and the undisturbed future."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ from numpy.typing import NDArray
 
 from energymargin._core import Problem, Tree
 from energymargin.plots.styles import COSTS, LOST_COLOR
+from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import rgb
 from energymargin.viewer.lines import lines_glb
 from energymargin.viewer.replay import Replay
 from energymargin.viewer.thinning import shown_edges, shown_points
 from energymargin.viewer.views import View, object_places
 
-__all__ = ["Growth"]
+__all__ = ["FUTURE_COLOR", "Growth"]
 
 DOT = 0.006  # of the view's size
 EDGE_COLOR = (110, 110, 110)
 PATH_COLOR = (0, 0, 0)
 PATH_WIDTH = 4.0  # pixels
+FUTURE_COLOR = "#0072B2"
+EXIT = 4 * DOT
 
 
 class Growth:
@@ -35,6 +38,7 @@ class Growth:
         self._nodes: list[Any] = []
         self._edges: list[Any] = []
         self._path: list[Any] = []
+        self._future: list[Any] = []
 
     def draw(
         self, problem: Problem, tree: Tree, lost: NDArray[np.bool_], nodes: int, most: float
@@ -64,23 +68,59 @@ class Growth:
     def draw_path(self, problem: Problem, way: Replay | None) -> None:
         """The places of the objects' centres along the way out; None: there is none."""
         _remove(self._path)
-        if way is None or len(way.states) < 2:
+        if way is not None:
+            self._path += self._lines("/escape/path", problem, way.states, PATH_COLOR)
+
+    def draw_future(self, problem: Problem, future: Undisturbed | None) -> None:
+        """The same of the undisturbed future, and diamonds where it leaves; None: there is none."""
+        _remove(self._future)
+        if future is None:
             return
-        for number, place in enumerate(object_places(problem.scene)):
-            centers = way.states[:, place]
-            self._path.append(
-                self._scene.add_line_segments(
-                    f"/escape/path_{number}",
-                    np.stack([centers[:-1], centers[1:]], axis=1).astype(np.float32),
-                    PATH_COLOR,
-                    thickness=PATH_WIDTH,
-                    thickness_units="screen",
+        self._future += self._lines("/future/path", problem, future.states, rgb(FUTURE_COLOR))
+        leaves = future.exit_moment
+        if leaves is not None:
+            self._future.append(
+                self._scene.add_point_cloud(
+                    "/future/exit",
+                    np.array([future.states[leaves, p] for p in object_places(problem.scene)]),
+                    rgb(LOST_COLOR),
+                    point_size=EXIT * self._view.size,
+                    point_shape="diamond",
+                    point_shading="flat",
+                    precision="float32",
                 )
             )
 
-    def show(self, *, nodes: bool, edges: bool, path: bool) -> None:
+    def _lines(
+        self,
+        name: str,
+        problem: Problem,
+        states: NDArray[np.float64],
+        color: tuple[int, int, int],
+    ) -> list[Any]:
+        """A line for each object's centre; none of a single state."""
+        if len(states) < 2:
+            return []
+        return [
+            self._scene.add_line_segments(
+                f"{name}_{number}",
+                np.stack([states[:-1, place], states[1:, place]], axis=1).astype(np.float32),
+                color,
+                thickness=PATH_WIDTH,
+                thickness_units="screen",
+            )
+            for number, place in enumerate(object_places(problem.scene))
+        ]
+
+    def show(self, *, nodes: bool, edges: bool, path: bool, future: bool) -> None:
         """What is to be seen."""
-        for handles, seen in ((self._nodes, nodes), (self._edges, edges), (self._path, path)):
+        seen_parts = (
+            (self._nodes, nodes),
+            (self._edges, edges),
+            (self._path, path),
+            (self._future, future),
+        )
+        for handles, seen in seen_parts:
             for handle in handles:
                 handle.visible = seen
 

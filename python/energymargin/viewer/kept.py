@@ -49,7 +49,7 @@ class Kept:
         values = {name: np.full(frames, np.nan) for name in names}
         for (which, frame), scored in self._scored.items():
             if which == trajectory:
-                scores = scored.memberships.scores(min(nodes, scored.capture.nodes), rate)
+                scores = scored.values(nodes, rate)
                 for name, row in values.items():
                     row[frame] = scores.get(name, np.nan)
         return values

@@ -11,12 +11,13 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem
+from energymargin._core import Cancel, Cancelled, Problem, disturbances
+from energymargin.undisturbed import Undisturbed, undisturbed
 from energymargin.viewer.kept import Kept
-from energymargin.viewer.panel import LINES, Panel, set_value, value_of
+from energymargin.viewer.panel import Panel, set_value, value_of
 from energymargin.viewer.player import Player
 from energymargin.viewer.quiet import Quiet
-from energymargin.viewer.search import Live, Scored, score_state
+from energymargin.viewer.search import ROLLOUTS, Live, Scored, score_state
 from energymargin.viewer.sources import Frames, Source
 from energymargin.viewer.stage import Stage
 from energymargin.viewer.stored import StoredScores
@@ -24,6 +25,7 @@ from energymargin.viewer.texts import (
     drawn_text,
     escape_text,
     frame_text,
+    future_text,
     legend,
     score_table,
     sets_text,
@@ -50,15 +52,25 @@ class Page:
         frame: int = 0,
         nodes: int = 1000,
         seed: int = 0,
+        rollouts: int = ROLLOUTS,
+        strength: float = 1.0,
+        objects: int | None = None,
+        common_random_numbers: bool = False,
         stored: StoredScores | None = None,
     ) -> None:
-        """Draws a frame. Raises ValueError if there is none such, or its state makes no problem."""
+        """Draws a frame; nodes, seed and what follows of the searches are as of SearchSettings.
+
+        Raises ValueError if there is no such frame, or its state makes no problem.
+        """
         self._server, self._source, self._stored, self._seed = server, source, stored, seed
+        self._disturbance = disturbances.Uniform(strength, objects)
+        self._common = common_random_numbers
         self._lock = threading.RLock()
         self._live, self._kept = Live(), Kept()
-        self._sets_later, self._nodes_later = Quiet(), Quiet()
+        self._sets_later, self._nodes_later, self._future_later = Quiet(), Quiet(), Quiet()
+        self._closing = Cancel()
+        self._future: Undisturbed | None = None  # of what is shown, once simulated
         self._error: Exception | None = None
-        self._taken: float | None = None  # the moment that somebody chose by hand
         self._trajectory, self._frame = trajectory, frame
         self._frames = source.frames(trajectory)
         if not 0 <= frame < len(self._frames.times):
@@ -75,8 +87,10 @@ class Page:
             trajectory=trajectory,
             nodes=nodes,
             rate=self._problem.rate,
+            rollouts=rollouts if self._problem.horizon is not None else None,
         )
-        self._player = Player(self._panel)
+        self._player = Player(self._panel.moment, self._panel.playing)
+        self._future_player = Player(self._panel.ahead, self._panel.playing_future)
         self._panel.show_frames(self._frames, frame)
         self._show_frame()
         self._connect()
@@ -95,16 +109,19 @@ class Page:
         self._live.join()
         self._nodes_later.join()
         self._sets_later.join()
+        self._future_later.join()
         if self._error is not None:
             raise self._error
 
     def close(self) -> None:
         """Ends what runs in the background."""
-        self._player.stop()
-        self._player.join()
+        self._closing.set()
+        for player in (self._player, self._future_player):
+            player.stop()
+            player.join()
         self._live.close()
-        self._nodes_later.close()
-        self._sets_later.close()
+        for later in (self._nodes_later, self._sets_later, self._future_later):
+            later.close()
 
     # What is shown
 
@@ -112,9 +129,12 @@ class Page:
         """The present frame: bodies and words at once, its sets once it is quiet."""
         self._panel.shown["success set"].visible = self._problem.succeeded is not None
         self._panel.what.content = frame_text(self._frames, self._frame)
+        self._show_future(None)
         self._show_scored()
         self._stage.clear_sets()
         self._sets_later.run(self._draw_sets)
+        if self._problem.horizon is not None:
+            self._future_later.run(self._simulate_future)
 
     def _draw_sets(self) -> None:
         try:
@@ -124,12 +144,34 @@ class Page:
         else:
             self._panel.sets.content = sets_text(self._problem, drawn)
 
+    def _simulate_future(self) -> None:
+        """The undisturbed future of the problem that is shown, unless it moved on meanwhile."""
+        problem, future, why = self._problem, None, ""
+        try:
+            future = undisturbed(problem, self._closing)
+        except Cancelled:
+            return
+        except Exception as error:  # it diverges, or a predicate raises
+            why = str(error)
+        with self._lock:
+            if problem is self._problem:
+                self._show_future(future, why)
+
+    def _show_future(self, future: Undisturbed | None, why: str = "") -> None:
+        self._future_player.stop()
+        self._future = future
+        self._panel.show_future(future)
+        self._stage.draw_future(future)
+        self._panel.future_text.content = future_text(self._problem, future, why=why)
+        self._panel.legend.content = legend(self._problem, self.scored, future)
+
     def _show_scored(self) -> None:
         """The tree of the present frame, its scores and its way out."""
         scored = self.scored
         self._player.stop()
         self._stage.put(self._problem)
         self._panel.show_moments(scored)
+        self._panel.show_curve(scored)
         self._panel.escape_text.content = escape_text(scored)
         self._stage.draw_way(scored)
         self._show_nodes()
@@ -138,7 +180,7 @@ class Page:
         """As many nodes as the slider says, and their scores."""
         scored = self.scored
         dots, edges = self._stage.draw_tree(scored, self._nodes())
-        self._panel.legend.content = legend(self._problem, scored)
+        self._panel.legend.content = legend(self._problem, scored, self._future)
         self._panel.drawn.content = drawn_text(dots, edges)
         self._show_scores()
 
@@ -157,13 +199,13 @@ class Page:
         file, else those of the trees that there are."""
         frames, first = len(self._frames.times), self._frames.first
         if self._stored is not None and first is not None:
-            return {name: self._stored.along(name, first, frames) for name in LINES}
+            return {name: self._stored.along(name, first, frames) for name in self._panel.lines}
         nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
-        return self._kept.along(self._trajectory, frames, LINES, nodes, rate)
+        return self._kept.along(self._trajectory, frames, self._panel.lines, nodes, rate)
 
     def _nodes(self) -> int:
         """How many are shown: those that are grown, or fewer."""
-        grown = 0 if self.scored is None else self.scored.capture.nodes
+        grown = 0 if self.scored is None else self.scored.grown
         return min(self._panel.asked_nodes(), grown)
 
     # What happens when a control is moved
@@ -172,13 +214,14 @@ class Page:
         panel = self._panel
         panel.trajectory.on_update(self._then(self._choose_trajectory))
         panel.frame.on_update(self._then(self._choose_frame))
-        panel.moment.on_update(self._take_moment)
-        panel.moment.on_update(self._move_moment)
+        self._player.connect(self._lock, self._choose_moment)
+        self._future_player.connect(self._lock, self._choose_ahead)
         panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
         panel.score_all.on_click(lambda _: self._start())
         panel.play.on_click(lambda _: self._press_play())
+        panel.play_future.on_click(lambda _: self._press_play_future())
         for box in panel.shown.values():
             box.on_update(self._then(self._choose_shown))
 
@@ -225,25 +268,19 @@ class Page:
         with self._lock:
             self._show_nodes()
 
-    async def _take_moment(self, event: Any) -> None:
-        """Moved by hand: a replay would take it away again. A coroutine is called right after the
-        move, before the replay's next one; what is drawn has to wait for other work."""
-        if event.client_id is not None:
-            self._player.stop()
-            self._taken = value_of(self._panel.moment)
-
-    def _move_moment(self, event: Any) -> None:
-        with self._lock:
-            if event.client_id is not None and self._taken is not None:
-                set_value(self._panel.moment, self._taken)  # if the replay was about to move it
-            self._choose_moment()
-
     def _choose_moment(self) -> None:
         scored = self.scored
         if scored is not None and scored.way_out is not None:
             moment = min(int(value_of(self._panel.moment)), len(scored.way_out.times) - 1)
-            self._stage.draw_moment(scored, moment)
+            self._stage.put_state(scored.way_out.states[moment])
             self._panel.escape_text.content = escape_text(scored, moment)
+
+    def _choose_ahead(self) -> None:
+        future = self._future
+        if future is not None:
+            moment = min(int(value_of(self._panel.ahead)), len(future.times) - 1)
+            self._stage.put_state(future.states[moment])
+            self._panel.future_text.content = future_text(self._problem, future, moment)
 
     def _choose_shown(self) -> None:
         self._stage.choose({name: box.value for name, box in self._panel.shown.items()})
@@ -257,7 +294,14 @@ class Page:
     def _press_play(self) -> None:
         with self._lock:
             way = None if self.scored is None else self.scored.way_out
-        self._player.press(way)
+        self._future_player.stop()  # both move the bodies
+        self._player.press(None if way is None else way.times)
+
+    def _press_play_future(self) -> None:
+        with self._lock:
+            times = None if self._future is None else self._future.times
+        self._player.stop()
+        self._future_player.press(times)
 
     # Scores
 
@@ -268,6 +312,7 @@ class Page:
             trajectory, recorded = self._trajectory, self._frames
             chosen = list(range(len(recorded.times))) if frames is None else frames
             nodes = self._panel.asked_nodes()
+            rollouts = int(value_of(self._panel.rollouts))
 
         def work(cancel: Cancel) -> None:
             self._error = None
@@ -279,7 +324,12 @@ class Page:
                         continue
                     told = self._teller(number, len(chosen), progress)
                     seed = recorded.search_seed(self._seed, frame)
-                    scored = score_state(problem, nodes, seed, cancel, told)
+                    scored = score_state(
+                        *(problem, nodes, seed, cancel, told),
+                        rollouts=rollouts,
+                        disturbance=self._disturbance,
+                        rollout_seed=self._seed if self._common else None,
+                    )
                     self._keep(trajectory, frame, scored)
             except Exception as error:  # of a predicate, a task, the memory: said where it is seen
                 self._error = error
@@ -291,7 +341,7 @@ class Page:
 
     def _keep(self, trajectory: int, frame: int, scored: Scored) -> None:
         """Keeps it, and shows what of it is to be seen; not if it was stopped before it began."""
-        if scored.size == 0:
+        if scored.empty:
             return
         scored.read_off()
         with self._lock:

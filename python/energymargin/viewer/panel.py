@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,18 +10,26 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
-from energymargin.viewer.search import Scored
+from energymargin.undisturbed import Undisturbed
+from energymargin.viewer.search import ROLLOUTS, Scored
 from energymargin.viewer.sources import Frames
-from energymargin.viewer.stage import SHOWN
+from energymargin.viewer.stage import SHOWN, UNDISTURBED
 from energymargin.viewer.texts import plain
 
-__all__ = ["LINES", "Panel", "set_value", "value_of"]
+__all__ = ["Panel", "set_value", "value_of"]
 
-LINES = {"capture": "#0072B2", "success": "#000000"}
+# Scores along a trajectory; the second are those of problems with a horizon.
+LINES = {
+    False: {"capture": "#0072B2", "success": "#000000"},
+    True: {"probability": "#0072B2", "probability/success": "#000000"},
+}
+BAND = "#56B4E9"
+MOST_ROLLOUTS = 1000  # of the slider
 RATES = 20.0  # 1/J, for a problem whose lambda is 0
 MOST_ASKED = 1_000_000  # nodes: a quarter of a gigabyte, and minutes
 STEPS = 200  # of the slider of lambda
 SCORE, PLAY, STOP = "Score this state", "Replay the escape", "Stop"
+AHEAD = "Replay the future"
 
 
 class Panel:
@@ -36,9 +44,11 @@ class Panel:
         trajectory: int,
         nodes: int,
         rate: float,
+        rollouts: int | None,
     ) -> None:
-        """Adds the controls."""
-        gui = server.gui
+        """Adds the controls; rollouts: of a probability, None for problems without a horizon."""
+        gui, timed = server.gui, rollouts is not None
+        self.lines = LINES[timed]
         gui.configure_theme(
             control_width="medium",
             show_logo=False,
@@ -53,8 +63,12 @@ class Panel:
             )
             self.frame = gui.add_slider("frame", 0, 1, 1, 0)
             self.what = gui.add_html("")
+        with gui.add_folder("Undisturbed future", visible=timed):
+            self.future_text = gui.add_html("")
+            self.ahead = gui.add_slider("ahead", 0, 1, 1, 0, disabled=True)
+            self.play_future = gui.add_button(AHEAD, disabled=True, color="blue")
         with gui.add_folder("Scores"):
-            self._add_scores(gui, nodes, rate)
+            self._add_scores(gui, nodes, rate, rollouts)
         with gui.add_folder("Escape"):
             self.escape_text = gui.add_html("")
             self.moment = gui.add_slider("moment", 0, 1, 1, 0, disabled=True)
@@ -64,6 +78,7 @@ class Panel:
             self.drawn = gui.add_html("")
             self.sets = gui.add_html("")
             self.shown = {name: gui.add_checkbox(name, True) for name in SHOWN}
+            self.shown[UNDISTURBED].visible = timed
 
         self._rate = rate
 
@@ -93,10 +108,19 @@ class Panel:
     def show_moments(self, scored: Scored | None) -> None:
         """The slider of the way out, from its start on; useless if there is none."""
         way = None if scored is None else scored.way_out
-        moments = 0 if way is None else len(way.times)
-        self.moment.max = max(moments - 1, 1)
-        set_value(self.moment, 0)
-        self.moment.disabled = self.play.disabled = moments < 2
+        _show_way(self.moment, self.play, 0 if way is None else len(way.times))
+
+    def show_future(self, future: Undisturbed | None) -> None:
+        """The slider of the undisturbed future, from its start on; useless if there is none."""
+        _show_way(self.ahead, self.play_future, 0 if future is None else len(future.times))
+
+    def show_curve(self, scored: Scored | None) -> None:
+        """The probability over the horizon between the ends of its intervals."""
+        found = None if scored is None else scored.probability
+        self._curve.visible = found is not None
+        if found is not None:
+            low, high = found.band()
+            self._curve.data = (found.times, found.curve, low, high)
 
     def searching(self, searching: bool) -> None:
         """The button stops a search that runs."""
@@ -110,6 +134,10 @@ class Panel:
         """The button stops a replay that runs."""
         self.play.label = STOP if playing else PLAY
 
+    def playing_future(self, playing: bool) -> None:
+        """The same of the undisturbed future."""
+        self.play_future.label = STOP if playing else AHEAD
+
     def plot(
         self, times: NDArray[np.float64], scores: Mapping[str, NDArray[np.float64]], frame: int
     ) -> None:
@@ -118,10 +146,10 @@ class Panel:
         if len(times) < 2:
             return
         now = np.full(len(times), np.nan)
-        now[frame] = scores["capture"][frame]
-        self._plot.data = (times, *(scores[name] for name in LINES), now)
+        now[frame] = scores[next(iter(self.lines))][frame]
+        self._plot.data = (times, *(scores[name] for name in self.lines), now)
 
-    def _add_scores(self, gui: viser.GuiApi, nodes: int, rate: float) -> None:
+    def _add_scores(self, gui: viser.GuiApi, nodes: int, rate: float, rollouts: int | None) -> None:
         most_rate = 4 * rate or RATES
         self.scores = gui.add_html(plain("Not scored yet."))
         self.score = gui.add_button(SCORE, color="blue")
@@ -138,13 +166,15 @@ class Panel:
             *(0.0, most_rate, most_rate / STEPS, rate),  # so many digits are shown
             hint="How fast likelihood falls with cost, eq. 4; at first the problem's own.",
         )
-        self._plot = gui.add_uplot(
-            (np.arange(2.0), *[np.full(2, np.nan)] * 3),
-            series=(uplot.Series(label="time [s]"), *_series()),
-            scales={"x": uplot.Scale(time=False), "y": uplot.Scale(range=(-0.05, 1.1))},
-            height=150,
-            visible=False,
+        self.rate.visible = rollouts is None
+        shown = rollouts or ROLLOUTS
+        self.rollouts = gui.add_slider(
+            *("rollouts", 1, max(MOST_ROLLOUTS, 2 * shown), 1, shown),
+            hint="Of the probability; more make its interval narrower when scored again.",
+            visible=rollouts is not None,
         )
+        self._curve = _plot(gui, "time ahead [s]", _curve_series())
+        self._plot = _plot(gui, "time [s]", _series(self.lines))
 
 
 def value_of(slider: Any) -> float:
@@ -160,12 +190,37 @@ def set_value(control: Any, value: float) -> None:
     control.value = value
 
 
-def _series() -> list[uplot.Series]:
-    lines = [
-        uplot.Series(
-            label=name, stroke=color, width=2, points=uplot.Series_Points(show=True, size=4)
-        )
-        for name, color in LINES.items()
+def _show_way(slider: Any, button: Any, moments: int) -> None:
+    """A slider of so many moments from their start on, and what replays them."""
+    slider.max = max(moments - 1, 1)
+    set_value(slider, 0)
+    slider.disabled = button.disabled = moments < 2
+
+
+def _plot(gui: viser.GuiApi, x: str, series: Sequence[uplot.Series]) -> Any:
+    """Curves from 0 to 1 that are not there yet."""
+    return gui.add_uplot(
+        (np.arange(2.0), *[np.full(2, np.nan)] * len(series)),
+        series=(uplot.Series(label=x), *series),
+        scales={"x": uplot.Scale(time=False), "y": uplot.Scale(range=(-0.05, 1.1))},
+        height=150,
+        visible=False,
+    )
+
+
+def _series(lines: Mapping[str, str]) -> list[uplot.Series]:
+    marked = uplot.Series_Points(show=True, size=4)
+    drawn = [
+        uplot.Series(label=name, stroke=color, width=2, points=marked)
+        for name, color in lines.items()
     ]
     dot = uplot.Series_Points(show=True, size=10, fill="#D55E00")
-    return [*lines, uplot.Series(label="now", stroke="#D55E00", width=0, points=dot)]
+    return [*drawn, uplot.Series(label="now", stroke="#D55E00", width=0, points=dot)]
+
+
+def _curve_series() -> list[uplot.Series]:
+    plain = uplot.Series_Points(show=False)
+    ends = [
+        uplot.Series(label=name, stroke=BAND, width=1, points=plain) for name in ("low", "high")
+    ]
+    return [uplot.Series(label="captured", stroke="#0072B2", width=2, points=plain), *ends]

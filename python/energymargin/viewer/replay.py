@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, Tree, World
+from energymargin.undisturbed import MOMENTS
 
 __all__ = ["Replay", "replay"]
-
-MOMENTS = 25  # a second of the simulation, about what the eye sees
 
 
 class Replay(NamedTuple):
@@ -29,13 +28,13 @@ class Replay(NamedTuple):
 
 def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
     """Rolls out again the edges of a path, as `tree.path_to` gives it: its ends are the tree's own
-    states, to the last bit.
+    states, to the last bit. With a plan the robot follows it from each node's time on.
 
     A path of one node is that node alone. Raises ValueError on an empty path.
     """
     if len(path) == 0:
         raise ValueError("path is empty, expected rows of the tree from its root on")
-    world = World(problem.scene)
+    world, since_root = World(problem.scene, problem.plan), tree.times
     stride = max(1, round(1.0 / (MOMENTS * problem.scene.step)))
     times, states, costs = [0.0], [tree.states[path[0]]], [float(tree.costs[path[0]])]
     for before, node in pairwise(path):
@@ -43,7 +42,9 @@ def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
         begin, base = times[-1], float(tree.costs[before])
         steps = round(float(tree.durations[node]) / problem.scene.step)
         for step in [*range(stride, steps, stride), steps]:
-            moment = world.rollout(start, wrench, step * problem.scene.step)
+            moment = world.rollout(
+                start, wrench, step * problem.scene.step, time=float(since_root[before])
+            )
             times.append(begin + step * problem.scene.step)
             states.append(moment.state)
             costs.append(base + moment.effort)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from energymargin import datasets
 from energymargin import tasks as registry
 from energymargin._core import Problem, stream
-from energymargin.datasets import Dataset
+from energymargin.datasets import Dataset, Future
 
 __all__ = ["Frames", "OneProblem", "Source", "Trajectories", "source_of"]
 
@@ -91,6 +91,8 @@ class Trajectories:
     title: str
     opened: bool = False
     """Whether the dataset's file was opened for this alone."""
+    future: Future | None = None
+    """What is asked of each state's future; None: it is asked about as it is."""
 
     @property
     def trajectories(self) -> int:
@@ -105,7 +107,7 @@ class Trajectories:
         return Frames(
             recorded.times,
             recorded.states,
-            lambda frame: self.dataset.problems([first + frame])[0],
+            lambda frame: self.dataset.problems([first + frame], self.future)[0],
             first,
             recorded.captured,
             recorded.success,
@@ -125,12 +127,14 @@ def source_of(
     trajectories: int = 6,
     frames: int = 30,
     seed: int = 0,
+    future: Future | None = None,
     progress: Progress | None = None,
 ) -> Source:
     """A problem, a dataset, the file of one, or a task's name.
 
-    Of a task so many trajectories of so many frames are generated, with this seed. Raises
-    ValueError on anything else, and OSError on a file that cannot be read.
+    Of a task so many trajectories of so many frames are generated, with this seed. `future`: of a
+    dataset or a task, what is asked of each state. Raises ValueError on anything else, and OSError
+    on a file that cannot be read.
     """
     if not isinstance(what, (Problem, Dataset, str, os.PathLike)):
         raise ValueError(
@@ -138,16 +142,16 @@ def source_of(
             "the name of a task"
         )
     if isinstance(what, Problem):
-        return OneProblem(what)
+        return _alone(what, "a problem", future)
     if isinstance(what, Dataset):
-        return Trajectories(what, what.task)
+        return Trajectories(what, what.task, future=future)
     path = Path(what)
     if parameters and path.suffix in (PROBLEM, DATASET):
         raise ValueError(f"parameters are given with {path}, expected a task's name with them")
     if path.suffix == PROBLEM:
-        return OneProblem(Problem.load(path), path.name)
+        return _alone(Problem.load(path), path.name, future)
     if path.suffix == DATASET:
-        return Trajectories(datasets.open(path), path.name, opened=True)
+        return Trajectories(datasets.open(path), path.name, opened=True, future=future)
     if path.suffix == STORE:
         raise ValueError(f"{path} holds scores: view the dataset, with --scores {path}")
     if path.suffix.lower() in BODIES:
@@ -164,7 +168,16 @@ def source_of(
     made = datasets.generate(
         task, trajectories=trajectories, frames=frames, seed=seed, progress=progress
     )
-    return Trajectories(made, f"{task.name}, seed {seed}")
+    return Trajectories(made, f"{task.name}, seed {seed}", future=future)
+
+
+def _alone(question: Problem, title: str, future: Future | None) -> Source:
+    if future is not None:
+        raise ValueError(
+            f"horizon is {future.horizon} frames, but {title} has none: a problem has a horizon of "
+            "its own, problem.replace(horizon=...)"
+        )
+    return OneProblem(question, title)
 
 
 def _require_below(name: str, number: int, count: int) -> None:

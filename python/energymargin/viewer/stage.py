@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from energymargin._core import Problem
 from energymargin.plots.sets import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
+from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import Bodies, rgb
 from energymargin.viewer.growth import Growth
 from energymargin.viewer.search import Scored
@@ -21,9 +22,10 @@ from energymargin.viewer.sources import Frames
 from energymargin.viewer.surfaces import region_surface
 from energymargin.viewer.views import View, is_flat, view_around
 
-__all__ = ["SHOWN", "Stage"]
+__all__ = ["SHOWN", "UNDISTURBED", "Stage"]
 
-SHOWN = ("nodes", "edges", "escape path", "capture set", "success set", "objects")
+UNDISTURBED = "undisturbed path"
+SHOWN = ("nodes", "edges", "escape path", UNDISTURBED, "capture set", "success set", "objects")
 SAMPLES = 20  # frames of a trajectory that the view holds
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 DISTANCE = 0.9  # of the camera, beside the view's size
@@ -71,15 +73,18 @@ class Stage:
         if scored is None:
             self._growth.clear()
             return 0, 0
-        tree = scored.capture.tree
-        drawn = self._growth.draw(self._problem, tree, scored.lost, nodes, scored.most)
+        drawn = self._growth.draw(self._problem, scored.tree, scored.lost, nodes, scored.most)
         self.choose(self._shown)
         return drawn
 
-    def draw_moment(self, scored: Scored, moment: int) -> None:
-        """The bodies at a moment of the way out."""
-        if scored.way_out is not None:
-            self._bodies.put(scored.way_out.states[moment])
+    def draw_future(self, future: Undisturbed | None) -> None:
+        """The way of the objects that nothing disturbs, with a mark where it leads out."""
+        self._growth.draw_future(self._problem, future)
+        self.choose(self._shown)
+
+    def put_state(self, state: NDArray[np.float64]) -> None:
+        """Moves the bodies to another state, shape (n,), such as a moment of a replay."""
+        self._bodies.put(state)
 
     def clear_sets(self) -> None:
         """Takes those of another state away."""
@@ -111,7 +116,12 @@ class Stage:
     def choose(self, shown: Mapping[str, bool]) -> None:
         """What is to be seen, by the names of SHOWN."""
         self._shown.update(shown)
-        self._growth.show(nodes=shown["nodes"], edges=shown["edges"], path=shown["escape path"])
+        self._growth.show(
+            nodes=shown["nodes"],
+            edges=shown["edges"],
+            path=shown["escape path"],
+            future=shown[UNDISTURBED],
+        )
         self._bodies.put_ghosts(self._way_ends if shown["escape path"] else None)
         self._bodies.show_objects(shown["objects"])
         with self._lock:
@@ -125,6 +135,7 @@ class Stage:
         self._bodies.remove()
         self._growth.clear()
         self._growth.draw_path(self._problem, None)
+        self._growth.draw_future(self._problem, None)
 
     def _replace(self, name: str, surface: Triangles | None, color: str) -> None:
         if name in self._surfaces:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from energymargin.datasets import Dataset
 from energymargin.store import ScoreStore
 
 __all__ = ["StoredScores"]
+
+SEARCHED = ("nodes", "seed", "rollouts", "strength", "objects", "common_random_numbers")
 
 
 class StoredScores:
@@ -31,10 +34,12 @@ class StoredScores:
                     f"{path}: run {chosen.number} has scores of another dataset than this one "
                     f"(task {chosen.task!r}, {chosen.states} states): view the one that was scored"
                 )
-            self.search: dict[str, int] = {
-                name: chosen.settings[name] for name in ("nodes", "seed") if name in chosen.settings
+            self.search: dict[str, Any] = {
+                name: chosen.settings[name] for name in SEARCHED if name in chosen.settings
             }
             """What another search is told to give the same scores."""
+            self.future = chosen.future
+            """What they ask of each state's future; None: it is asked about as it is."""
             nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
             ahead = "" if chosen.future is None else f", {chosen.future}"
             self.title = f"stored{nodes}{ahead}"

@@ -10,7 +10,9 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
-from energymargin._core import Problem
+from energymargin._core import CaptureProbability, Problem
+from energymargin.disturbances import Uniform
+from energymargin.future_text import future_rows, uniform_in_words
 from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
@@ -19,14 +21,28 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
+from energymargin.undisturbed import Undisturbed
+from energymargin.viewer.growth import FUTURE_COLOR
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 
-__all__ = ["drawn_text", "escape_text", "frame_text", "legend", "plain", "score_table", "sets_text"]
+__all__ = [
+    "drawn_text",
+    "escape_text",
+    "frame_text",
+    "future_text",
+    "legend",
+    "plain",
+    "score_table",
+    "sets_text",
+]
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
 NAMES = {
+    "probability": "stays captured",
+    "probability/success": "is successful then",
+    "probability/any": "at least one stays captured",
     "capture": "capture score",
     "success": "success score",
     "capture_any": "capture, at least one",
@@ -36,6 +52,9 @@ NAMES = {
 }
 # The store's names of the same scores; the effort there is searched for as published.
 STORED = {
+    "probability": "probability",
+    "probability/success": "probability/success",
+    "probability/any": "probability/any",
     "capture": "capture",
     "success": "success",
     "capture_any": "capture" + ANY,
@@ -77,15 +96,20 @@ def score_table(
     rows = [name for name in NAMES if name in live or name in kept]
     if not rows:
         return plain("Not scored yet.")
-    columns = [("this tree", live)] + ([(stored_as, kept)] if stored is not None else [])
+    timed = scored is not None and scored.capture is None
+    columns = [("this state" if timed else "this tree", live)] + (
+        [(stored_as, kept)] if stored is not None else []
+    )
     head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
+    intervals = {} if scored is None else _intervals(scored)
     body = "".join(
-        f'<tr><th scope="row" style="text-align:left;font-weight:normal">{NAMES[name]}</th>'
+        f'<tr><th scope="row" style="text-align:left;font-weight:normal">{NAMES[name]}'
+        f"{intervals.get(name, '')}</th>"
         + "".join(_cell(name, values.get(name)) for _, values in columns)
         + "</tr>"
         for name in rows
     )
-    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>"
+    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>{_doubts(scored)}"
     table = f'<table style="width:100%"><tr><td></td>{head}</tr>{body}</table>'
     return f'<div style="{STYLE}">{table}{notes}</div>'
 
@@ -101,10 +125,35 @@ def escape_text(scored: Scored | None, moment: int = 0) -> str:
         return plain(f"No way out was found with {_counted(scored.escape.nodes, 'node')}.")
     if len(way.times) == 1:
         return plain("It is out already: no effort is needed.")
+    by_itself = ", by itself," if scored.escape.effort == 0.0 else ""
     return plain(
-        f"Out with {scored.escape.effort:.3g} J in {way.times[-1]:.2f} s. "
+        f"Out with {scored.escape.effort:.3g} J{by_itself} in {way.times[-1]:.2f} s. "
         f"At this moment: {way.costs[moment]:.3g} J, {way.times[moment]:.2f} s."
     )
+
+
+def future_text(
+    problem: Problem, future: Undisturbed | None, moment: int = 0, why: str = ""
+) -> str:
+    """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
+    cannot be simulated."""
+    rows = "".join(
+        f'<tr><td>{escape(name)}</td><td style="text-align:right">{escape(value)}</td></tr>'
+        for name, value in future_rows(problem)
+    )
+    table = f'<table style="width:100%">{rows}</table>'
+    return f'<div style="{STYLE}">{table}{_undisturbed(future, moment, why)}</div>'
+
+
+def _undisturbed(future: Undisturbed | None, moment: int, why: str) -> str:
+    if future is None:
+        return f"<div>It cannot be simulated: {escape(why)}</div>" if why else ""
+    now = float(future.times[moment])
+    words = f"<b>{now:.2f} s ahead</b>"
+    if future.exit is None:
+        return f"<div>{words} &middot; undisturbed it stays captured</div>"
+    leaves = f'<b style="color:{LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
+    return f"<div>{words} &middot; {leaves}</div>"
 
 
 def drawn_text(dots: int, edges: int) -> str:
@@ -122,7 +171,7 @@ def sets_text(problem: Problem, drawn: Collection[str]) -> str:
     return plain(f"Not drawn: the {' and the '.join(missing)} ({why}).")
 
 
-def legend(problem: Problem, scored: Scored | None) -> str:
+def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None = None) -> str:
     """What the colours and marks mean, of what there is."""
     roles = {body.role for body in problem.scene.bodies}
     marks: list[tuple[str, str, str]] = [
@@ -137,6 +186,10 @@ def legend(problem: Problem, scored: Scored | None) -> str:
     if scored is not None and scored.way_out is not None:
         marks.append(("&#9473;", "black", "cheapest way out"))
         marks.append(("&#9632;", PALE, "object at its end"))
+    if future is not None:
+        marks.append(("&#9473;", FUTURE_COLOR, "undisturbed path"))
+        if future.exit is not None:
+            marks.append(("&#9670;", LOST_COLOR, "where it leaves"))
     words = " ".join(
         f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
         for mark, color, text in marks
@@ -150,12 +203,26 @@ def _counted(number: int, thing: str) -> str:
 
 
 def _live(scored: Scored, nodes: int, rate: float) -> dict[str, float]:
-    values = scored.memberships.scores(min(nodes, scored.capture.nodes), rate)
+    values = scored.values(nodes, rate)
     if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
         values["effort"] = scored.escape.effort
     if scored.force is not None:
         values["force"] = scored.force.force
     return values
+
+
+def _intervals(scored: Scored) -> dict[str, str]:
+    """Of the probabilities, with 95 % confidence."""
+    found = scored.probability
+    if found is None:
+        return {}
+    asked = {"probability": "captured"}
+    if found.success is not None:
+        asked["probability/success"] = "success"
+    if found.any is not None:
+        asked["probability/any"] = "any"
+    ends = {name: found.interval(which=which) for name, which in asked.items()}
+    return {name: f" ({low:.2f} to {high:.2f})" for name, (low, high) in ends.items()}
 
 
 def _cell(name: str, value: float | None) -> str:
@@ -169,20 +236,40 @@ def _value(name: str, value: float | None) -> str:
 
 
 def _notes(scored: Scored, nodes: int) -> str:
-    grown = scored.capture.nodes
-    counted = "capture and success count" if "success" in scored.memberships.inside else "it counts"
-    notes = [f"{counted} {min(nodes, grown):,} of {_counted(grown, 'node')}"]
-    if not scored.complete:
-        notes.append("stopped early")
-    if scored.force is None:
-        notes.append("no effector, so no force score")
+    notes = [] if scored.complete else ["stopped early"]
+    if scored.probability is not None and scored.disturbance is not None:
+        notes = [_rollouts(scored.probability, scored.disturbance), *notes]
+    if scored.memberships is not None:
+        several = "success" in scored.memberships.inside
+        counted = "capture and success count" if several else "it counts"
+        of = _counted(scored.grown, "node")
+        notes = [f"{counted} {min(nodes, scored.grown):,} of {of}", *notes]
+        if scored.force is None:
+            notes.append("no effector, so no force score")
     return "; ".join(notes)
 
 
+def _doubts(scored: Scored) -> str:
+    """Why the capture score says less than it seems to."""
+    doubts = () if scored.capture is None else scored.capture.doubts
+    return "".join(f'<div style="color:{LOST_COLOR}">{escape(doubt)}</div>' for doubt in doubts)
+
+
+def _rollouts(found: CaptureProbability, disturbance: Uniform) -> str:
+    """Of which the probabilities are, and under what."""
+    diverged = f", {found.diverged} diverged" if found.diverged else ""
+    return (
+        f"{_counted(found.rollouts, 'rollout')}{diverged} under {uniform_in_words(disturbance)}; "
+        f"95 % intervals; captured for {found.mean_time:.3g} s on average"
+    )
+
+
 def _scale(scored: Scored) -> str:
-    """The colours of the costs."""
+    """The colours of the costs, if there are any."""
+    if not scored.tree.costs.max() > 0.0:
+        return ""
     stops = ",".join(to_hex(matplotlib.colormaps[COSTS](share)) for share in np.linspace(0, 1, 7))
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
-    more = " or more" if scored.capture.tree.costs.max() > scored.most else ""
+    more = " or more" if scored.tree.costs.max() > scored.most else ""
     ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"
     return f'{bar}<div style="display:flex;justify-content:space-between">{ends}</div>'

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import rich
 
 from energymargin._core import Problem
 from energymargin.closing import Closing
-from energymargin.datasets import Dataset
+from energymargin.datasets import Dataset, Future
 from energymargin.settings import MOST_NODES
 from energymargin.tasks.base import whole_number
 from energymargin.viewer.guard import Guard, guarded_server
@@ -98,6 +99,7 @@ def view(
     frame: int = 0,
     nodes: int | None = None,
     seed: int | None = None,
+    future: Future | None = None,
     scores: str | os.PathLike[str] | None = None,
     run: int | None = None,
     host: str = HOST,
@@ -108,6 +110,9 @@ def view(
 
     It begins with a frame of a trajectory; `viewer.page.score()` scores it with so many nodes and
     this seed, as the button of the page does; None are those of `scores`, or else 1000 and 0.
+    future: what is asked of the states of a dataset or a task. em.datasets.Future(5, "hold") asks
+    whether they stay captured over the next five frames while the robot goes on as it moves; None
+    asks what `scores` did, or else about each state as it is.
     scores: a file of scores of the dataset, to see beside; run: which of its runs. Other machines
     reach it only if `host` is an address that they know, such as "0.0.0.0". Whoever has the whole
     address, with its token, may use the page, and nobody else. port: None takes a free one.
@@ -120,9 +125,10 @@ def view(
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
         whole_number(name, number, 0)
-    source = source_of(what, parameters, seed=seed or 0, progress=progress)
+    source = source_of(what, parameters, seed=seed or 0, future=future, progress=progress)
     try:
         stored = None if scores is None else _stored(source, scores, run)
+        source = source if stored is None else _asked(source, stored, future)
     except BaseException:
         source.close()
         raise
@@ -136,3 +142,14 @@ def _stored(source: Source, scores: str | os.PathLike[str], run: int | None) -> 
     if not isinstance(source, Trajectories):
         raise ValueError(f"scores are {str(scores)!r}, of no use with a problem alone")
     return StoredScores(scores, source.dataset, run)
+
+
+def _asked(source: Source, stored: StoredScores, future: Future | None) -> Source:
+    """The states as the scores ask about them; ValueError if something else is wanted."""
+    if future is not None and future != stored.future:
+        asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
+        raise ValueError(
+            f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
+            "or give another run"
+        )
+    return replace(source, future=stored.future) if isinstance(source, Trajectories) else source
