@@ -109,7 +109,7 @@ double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::v
     if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
     const Path path_a = path(*pair.a, velocities[index_of(*pair.a)], duration);
     const Path path_b = path(*pair.b, velocities[index_of(*pair.b)], duration);
-    for (PiecePair& pieces : pair.pieces) share = std::min(share, pieces.safe_share(path_a, path_b));
+    for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(path_a.first(share), path_b.first(share));
   }
   return share;
 }

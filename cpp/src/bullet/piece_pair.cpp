@@ -71,10 +71,6 @@ double Path::along(const btVector3& direction) const {
   return screw && !angular.isZero() ? linear.length() : direction.dot(linear);
 }
 
-double Path::along(const btVector3& direction, double share, double turn) const {
-  return screw ? direction.dot(turned(linear, share)) + turn * linear.length() : direction.dot(linear);
-}
-
 double Path::bend(double reach) const {
   const double turn = angular.length();
   return turn * (turn * reach + (screw ? linear.length() : 0.0));
@@ -201,17 +197,22 @@ double PiecePair::approach(const Ways& ways) const {
          ways.b.angular.cross(normal_).length() * b_.reach;
 }
 
-// The same for as long as neither turns by more than `fine_turn` from where they are at `share`: what comes of turning
-// is a point's arm along normal x turning, or a little more once the arm has turned.
-double PiecePair::fine_approach(const Ways& ways, double share) const {
-  const auto turning = [](const ConvexPiece& piece, const Path& path, double at, const btVector3& direction) {
+// A share so near that they come no closer by then than `room` [m]: along the normal a point moves as fast as it does
+// now, and for every turn since by that turn x its arm x its turning faster.
+double PiecePair::next_look(const Ways& ways, double share, double room) const {
+  double speed = 0.0;
+  double growth = 0.0;
+  const auto add = [&](const ConvexPiece& piece, const Path& path, const btVector3& direction) {
     const btVector3 across = direction.cross(path.angular);
-    const btTransform pose = path.at(at);
+    const btTransform pose = path.at(share);
     const btVector3 arm = support(piece, piece.pose(pose), across) - pose.getOrigin();
-    return across.dot(arm) + across.length() * fine_turn * piece.reach;
+    speed += across.dot(arm) + direction.dot(path.screw ? path.turned(path.linear, share) : path.linear);
+    growth += path.angular.length() * (across.length() * piece.reach + (path.screw ? path.linear.length() : 0.0));
   };
-  return ways.a.along(-normal_, share, fine_turn) + ways.b.along(normal_, share, fine_turn) +
-         turning(a_, ways.a, share, -normal_) + turning(b_, ways.b, share, normal_);
+  add(a_, ways.a, -normal_);
+  add(b_, ways.b, normal_);
+  if (growth > 0.0) return share + (std::sqrt(speed * speed + 2.0 * growth * room) - speed) / growth;
+  return speed > 0.0 ? share + room / speed : 1.0;
 }
 
 // In each round as far as they can come together at most.
@@ -220,10 +221,8 @@ double PiecePair::advance(const Ways& ways, double now) {
   double distance = now;
   double share = 0.0;
   for (int i = 0; i < most_looks && distance > contact(now); ++i) {
-    const double closer = fine_approach(ways, share);
-    const double fine = ways.turn > 0.0 ? fine_turn / ways.turn : 1.0;
     const double safe = share;
-    share += closer > 0.0 ? std::min(fine, (distance - bound) / closer) : fine;
+    share = next_look(ways, share, distance - bound);
     if (share >= 1.0) return 1.0;
     const btPointCollector closest =
         closest_points(a_, a_.pose(ways.a.at(share)), b_, b_.pose(ways.b.at(share)), nullptr);

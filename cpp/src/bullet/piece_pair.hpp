@@ -24,13 +24,14 @@ struct Path {
 
   btTransform at(double share) const;
 
+  //! The first share of it.
+  Path first(double share) const { return {start, linear * share, angular * share, screw}; }
+
   //! A direction that turns with it.
   btVector3 turned(const btVector3& direction, double share) const;
 
-  //! How far it can move along a direction [m]: on its whole way, and, if it went on as it does at `share`, for as long
-  //! as it turns by no more than `turn` [rad].
+  //! How far it can move along a direction on its whole way [m].
   double along(const btVector3& direction) const;
-  double along(const btVector3& direction, double share, double turn) const;
 
   //! By how much the velocity of a point at `reach` from the body's origin changes, over the whole of it [m].
   double bend(double reach) const;
@@ -66,7 +67,7 @@ class PiecePair {
   bool stay_apart(const Ways& ways, double now) const;
   bool slide(const Ways& ways, double now) const;
   double approach(const Ways& ways) const;
-  double fine_approach(const Ways& ways, double share) const;
+  double next_look(const Ways& ways, double share, double room) const;
   double advance(const Ways& ways, double now);
   double linear_share(const Ways& ways, double now) const;
   double least(double now) const;
