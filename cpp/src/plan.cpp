@@ -8,6 +8,7 @@
 
 #include "check.hpp"
 #include "energymargin/world.hpp"
+#include "plan_checks.hpp"
 
 namespace energymargin {
 namespace {
@@ -76,7 +77,9 @@ int Plan::rows() const {
   return velocities.empty() ? 0 : static_cast<int>(velocities.front().velocities.rows());
 }
 
-void validate(const Plan& plan) {
+namespace {
+
+void validate_rows(const Plan& plan, const std::string& wrenches) {
   const int rows = plan.rows();
   if (rows < 1) reject("plan", "empty", "at least one row of wrenches, targets or velocities");
   require_positive("step of the plan", plan.step);
@@ -86,8 +89,8 @@ void validate(const Plan& plan) {
     require_new(name, names.insert(name).second);
   };
   for (const Drive& drive : plan.wrenches) {
-    require_columns(named("wrenches", drive.body), drive.wrenches);
-    require(named("wrenches", drive.body), drive.wrenches);
+    require_columns(named(wrenches, drive.body), drive.wrenches);
+    require(named(wrenches, drive.body), drive.wrenches);
   }
   for (const Targets& target : plan.targets) require(named("targets", target.joint), target.positions);
   for (const Servo& servo : plan.velocities) {
@@ -98,12 +101,16 @@ void validate(const Plan& plan) {
   }
 }
 
-void validate(const Plan& plan, const Scene& scene) {
-  validate(plan);
+}  // namespace
+
+void validate(const Plan& plan) { validate_rows(plan, "wrenches"); }
+void validate(const Plan& plan, const Scene& scene) { validate(plan, scene, "wrenches"); }
+
+void validate(const Plan& plan, const Scene& scene, const std::string& wrenches) {
+  validate_rows(plan, wrenches);
   require_step(plan, scene);
   for (const Drive& drive : plan.wrenches) {
-    if (scene.body(drive.body).fixed())
-      reject(named("wrenches", drive.body), "on a fixed body", "a body that can move");
+    if (scene.body(drive.body).fixed()) reject(named(wrenches, drive.body), "on a fixed body", "a body that can move");
   }
   for (const Targets& target : plan.targets) {
     require_position_control(scene, named("targets", target.joint), target.joint);

@@ -1,6 +1,7 @@
 """What comes through the Python door: errors that name the argument, and regions of one's own."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -216,3 +217,16 @@ def test_results_and_what_they_are_of_show_themselves_at_the_prompt():
         "complete=False)"
     )
     assert repr(score.tree) == "Tree(nodes=0, dimension=26)"
+
+
+@pytest.mark.parametrize(
+    ("script", "words"),
+    [
+        ({"drives": {"effector": np.zeros((3, 6))}}, "drives is 3 rows, expected 5, one a step"),
+        ({"drives": {"table": np.zeros((5, 6))}}, "drives['table'] is on a fixed body"),
+        ({"drives": {"effector": np.full((5, 6), np.nan)}}, "drives['effector'] is not finite"),
+    ],
+)
+def test_a_script_that_cannot_be_is_refused_by_the_name_it_came_by(problem, script, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        em.World(problem.scene).simulate(problem.state, 5, **script)

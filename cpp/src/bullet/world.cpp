@@ -9,6 +9,7 @@
 
 #include "../check.hpp"
 #include "../energy.hpp"
+#include "../plan_checks.hpp"
 #include "auditor.hpp"
 #include "robot.hpp"
 #include "shapes.hpp"
@@ -91,28 +92,6 @@ void validate_record(const std::vector<int>& record, int steps) {
 void require_steps(int steps) {
   require_at_least("steps", steps, 1);
   if (steps > most_steps) reject("steps", std::to_string(steps), "at most " + std::to_string(most_steps));
-}
-
-void validate_drive(const Scene& scene, const Drive& drive, int steps) {
-  const std::string name = "drives['" + drive.body + "']";
-  if (scene.body(drive.body).fixed()) reject(name, "on a fixed body", "a body that can move");
-  if (drive.wrenches.rows() != steps) {
-    reject(name, std::to_string(drive.wrenches.rows()) + " rows", std::to_string(steps) + " rows, one a step");
-  }
-  if (drive.wrenches.cols() != 6) reject(name, std::to_string(drive.wrenches.cols()) + " columns", "6 columns");
-  if (!drive.wrenches.allFinite()) reject(name, "not finite", "finite numbers");
-}
-
-void validate_targets(const Scene& scene, const Targets& targets, int steps) {
-  const std::string name = "targets['" + targets.joint + "']";
-  const Joint& joint = scene.joints()[scene.joint_index(targets.joint)];
-  if (!joint.moves() || joint.held || joint.stiffness == 0.0) {
-    reject(name, "for a joint without position control", "a joint that moves, is not held, and has a stiffness");
-  }
-  if (targets.positions.size() != steps) {
-    reject(name, std::to_string(targets.positions.size()) + " numbers", std::to_string(steps) + ", one a step");
-  }
-  if (!targets.positions.allFinite()) reject(name, "not finite", "finite numbers");
 }
 
 }  // namespace
@@ -240,10 +219,13 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
                                    const Limit& limit) {
   validate(scene(), state);
   require_steps(steps);
-  for (const Drive& drive : script.drives) validate_drive(scene(), drive, steps);
-  for (const Targets& target : script.targets) validate_targets(scene(), target, steps);
+  if (script.drives.empty() && script.targets.empty()) return bullet_->simulate(state, nullptr, steps, record, limit);
   const Plan plan{scene().stepping().step, script.drives, script.targets};
-  if (plan.rows() == 0) return bullet_->simulate(state, nullptr, steps, record, limit);
+  if (plan.rows() != steps) {
+    reject(script.drives.empty() ? "targets" : "drives", std::to_string(plan.rows()) + " rows",
+           std::to_string(steps) + ", one a step");
+  }
+  validate(plan, scene(), "drives");
   const Robot robot(scene(), plan);
   return bullet_->simulate(state, &robot, steps, record, limit);
 }
