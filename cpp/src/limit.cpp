@@ -22,6 +22,12 @@ Limit::Limit(const std::atomic<bool>* cancel, std::optional<double> timeout) {
   end_ = time_after(*timeout);
 }
 
+Limit Limit::without_time() const {
+  Limit limit = *this;
+  limit.end_.reset();
+  return limit;
+}
+
 Limit Limit::or_when(const std::atomic<bool>& cancel) const {
   Limit either = *this;
   either.cancels_.push_back(&cancel);

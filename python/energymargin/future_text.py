@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.disturbances import Uniform
+from energymargin.settings import SearchSettings
 
-__all__ = ["future_rows", "plan_rows", "uniform_in_words"]
+__all__ = ["disturbance_in_words", "future_rows", "plan_rows", "uniform_in_words"]
 
 CHECK = "about 1/60 s"  # a problem that does not say when it looks
 COASTS = "none: the effector coasts"
@@ -87,3 +91,12 @@ def _course(targets: NDArray[np.float64]) -> str:
         return f"{first:.3g}"
     between = "" if {low, high} == {first, last} else f", between {low:.3g} and {high:.3g}"
     return f"{first:.3g} to {last:.3g}{between}"
+
+
+def disturbance_in_words(settings: Mapping[str, Any]) -> str:
+    """What the probabilities of a run are of; a setting that is not there was the default."""
+    names = ("rollouts", "strength", "objects", "common_random_numbers")
+    chosen = SearchSettings(**{name: settings[name] for name in names if name in settings})
+    model = Uniform(chosen.strength, chosen.objects)
+    text = f"of {chosen.rollouts} rollouts of each state, under {uniform_in_words(model)}"
+    return f"{text}, the same ones for all states" if chosen.common_random_numbers else text

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from energymargin.metrics import TIMED
-from energymargin.tasks.base import whole_number, yes_or_no
+from energymargin.tasks.base import not_negative_number, whole_number, yes_or_no
 
 __all__ = ["ALGORITHM", "SearchSettings", "algorithm"]
 
-ALGORITHM = "0.9.0"
+ALGORITHM = "0.9.1"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 
@@ -24,7 +23,7 @@ _OF_TREE = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
 _OF_EFFORT = ("nodes", "seed", "stop_at_escape")
 _OF_PROBABILITY = ("rollouts", "seed", "strength", "objects", "common_random_numbers")
 # Settings that came later: with these values, a question is the one that it was without them.
-_LATER = {"strength": 1.0, "objects": None, "common_random_numbers": False}
+LATER = {"strength": 1.0, "objects": None, "common_random_numbers": False}
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class SearchSettings:
             "least_likelihood": _share("least_likelihood", self.least_likelihood),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
             "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
-            "strength": _strength(self.strength),
+            "strength": not_negative_number("strength", self.strength),
             "objects": None
             if self.objects is None
             else whole_number("objects", self.objects, 1, MOST_NODES),
@@ -79,7 +78,7 @@ class SearchSettings:
         return {
             name: value
             for name, value in self.all().items()
-            if name in names and not (name in _LATER and value == _LATER[name])
+            if name in names and not (name in LATER and value == LATER[name])
         }
 
     def all(self) -> dict[str, Any]:
@@ -98,11 +97,3 @@ def _share(name: str, value: float) -> float:
     if number and 0 <= value < 1:
         return float(value) + 0.0  # which makes 0.0 of -0.0
     raise ValueError(f"{name} is {value!r}, expected a number of at least 0 and below 1")
-
-
-def _strength(value: float) -> float:
-    """`value`, if it is a finite number of at least 0, as `em.disturbances.Uniform` asks for."""
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and math.isfinite(value) and value >= 0:
-        return float(value) + 0.0  # which makes 0.0 of -0.0
-    raise ValueError(f"strength is {value!r}, expected a finite number of at least 0")

@@ -137,6 +137,17 @@ def test_the_work_of_a_plan_closes_the_balance(what: str) -> None:
     assert audit.joints == pytest.approx(0, abs=1e-9)
 
 
+def test_an_audit_goes_on_in_the_plan_where_the_time_is() -> None:
+    scene = robot_and_box()
+    rows = np.linspace(0, 0.4, 60)[:, None] * np.eye(6)[0]
+    world = em.World(scene, em.Plan(step=1 / 240, velocities={"hand": rows}))
+    plain = world.rollout(scene.pack(), np.zeros(6), 0.1, time=0.125)
+    audited = world.rollout(scene.pack(), np.zeros(6), 0.1, time=0.125, audit=True)
+    assert plain.state.tobytes() == audited.state.tobytes()
+    early = world.rollout(scene.pack(), np.zeros(6), 0.1, audit=True)
+    assert audited.audit.plan > 1.5 * early.audit.plan > 0
+
+
 def test_the_work_of_a_plan_on_free_bodies_closes_it_to_the_last_digits() -> None:
     scene = em.Scene(gravity=(0, 0, 0))
     scene.add_body("object", em.Sphere(0.05), mass=1, role="object")

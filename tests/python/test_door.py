@@ -213,7 +213,8 @@ def test_results_and_what_they_are_of_show_themselves_at_the_prompt():
     cancel.set()
     score = em.capture_score(problem, nodes=10, cancel=cancel)
     assert repr(score) == (
-        f"CaptureScore(capture={score.capture!r}, success={score.success!r}, nodes=0, "
+        f"CaptureScore(capture={score.capture!r}, success={score.success!r}, "
+        f"resolution={score.resolution!r}, undisturbed_exit={score.undisturbed_exit!r}, nodes=0, "
         "complete=False)"
     )
     assert repr(score.tree) == "Tree(nodes=0, dimension=26)"
@@ -222,7 +223,7 @@ def test_results_and_what_they_are_of_show_themselves_at_the_prompt():
 @pytest.mark.parametrize(
     ("script", "words"),
     [
-        ({"drives": {"effector": np.zeros((3, 6))}}, "drives is 3 rows, expected 5, one a step"),
+        ({"drives": {"effector": np.zeros((3, 6))}}, "drives['effector'] is 3 rows, expected 5"),
         ({"drives": {"table": np.zeros((5, 6))}}, "drives['table'] is on a fixed body"),
         ({"drives": {"effector": np.full((5, 6), np.nan)}}, "drives['effector'] is not finite"),
     ],

@@ -56,6 +56,13 @@ def test_a_fine_score_of_what_stays_is_not() -> None:
     assert score.doubts == ()
 
 
+def test_a_score_that_is_stopped_is_looked_at_too() -> None:
+    cancel = em.Cancel()
+    late = em.capture_score(ball(50.0), nodes=10**6, timeout=0.05, cancel=cancel, warn=False)
+    assert not late.complete
+    assert late.undisturbed_exit == pytest.approx(20 / 60)
+
+
 def test_many_states_of_a_scene_warn_once() -> None:
     problem = ball(50.0)
     with pytest.warns(em.PlausibilityWarning) as caught:

@@ -32,7 +32,7 @@ CAPTURE = [
     f"{name}{more}"
     for name in ("capture", "success", "capture_any", "success_any")
     for more in ("", "_stderr")
-] + ["complete", "nodes"]
+] + ["complete", "nodes", "resolution", "undisturbed_exit"]
 
 
 @pytest.mark.parametrize("meshes", ["embedded", "files"])

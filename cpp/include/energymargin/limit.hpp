@@ -39,6 +39,9 @@ class Limit {
   //! This one, or another flag.
   Limit or_when(const std::atomic<bool>& cancel) const;
 
+  //! The flags alone.
+  Limit without_time() const;
+
   bool reached() const { return cancelled() || late(); }
 
   bool cancelled() const {

@@ -67,7 +67,8 @@ class World::Bullet {
   std::vector<Frame> simulate(const State& state, const Robot* along, int steps, const std::vector<int>& record,
                               const Limit& limit);
   std::vector<Contact> contacts(const State& state);
-  Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit);
+  Rollout audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit,
+                          const Watch& watch);
 
   Simulation simulation;
   Energy energy;
@@ -87,6 +88,10 @@ void validate_record(const std::vector<int>& record, int steps) {
              "ascending numbers of steps from 0 to " + std::to_string(steps));
     }
   }
+}
+
+void require_a_row_a_step(const std::string& name, Eigen::Index rows, int steps) {
+  if (rows != steps) reject(name, std::to_string(rows) + " rows", std::to_string(steps) + ", one a step");
 }
 
 void require_steps(int steps) {
@@ -130,7 +135,7 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
   const int steps = bullet_->simulation.whole_steps(duration);
   Watch watch;
   watch.first = bullet_->simulation.whole_steps(time);
-  Rollout result = audit ? bullet_->audited_rollout(state, wrenches, steps, limit)
+  Rollout result = audit ? bullet_->audited_rollout(state, wrenches, steps, limit, watch)
                          : rollout_unchecked(state, wrenches, steps, limit, watch);
   if (!result.complete) limit.require();
   result.energy = bullet_->energy(result.state);
@@ -204,10 +209,11 @@ void World::Bullet::step(std::vector<Pushed>& pushed, Rollout& result, Auditor* 
   }
 }
 
-Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit) {
+Rollout World::Bullet::audited_rollout(const State& state, const Disturbance& wrenches, int steps, const Limit& limit,
+                                       const Watch& watch) {
   simulation.restore(state);
   Auditor auditor(simulation, energy);
-  Rollout result = rollout({{wrenches, steps}}, limit, {}, &auditor);
+  Rollout result = rollout({{wrenches, steps}}, limit, watch, &auditor);
   result.energy = energy(result.state);
   result.audit = auditor.audit();
   result.audit->energy_change = result.energy - energy(state);
@@ -220,11 +226,13 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   validate(scene(), state);
   require_steps(steps);
   if (script.drives.empty() && script.targets.empty()) return bullet_->simulate(state, nullptr, steps, record, limit);
-  const Plan plan{scene().stepping().step, script.drives, script.targets};
-  if (plan.rows() != steps) {
-    reject(script.drives.empty() ? "targets" : "drives", std::to_string(plan.rows()) + " rows",
-           std::to_string(steps) + ", one a step");
+  for (const Drive& drive : script.drives) {
+    require_a_row_a_step("drives['" + drive.body + "']", drive.wrenches.rows(), steps);
   }
+  for (const Targets& targets : script.targets) {
+    require_a_row_a_step("targets['" + targets.joint + "']", targets.positions.size(), steps);
+  }
+  const Plan plan{scene().stepping().step, script.drives, script.targets};
   validate(plan, scene(), "drives");
   const Robot robot(scene(), plan);
   return bullet_->simulate(state, &robot, steps, record, limit);

@@ -27,13 +27,15 @@ std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limi
 
 CaptureScore guarded_capture_score(const Problem& problem, const CaptureOptions& options) {
   CaptureScore score = capture_score(problem, options);
-  if (score.capture > plausible::stays) score.undisturbed_exit = undisturbed_exit(problem, options.limit);
+  // A second of one simulation: a score that ran out of time is doubted too.
+  if (score.capture > plausible::stays)
+    score.undisturbed_exit = undisturbed_exit(problem, options.limit.without_time());
   return score;
 }
 
 std::vector<Doubt> implausible(const CaptureScore& score) {
   std::vector<Doubt> doubts;
-  if (score.resolution > plausible::resolution) {
+  if (score.nodes() > 0 && score.resolution > plausible::resolution) {
     doubts.push_back({"capture_score: resolution",
                       "the capture score " + text(score.capture) + " has a resolution of " + text(score.resolution) +
                           ", above " + text(plausible::resolution) +

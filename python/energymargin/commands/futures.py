@@ -1,14 +1,14 @@
-"""What `--horizon` and `--plan` ask of recorded states."""
+"""What `--horizon`, `--plan` and the disturbance ask of recorded states."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from energymargin.datasets import Future
     from energymargin.tasks.base import Following
 
-__all__ = ["chosen_future"]
+__all__ = ["chosen_future", "given_settings"]
 
 PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
 
@@ -29,3 +29,20 @@ def chosen_future(horizon: int | None, plan: str | None) -> Future | None:
             )
         return None
     return Future(whole_number("--horizon", horizon, 1), PLANS[plan or "script"])
+
+
+def given_settings(
+    horizon: int | None,
+    rollouts: int | None,
+    strength: float | None,
+    objects: int | None,
+    common: bool,
+) -> dict[str, Any]:
+    """The settings of probabilities that are given. Raises ValueError if there is no horizon, and
+    so no probability."""
+    options = {"rollouts": rollouts, "strength": strength, "objects": objects}
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if horizon is None and (given or common):
+        what = next((f"--{name} is {value}" for name, value in given.items()), "--common is given")
+        raise ValueError(f"{what}, but no probability is asked for: add --horizon FRAMES")
+    return {**given, "common_random_numbers": common}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.commands.futures import chosen_future
+from energymargin.commands.futures import chosen_future, given_settings
 from energymargin.commands.workers import Scheduler, chosen_executor
 from energymargin.terminal import TIMED_OUT, Nodes, Seed, Threads, Timeout, err, say, split
 
@@ -74,15 +74,21 @@ def score(
         ),
     ] = None,
     rollouts: Annotated[
-        int, typer.Option(help="Of each probability: more take longer and say more.")
-    ] = 30,
+        int | None,
+        typer.Option(
+            help="Of each probability: more make its interval narrower.", show_default="30"
+        ),
+    ] = None,
     strength: Annotated[
-        float,
-        typer.Option(help="Of the disturbance of the probabilities: a share of the task's bounds."),
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            help="Of the disturbance of the probabilities: a share of the task's bounds.",
+            show_default="1",
+        ),
+    ] = None,
     objects: Annotated[
         int | None,
-        typer.Option(help="How many of several objects that meets at a time; all if not given."),
+        typer.Option(help="Objects that are disturbed at a time; all if not given."),
     ] = None,
     common: Annotated[
         bool,
@@ -117,7 +123,7 @@ def score(
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        *(rollouts, strength, objects, common),
+        **given_settings(horizon, rollouts, strength, objects, common),
     )
     asked = _asked(None if metrics is None else split(metrics), chosen_future(horizon, plan))
     executor = chosen_executor(threads, processes, scheduler)

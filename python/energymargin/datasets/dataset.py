@@ -98,6 +98,8 @@ class Dataset(Closing):
         that do not rise from 0 to below `size`, and StateError with the trajectory and frame of a
         state that makes no problem.
         """
+        if not (future is None or isinstance(future, Future)):
+            raise ValueError(f"future is {future!r}, expected an em.datasets.Future, or None")
         problems = []
         places = self._places(range(self.size) if numbers is None else self._rising(numbers))
         for t, of_trajectory in groupby(places, key=lambda place: place[0]):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -15,6 +14,7 @@ from energymargin.tasks.base import (
     ScriptedTask,
     Task,
     Trajectory,
+    not_negative_number,
     positive_number,
     whole_number,
 )
@@ -50,11 +50,7 @@ class Future:
             raise ValueError(f"plan is {self.plan!r}, expected 'script', 'hold' or None")
         if self.check is not None:
             object.__setattr__(self, "check", float(positive_number("check", self.check)))
-        if not (isinstance(self.dwell, (int, float)) and math.isfinite(self.dwell)) or (
-            self.dwell < 0
-        ):
-            raise ValueError(f"dwell is {self.dwell!r}, expected a finite number of at least 0")
-        object.__setattr__(self, "dwell", float(self.dwell))
+        object.__setattr__(self, "dwell", not_negative_number("dwell", self.dwell))
 
     def __str__(self) -> str:
         """As a store's run names it: "horizon 5 frames, plan script"."""

@@ -56,6 +56,7 @@ def evaluate(
         success_any=_success_cell(labelled, SUCCESS + ANY, weights, last),
         last=last,
         probable_success=_success_cell(labelled, PROBABLE_SUCCESS, weights, last),
+        asks=labelled.asks,
     )
 
 

@@ -53,6 +53,9 @@ class LabelledScores:
     """Whether at least one object lies in its capture set, shape (N,); None: one set for all."""
     success_any: NDArray[np.bool_] | None = None
     """Whether the state's trajectory succeeded with at least one object, shape (N,), or None."""
+    asks: str | None = None
+    """The question with a clock that the scores answer, as "horizon 5 frames, plan script"; None:
+    one about the state as it is."""
 
     def by_trajectory(self) -> list[NDArray[np.int64]]:
         """The states' numbers, one array a trajectory."""
@@ -106,6 +109,9 @@ def state_metrics(labelled: LabelledScores) -> list[str]:
 def compared_states(labelled: LabelledScores, metric: str, horizon: int) -> Compared:
     """The states that have a score, against "captured over a horizon of `horizon` frames".
 
+    Of scores with a clock only states that have as many frames before them: theirs does not end
+    where the trajectory does.
+
     A metric that ends in "/any" is held against the label of at least one object, and "force/any"
     is the force score against it. Raises ValueError if there is no such metric, or no such label.
     """
@@ -113,6 +119,9 @@ def compared_states(labelled: LabelledScores, metric: str, horizon: int) -> Comp
     scores = _scores(labelled, metric)
     members = labelled.by_trajectory()
     labels = [captured_labels(captured[states], horizon) for states in members]
+    scores = scores.copy()
+    for states in members if labelled.asks is not None else []:
+        scores[states[max(len(states) - horizon, 0) :]] = np.nan
     return _there(
         np.concatenate([scores[states] for states in members]),
         np.concatenate(labels),

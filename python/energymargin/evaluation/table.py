@@ -44,6 +44,14 @@ class Evaluation:
     """k-bar, the frames of the trajectory score."""
     probable_success: Cell | None = None
     """The same of the probability of success; None also if that was not computed."""
+    asks: str | None = None
+    """As of LabelledScores. The paper's values are of scores without a clock, and stand beside
+    such alone."""
+
+    @property
+    def has_paper(self) -> bool:
+        """Whether the paper has the same scores of this task."""
+        return self.task in PAPER and self.asks is None
 
     @property
     def trajectories(self) -> dict[str, Cell]:
@@ -89,7 +97,7 @@ class Evaluation:
         """One line a cell, in full precision; what is not there is empty."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS if self.task in PAPER else CSV_COLUMNS[:-2])
+        writer.writerow(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2])
         writer.writerows(self.csv_rows())
         return text.getvalue()
 
@@ -105,7 +113,8 @@ class Evaluation:
             cells.append((PROBABLE_SUCCESS, "", self.probable_success))
         if self._several():
             cells.append((SUCCESS + ANY, "", self.success_any))
-        papers, missing = PAPER.get(self.task, {}), ("", "") if self.task in PAPER else ()
+        papers = PAPER[self.task] if self.has_paper else {}
+        missing = ("", "") if self.has_paper else ()
         return [
             [score, horizon, *csv_fields(cell), *papers.get(score, missing)]
             for score, horizon, cell in cells
@@ -116,12 +125,12 @@ class Evaluation:
         return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
 
     def _columns(self) -> list[str]:
-        paper = ["paper"] if self.task in PAPER else []
+        paper = ["paper"] if self.has_paper else []
         return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
 
     def _paper(self, score: str) -> list[str]:
         """The cell of the paper's column, if there is one."""
-        return [paper_value(self.task, score)] if self.task in PAPER else []
+        return [paper_value(self.task, score)] if self.has_paper else []
 
     def _sections(self) -> list[tuple[str, list[tuple[str, list[str]]]]]:
         """Titles, empty if there is one section alone, and rows: a score's name and its cells."""
@@ -134,10 +143,13 @@ class Evaluation:
         of_any = [row for row in rows.items() if row[0].endswith(ANY)]
         return [(ALL_TITLE, of_all), (ANY_TITLE, of_any)] if self._several() else [("", of_all)]
 
+    def _question(self) -> str:
+        return "" if self.asks is None else f"Asked: {self.asks}; whole horizons alone. "
+
     def _caption(self) -> str:
         caption = (
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
-            "States: captured over the next h frames. "
+            f"{self._question()}States: captured over the next h frames. "
             f"Success: the last {self.last} frames of a trajectory, whose success has no horizon."
         )
         if self.missing:

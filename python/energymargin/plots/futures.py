@@ -11,6 +11,7 @@ from energymargin._core import Problem
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_ghost
 from energymargin.plots.legends import draw_state_legend, state_legend
+from energymargin.plots.sets import leaving_objects
 from energymargin.plots.states import AROUND, plot_state
 from energymargin.plots.styles import LOST_COLOR, axes_or_new
 from energymargin.tasks.base import yes_or_no
@@ -62,9 +63,10 @@ def plot_future(
 def _draw(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> None:
     draw_ghost(ax, problem.scene, future.states[-1], plane)
     leaves = future.exit_moment
-    for center in object_centers(problem.scene, plane):
+    left = leaving_objects(problem, future)
+    for number, center in enumerate(object_centers(problem.scene, plane)):
         ax.add_line(Line2D(*future.states[:, center].T, **PATH, gid="undisturbed"))
-        if leaves is not None:
+        if leaves is not None and left[number]:
             x, y = future.states[leaves, center]
             ax.add_line(Line2D([x], [y], **EXIT, gid="exit"))
 

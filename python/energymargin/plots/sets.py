@@ -13,8 +13,9 @@ from scipy.ndimage import gaussian_filter
 from energymargin._core import Problem
 from energymargin.outlines import Limits, Plan, object_centers
 from energymargin.regions import Region
+from energymargin.undisturbed import Undisturbed
 
-__all__ = ["draw_set", "lost_objects", "sets_of"]
+__all__ = ["draw_set", "leaving_objects", "lost_objects", "sets_of"]
 
 BLOCK = 2**21  # numbers of states in memory at once
 
@@ -90,6 +91,16 @@ def lost_objects(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bo
     if own is None:
         return _surely_lost(problem, states)
     return np.stack([~np.asarray(each.contains(problem.scene, states)) for each in own], axis=1)
+
+
+def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
+    """Which objects are outside where an undisturbed future leaves, shape (k,): all, if that cannot
+    be told; none without an exit."""
+    moment = future.exit_moment
+    if moment is None:
+        return np.zeros(sum(body.role == "object" for body in problem.scene.bodies), dtype=bool)
+    lost = lost_objects(problem, future.states[[moment]])[0]
+    return lost if lost.any() else np.ones_like(lost)
 
 
 def _own_sets(problem: Problem) -> list[Region] | None:

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 
-from energymargin.disturbances import Uniform
-from energymargin.future_text import uniform_in_words
+from energymargin.future_text import disturbance_in_words
 from energymargin.metrics import TIMED
 from energymargin.report.subject import Data, Subject
-from energymargin.settings import SearchSettings
 
 __all__ = ["Fact", "facts", "time_facts", "version_facts"]
 
 Fact = tuple[str, str]
 """What it is, and its value."""
 
-UNIFORM, COMMON = ("strength", "objects"), "common_random_numbers"
 PACKAGES = ("numpy", "scikit-learn", "matplotlib", "plotly")
 
 
@@ -68,21 +64,11 @@ def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
     if subject.future is not None:
         yield "Asked about", f"the frames to come: {subject.future}"
     if any(metric in TIMED for metric in subject.metrics):
-        yield "Probabilities", _disturbance(subject.settings)
+        yield "Probabilities", disturbance_in_words(subject.settings)
     yield "Settings", ", ".join(map(_setting, subject.settings.items()))
     yield "Run", f"{subject.number} of {subject.path.name}"
     if data.path is not None:
         yield "Dataset", data.path.name
-
-
-def _disturbance(settings: Mapping[str, Any]) -> str:
-    """Of how many rollouts, under what; a setting that is not there was the default."""
-    chosen = SearchSettings(
-        **{name: settings[name] for name in ("rollouts", *UNIFORM) if name in settings}
-    )
-    model = Uniform(chosen.strength, chosen.objects)
-    text = f"of {chosen.rollouts} rollouts of each state, under {uniform_in_words(model)}"
-    return f"{text}, the same ones for all states" if settings.get(COMMON) else text
 
 
 def _parameter(named: tuple[str, object]) -> str:

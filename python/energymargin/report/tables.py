@@ -9,7 +9,6 @@ from energymargin.evaluation import (
     ALL_TITLE,
     ANY_TITLE,
     DASH,
-    PAPER,
     Cell,
     Evaluation,
     paper_value,
@@ -38,10 +37,9 @@ class Table:
     rows: list[tuple[str, list[Entry]]]
 
 
-def tables(result: Evaluation, *, paper: bool = True) -> list[Table]:
-    """One table, or two if there are several objects: of all, and of at least one. `paper`: with
-    the paper's values beside, which are of scores without a clock."""
-    paper = paper and result.task in PAPER
+def tables(result: Evaluation) -> list[Table]:
+    """One table, or two if there are several objects: of all, and of at least one."""
+    paper = result.has_paper
     columns = [f"h = {horizon}" for horizon in result.horizons]
     columns += ["paper"] if paper else []
     rows = list(_rows(result, paper))

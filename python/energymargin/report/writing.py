@@ -103,7 +103,7 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
         draws=options.draws,
         enough=ENOUGH,
         target=target_name(horizon=horizon),
-        tables=tables(result, paper=future is None),
+        tables=tables(result),
         along=along(subject, data, wrong, options.trajectories),
         curves=curves(labelled, horizon, last),
         distributions=distributions(every),

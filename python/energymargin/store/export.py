@@ -77,6 +77,8 @@ def export(
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
                 write(_Curves(runs), file)
+        else:
+            curves_path(output).unlink(missing_ok=True)  # of another run
         with replaced(output) as file:
             return write(_Table(runs), file)
 
@@ -116,7 +118,7 @@ class _Curves:
     kinds: dict[str, type] = field(
         default_factory=lambda: {
             **{"run": int, "trajectory": int, "frame": int},
-            **{"metric": str, "time": float, "captured": float},
+            **{"metric": str, "time": float, "probability": float},
         }
     )
 

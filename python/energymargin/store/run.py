@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
-from energymargin.metrics import METRICS
+from energymargin.future_text import disturbance_in_words
+from energymargin.metrics import METRICS, TIMED
 from energymargin.store.schema import NO_FUTURE
 from energymargin.tasks.base import whole_number
 
@@ -211,7 +212,16 @@ class Run:
             scores={m: table[:, i].copy() for i, m in enumerate(self.metrics, len(OF_STATE))},
             captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
+            asks=self._asks(),
         )
+
+    def _asks(self) -> str | None:
+        """What is asked of the future, and under which disturbance."""
+        if self.future is None:
+            return None
+        if not set(self.metrics) & set(TIMED):
+            return str(self.future)
+        return f"{self.future}; probabilities {disturbance_in_words(self.settings)}"
 
     @property
     def _posed(self) -> str:

@@ -30,7 +30,7 @@ from contextlib import closing
 from typing import Any
 
 from energymargin.metrics import METRICS
-from energymargin.settings import SearchSettings
+from energymargin.settings import LATER, SearchSettings
 
 __all__ = [
     "APPLICATION_ID",
@@ -107,7 +107,7 @@ CREATE INDEX claims_of_scorer ON claims (scorer);
 # Settings that older files do not name, as they were then.
 _BEFORE = {
     **{"nodes_per_edge": 1, "least_likelihood": 0.0, "stop_at_escape": False, "rollouts": 30},
-    **{"strength": 1.0, "objects": None, "common_random_numbers": False},
+    **LATER,
 }
 # Settings of older files that are none of a search.
 _OF_FILE = ("task", "dataset", "metrics", "energymargin")

@@ -542,6 +542,14 @@ def positive_number(name: str, value: float) -> float:
     raise ValueError(f"{name} is {value!r}, expected a positive number")
 
 
+def not_negative_number(name: str, value: float) -> float:
+    """`value` as a float, if it is a finite number of at least 0; else a ValueError with `name`."""
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if number and math.isfinite(value) and value >= 0:
+        return float(value) + 0.0  # which makes 0.0 of -0.0
+    raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0")
+
+
 def yes_or_no(name: str, value: bool) -> bool:
     """`value`, if it is a bool; else a ValueError with `name`."""
     if isinstance(value, bool):

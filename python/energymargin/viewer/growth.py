@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import compress
 from typing import Any
 
 import matplotlib
@@ -10,6 +11,7 @@ import viser
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, Tree
+from energymargin.plots.sets import leaving_objects
 from energymargin.plots.styles import COSTS, LOST_COLOR
 from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import rgb
@@ -77,12 +79,13 @@ class Growth:
         if future is None:
             return
         self._future += self._lines("/future/path", problem, future.states, rgb(FUTURE_COLOR))
-        leaves = future.exit_moment
+        leaves, left = future.exit_moment, leaving_objects(problem, future)
         if leaves is not None:
+            places = compress(object_places(problem.scene), left)
             self._future.append(
                 self._scene.add_point_cloud(
                     "/future/exit",
-                    np.array([future.states[leaves, p] for p in object_places(problem.scene)]),
+                    np.array([future.states[leaves, p] for p in places]),
                     rgb(LOST_COLOR),
                     point_size=EXIT * self._view.size,
                     point_shape="diamond",

@@ -174,8 +174,8 @@ def source_of(
 def _alone(question: Problem, title: str, future: Future | None) -> Source:
     if future is not None:
         raise ValueError(
-            f"horizon is {future.horizon} frames, but {title} has none: a problem has a horizon of "
-            "its own, problem.replace(horizon=...)"
+            f"horizon is {future.horizon} frames, but {title} is a problem, and has no "
+            "frames: give it one in seconds, problem.replace(horizon=...)"
         )
     return OneProblem(question, title)
 
