@@ -747,6 +747,8 @@ def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
     settings = SearchSettings(nodes=3, seed=3)  # one node of four has a quarter, at least
     with datasets.open(own / "push.h5") as dataset:
         score_dataset(dataset, own / "push-scores.db", ["capture"], settings)
+        # so that there is a most wrong one
+        changed(own / "push-scores.db", "UPDATE scores SET value = 1.0 - value")
         text = written(own, pictures=1).text
         places = re.findall(r"capture \d\.\d+, but .*?Trajectory (\d+), frame (\d)", text)
         grower = Grower(dataset, settings.all())
