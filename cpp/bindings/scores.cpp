@@ -343,7 +343,8 @@ void bind_scores(py::module_& module) {
       "capture_score", &capture, py::arg("problem"), py::arg("nodes") = 1000, py::arg("seed") = 0,
       py::arg("rate") = py::none(), py::arg("trees") = py::none(), py::arg("threads") = 1, py::kw_only(),
       py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("tolerance") = py::none(),
-      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), py::arg("progress") = py::none(), py::arg("warn") = true,
+      py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), py::arg("progress") = py::none(),
+      py::arg("warn") = true,
       R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
 
 nodes_per_edge: up to so many states of a rollout are nodes, its end and evenly spaced ones on its way: so many fewer
