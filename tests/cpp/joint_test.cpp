@@ -352,7 +352,7 @@ TEST(Joint, TargetsThatNobodyCanFollowAreRejectedByName) {
   EXPECT_TRUE(rejects(following("knee", five), {"joint", "'knee'", "'hinge', 'sled', 'flap', 'rudder'"}));
   EXPECT_TRUE(rejects(following("sled", five), {"targets['sled']", "position control", "not held"}));
   EXPECT_TRUE(rejects(following("rudder", five), {"targets['rudder']", "position control", "stiffness"}));
-  EXPECT_TRUE(rejects(following("hinge", Eigen::VectorXd::Zero(4)), {"targets['hinge']", "4 numbers", "5"}));
+  EXPECT_TRUE(rejects(following("hinge", Eigen::VectorXd::Zero(4)), {"targets['hinge']", "4 rows", "5 rows"}));
   EXPECT_TRUE(rejects(following("hinge", five * nan), {"targets['hinge']", "not finite"}));
   EXPECT_NO_THROW(following("hinge", five)());
 }

@@ -91,7 +91,7 @@ void validate_record(const std::vector<int>& record, int steps) {
 }
 
 void require_a_row_a_step(const std::string& name, Eigen::Index rows, int steps) {
-  if (rows != steps) reject(name, std::to_string(rows) + " rows", std::to_string(steps) + ", one a step");
+  if (rows != steps) reject(name, std::to_string(rows) + " rows", std::to_string(steps) + " rows, one a step");
 }
 
 void require_steps(int steps) {
