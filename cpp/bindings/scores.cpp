@@ -247,22 +247,22 @@ struct JoinWithoutGil {
 };
 using HeldBatch = std::unique_ptr<Batch, JoinWithoutGil>;
 
-using Kept = py::typing::Tuple<py::object, py::ellipsis>;
+using Pickled = py::typing::Tuple<py::object, py::ellipsis>;
 
 // By metric, times and probabilities.
 using Curves = std::map<std::string, std::pair<Eigen::VectorXd, Eigen::VectorXd>>;
 
-Curves given_curves(const ScoreRow& row) {
+Curves curves_of(const ScoreRow& row) {
   Curves curves;
   for (const auto& [metric, curve] : row.curves) curves[metric] = {curve.times, curve.probabilities};
   return curves;
 }
 
-Kept kept(const ScoreRow& row) {
-  return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, given_curves(row));
+Pickled pickled(const ScoreRow& row) {
+  return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, curves_of(row));
 }
 
-ScoreRow restored(const Kept& state) {
+ScoreRow unpickled(const Pickled& state) {
   ScoreRow row{state[0].cast<std::size_t>(), state[1].cast<std::map<std::string, double>>(),
                state[2].cast<std::map<std::string, double>>(), state[3].cast<double>(), state[4].cast<std::string>()};
   for (auto& [metric, curve] : state[5].cast<Curves>()) row.curves[metric] = {curve.first, curve.second};
@@ -281,10 +281,10 @@ void bind_batch(py::module_& module) {
       .def_property_readonly(
           "error", [](const ScoreRow& row) { return row.error.empty() ? std::nullopt : std::make_optional(row.error); },
           "What went wrong, or None.")
-      .def_property_readonly("curves", &given_curves,
+      .def_property_readonly("curves", &curves_of,
                              "By metric, of \"probability\" and \"probability/any\": (times [s], probability of having "
                              "been captured throughout until each), shape (T,) both.")
-      .def(py::pickle(&kept, &restored));
+      .def(py::pickle(&pickled, &unpickled));
   py::class_<Batch, HeldBatch>(module, "ScoreRun",
                                "A running batch on a pool of threads, to which problems can be added.")
       .def(py::init([](const std::vector<std::string>& metrics, int nodes, std::uint64_t seed, int threads,

@@ -12,7 +12,7 @@ from energymargin.tasks.base import not_negative_number, whole_number, yes_or_no
 
 __all__ = ["ALGORITHM", "SearchSettings", "algorithm"]
 
-ALGORITHM = "0.9.1"
+ALGORITHM = "0.9.2"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 

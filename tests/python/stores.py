@@ -3,6 +3,20 @@
 import sqlite3
 import time
 
+from energymargin.store import ScoreStore
+
+
+def scores(path, run=None):
+    """By metric, of a run, or of the only one."""
+    with ScoreStore(path) as store:
+        return store.run(run).labelled_scores().scores
+
+
+def rows(path, table):
+    """How many there are, looked at from outside."""
+    with sqlite3.connect(path) as file:
+        return file.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
+
 
 def score_count(path):
     """How many scores there are; none before there is a file, or it has tables."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command_line import run as command
+from stores import rows, scores
 from typer.testing import CliRunner
 
 import energymargin as em
@@ -32,16 +33,6 @@ def dataset():
 @pytest.fixture(scope="module")
 def table(dataset):
     return em.score(dataset.problems(future=Future(1)), nodes=20, seed=3, rollouts=6)
-
-
-def scores(path, run=None):
-    with ScoreStore(path) as store:
-        return store.run(run).labelled_scores().scores
-
-
-def rows(path, table):
-    with sqlite3.connect(path) as file:
-        return file.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
 
 
 # -- questions
@@ -116,6 +107,25 @@ def test_a_task_without_a_plan_is_asked_with_hold_or_none_and_says_how_to_give_o
     words = r"give Plain a method `plan\(state, time, params, horizon\)` .*'hold' or none"
     with pytest.raises(ValueError, match=words):
         Future(1).problem(task, trajectory, 1)
+
+
+class Moving(Plain):
+    """The same, with the capture set of every instant."""
+
+    def captured_throughout(self, params):
+        return em.regions.HalfSpace("object", (0, 0, 1), 50.0)
+
+
+def test_a_capture_set_of_every_instant_is_asked_where_a_task_gives_one(dataset):
+    trajectory = dataset.trajectories[0]
+    posed = Future(1, "hold").problem(Moving(), trajectory, 1)
+    assert posed.captured.contains(posed.scene, trajectory.states).all()
+    assert (
+        not Moving()
+        .problem(trajectory.states[1])
+        .captured.contains(posed.scene, trajectory.states)
+        .all()
+    )
 
 
 def test_a_plan_of_a_third_party_is_followed(dataset):
@@ -418,9 +428,11 @@ def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder,
 
 
 def test_by_default_all_metrics_with_a_horizon_are_asked(folder):
-    options = ["--horizon", 2, "--plan", "hold", "--nodes", 5, "--rollouts", 2]
+    options = ["--horizon", 2, "--plan", "hold", "--check", 0.05, "--dwell", 0.1]
+    options += ["--nodes", 5, "--rollouts", 2]
     done = command("score", "topple.h5", "-o", "all.db", *options, cwd=folder)
-    assert done.returncode == 0 and "(horizon 2 frames, plan hold)" in done.stderr, done.stderr
+    asked = "(horizon 2 frames, plan hold, check 0.05 s, dwell 0.1 s)"
+    assert done.returncode == 0 and asked in done.stderr, done.stderr
     found = scores(folder / "all.db")
     assert set(found) == set(TIMED_TOPPLE) and not set(TIMED) - {"probability/any"} - set(found)
 
@@ -432,6 +444,10 @@ def test_by_default_all_metrics_with_a_horizon_are_asked(folder):
         (["--horizon", 0], "--horizon is 0, expected a whole number of at least 1"),
         (["--horizon", 1, "--plan", "fly"], "--plan is 'fly', expected script, hold or none"),
         (["--metrics", "probability"], "asks about a while: give its horizon, --horizon FRAMES"),
+        (["--check", 0.1], "--check is 0.1, but a state as it is .*add --horizon FRAMES"),
+        (["--dwell", 0.1], "--dwell is 0.1, but a state as it is .*add --horizon FRAMES"),
+        (["--horizon", 1, "--check", 0], "--check is 0.0, expected a positive number"),
+        (["--horizon", 1, "--dwell", -1], "--dwell is -1.0, expected a finite number"),
         (["--horizon", 1, "--strength", -1], "strength is -1.0, expected a finite number"),
         (["--horizon", 1, "--objects", 0], "objects is 0, expected a whole number from 1"),
         (["--horizon", 1, "--objects", 3], "objects is 3, expected from 1 to the scene's 1"),

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import older_stores
 import pytest
+from stores import rows, scores
 
 import energymargin as em
 from energymargin import datasets, scoring
@@ -43,17 +44,6 @@ def stop_after(count):
             raise Stop
 
     return progress
-
-
-def scores(path, run=None):
-    with ScoreStore(path) as store:
-        return store.run(run).labelled_scores().scores
-
-
-def rows(path, table):
-    """How many there are, looked at from outside."""
-    with sqlite3.connect(path) as file:
-        return file.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
 
 
 def same(found, table):

@@ -7,6 +7,7 @@ import itertools
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -55,6 +56,21 @@ def test_no_shot_that_is_squeezed_or_spins_hard_comes_out(seed: int) -> None:
     wall may press it into a paddle."""
     pytest.importorskip("trimesh")
     assert projectiles.depth(projectiles.random_shot(seed)) < 0
+
+
+@pytest.mark.parametrize("spin", (1e-14, 1e-10, 1e-6))
+def test_a_trace_of_spin_changes_nothing_at_a_wall(spin: float) -> None:
+    """The root that says when bodies come closer loses its digits there."""
+
+    def end(turning: float) -> np.ndarray:
+        scene = em.Scene(gravity=(0, 0, 0))
+        scene.add_body("wall", em.Box((0.005, 1, 1)), mass=0, position=(0.1, 0, 0))
+        scene.add_body("object", em.Box((0.02,) * 3), mass=0.1, role="object")
+        motion = {"velocity": (8, 0.3, 0.1), "angular_velocity": (0, 0, turning)}
+        state = scene.pack(object=motion)
+        return em.World(scene).rollout(state, np.zeros(6), 6 / 240).state[:3]
+
+    assert end(spin) == pytest.approx(end(0.0), abs=1e-6)
 
 
 @pytest.mark.parametrize("case", ("fixed", "moving"))

@@ -24,6 +24,7 @@ constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a
 // Of what they may overlap: pieces that begin a rollout deeper than that are left to their contacts.
 constexpr double deep_start = 1.5;
 
+constexpr double no_bend = 1e-8;   // of a square speed: a growth of it that hardly counts
 constexpr double fine_turn = 0.3;  // rad, between two looks at pieces that turn
 constexpr int most_looks = 40;
 
@@ -211,7 +212,9 @@ double PiecePair::next_look(const Ways& ways, double share, double room) const {
   };
   add(a_, ways.a, -normal_);
   add(b_, ways.b, normal_);
-  if (growth > 0.0) return share + (std::sqrt(speed * speed + 2.0 * growth * room) - speed) / growth;
+  // The root of room = speed x + growth x^2 / 2. Where growth hardly counts, near numbers would cancel in it.
+  const double bend = 2.0 * growth * room;
+  if (bend > no_bend * speed * speed) return share + (std::sqrt(speed * speed + bend) - speed) / growth;
   return speed > 0.0 ? share + room / speed : 1.0;
 }
 

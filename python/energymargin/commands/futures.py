@@ -13,11 +13,16 @@ __all__ = ["chosen_future", "given_settings"]
 PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
 
 
-def chosen_future(horizon: int | None, plan: str | None) -> Future | None:
+def chosen_future(
+    horizon: int | None,
+    plan: str | None,
+    check: float | None = None,
+    dwell: float | None = None,
+) -> Future | None:
     """What is asked of the frames to come, if anything is. Raises ValueError on words that are
-    none, and on a plan without a horizon."""
+    none, and on what needs a horizon where there is none."""
     from energymargin.datasets import Future
-    from energymargin.tasks.base import whole_number
+    from energymargin.tasks.base import not_negative_number, positive_number, whole_number
 
     if plan is not None and plan not in PLANS:
         raise ValueError(f"--plan is {plan!r}, expected script, hold or none")
@@ -27,8 +32,19 @@ def chosen_future(horizon: int | None, plan: str | None) -> Future | None:
                 f"--plan is {plan}, but there is no horizon over which it would be followed: "
                 "add --horizon FRAMES, or leave --plan out"
             )
+        for name, value in (("check", check), ("dwell", dwell)):
+            if value is not None:
+                raise ValueError(
+                    f"--{name} is {value:g}, but a state as it is has no time at which to look: "
+                    f"add --horizon FRAMES, or leave --{name} out"
+                )
         return None
-    return Future(whole_number("--horizon", horizon, 1), PLANS[plan or "script"])
+    return Future(
+        whole_number("--horizon", horizon, 1),
+        PLANS[plan or "script"],
+        None if check is None else positive_number("--check", check),
+        0.0 if dwell is None else not_negative_number("--dwell", dwell),
+    )
 
 
 def given_settings(

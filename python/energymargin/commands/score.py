@@ -73,6 +73,20 @@ def score(
             metavar="script|hold|none",
         ),
     ] = None,
+    check: Annotated[
+        float | None,
+        typer.Option(
+            help="With --horizon, the time between two looks at the capture set [s].",
+            show_default="about 1/60",
+        ),
+    ] = None,
+    dwell: Annotated[
+        float | None,
+        typer.Option(
+            help="With --horizon, how long the objects have to be outside to be lost [s].",
+            show_default="0: one look is enough",
+        ),
+    ] = None,
     rollouts: Annotated[
         int | None,
         typer.Option(
@@ -125,7 +139,8 @@ def score(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
         **given_settings(horizon, rollouts, strength, objects, common),
     )
-    asked = _asked(None if metrics is None else split(metrics), chosen_future(horizon, plan))
+    future = chosen_future(horizon, plan, check, dwell)
+    asked = _asked(None if metrics is None else split(metrics), future)
     executor = chosen_executor(threads, processes, scheduler)
     output = output or data.with_name(f"{data.stem}-scores.db")
     limit = Limit(timeout, None)

@@ -94,7 +94,8 @@ class Future:
         """The question about one frame of a trajectory of the task.
 
         A ScriptedTask poses it by `future`. Of another task it is that of `problem`, with a clock;
-        a script is what its `plan(state, time, params, horizon)` says. Raises ValueError on a task,
+        a script is what its `plan(state, time, params, horizon)` says, and the capture set what its
+        `captured_throughout(params)` says, or else that of the frame. Raises ValueError on a task,
         or a recording, that has no script.
         """
         seconds = self.seconds(trajectory, frame)
@@ -115,7 +116,7 @@ class Future:
         return posed.replace(**changed) if changed else posed
 
     def _posed(self, task: Task, trajectory: Trajectory, frame: int, seconds: float) -> Problem:
-        """Of a task that is no ScriptedTask: its capture set is that of the frame."""
+        """Of a task that is no ScriptedTask."""
         state, params = trajectory.states[frame], trajectory.params
         problem = task.problem(state, params, trajectory.contacts[frame])
         horizon = _whole_steps(seconds, problem.scene.step)
@@ -124,7 +125,9 @@ class Future:
             robot = Plan.hold(problem.scene, state, horizon)
         elif self.plan == "script":
             robot = _script_of(task)(state, float(trajectory.times[frame]), params, horizon)
-        posed: Problem = problem.replace(horizon=horizon, plan=robot, effector="coast")
+        throughout = getattr(task, "captured_throughout", None)
+        sets = {"captured": throughout(params)} if callable(throughout) else {}
+        posed: Problem = problem.replace(horizon=horizon, plan=robot, effector="coast", **sets)
         return posed
 
 

@@ -96,7 +96,7 @@ def score_table(
     rows = [name for name in NAMES if name in live or name in kept]
     if not rows:
         return plain("Not scored yet.")
-    timed = scored is not None and scored.capture is None
+    timed = "probability" in kept if scored is None else scored.capture is None
     columns = [("this state" if timed else "this tree", live)] + (
         [(stored_as, kept)] if stored is not None else []
     )
