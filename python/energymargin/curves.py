@@ -15,6 +15,7 @@ from energymargin.evaluation import (
     HORIZON,
     LAST_FRAMES,
     SUCCESSES,
+    Among,
     Compared,
     LabelledScores,
     auc_ap,
@@ -104,18 +105,21 @@ def roc(
     target: str = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
+    *,
+    among: Among = "all",
 ) -> Roc:
     """The ROC of a metric.
 
     `target`: "captured", over a `horizon` of frames after a state's own, or "success" of a whole
     trajectory, against the weighted mean of its `last` frames' scores. A metric that ends in "/any"
     is held against the label of at least one object, "force/any" is the force score against that.
-    States without a score are left out. Raises ValueError on a metric that has no scores, another
-    target, a negative horizon, `last` below 1; OneLabelError if all labels are alike.
+    States without a score, or with fewer frames left than the horizon, are left out, and with
+    `among` "captured" those that are not captured now. Raises ValueError on a metric that has no
+    scores, another word, a negative horizon, `last` below 1; OneLabelError if all labels are alike.
     """
     from sklearn.metrics import roc_curve
 
-    compared = _compared(labelled, metric, target, horizon, last)
+    compared = _compared(labelled, metric, target, horizon, last, among=among)
     false, true, rank = roc_curve(compared.labels, ranked(compared.scores))
     return Roc(
         false_positive_rate=np.asarray(false),
@@ -133,11 +137,13 @@ def precision_recall(
     target: str = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
+    *,
+    among: Among = "all",
 ) -> PrecisionRecall:
     """Precision over recall of a metric; arguments and errors as of `roc`."""
     from sklearn.metrics import precision_recall_curve
 
-    compared = _compared(labelled, metric, target, horizon, last)
+    compared = _compared(labelled, metric, target, horizon, last, among=among)
     precision, recall, rank = precision_recall_curve(compared.labels, ranked(compared.scores))
     first = int(np.flatnonzero(recall == 1.0)[-1])  # below that threshold precision alone is lost
     return PrecisionRecall(
@@ -167,7 +173,7 @@ def target_name(target: str = CAPTURED, horizon: int = HORIZON, last: int = LAST
 
 
 def _compared(
-    labelled: LabelledScores, metric: str, target: str, horizon: int, last: int
+    labelled: LabelledScores, metric: str, target: str, horizon: int, last: int, *, among: Among
 ) -> Compared:
     """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
     one_of("target", target, TARGETS)
@@ -176,7 +182,7 @@ def _compared(
     if not len(labelled.trajectory):
         raise OneLabelError("there are no states", "no states")
     if target == CAPTURED:
-        compared, what = compared_states(labelled, metric, horizon), "states"
+        compared, what = compared_states(labelled, metric, horizon, among=among), "states"
     else:
         compared, what = compared_trajectories(labelled, metric, last), "trajectories"
     if not len(compared.labels):

@@ -42,7 +42,14 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     assert done.returncode == 0, done.stderr
     assert "capture" in done.stdout and ".97/.99" in done.stdout
     assert "| effort/rrt |" in (folder / "t.md").read_text()
-    assert len((folder / "t.csv").read_text().splitlines()) == 1 + 4 * 6 + 1
+    header, *lines = (folder / "t.csv").read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    assert {len(own) for own in cells} == {header.count(",") + 1}
+    assert sum(own[1] == "all" for own in cells) == 4 * 6 + 1
+    assert sum(own[1] == "captured" for own in cells) == 4 * 5
+    shown = run("evaluate", "steps.db", "--among", "captured", "--clipped", cwd=folder)
+    assert shown.returncode == 0 and "captured now" in shown.stdout and "paper" not in shown.stdout
+    refused(run("evaluate", "steps.db", "--among", "lost", cwd=folder), "among is 'lost'", "'all'")
 
 
 def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(folder):
@@ -55,7 +62,7 @@ def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(f
     shown = run("evaluate", "scoop-scores.db", "--csv", "s.csv", cwd=folder).stdout
     assert "All objects" in shown and "At least one object" in shown
     rows = (folder / "s.csv").read_text().splitlines()
-    assert len(rows) == 1 + 2 * (4 * 6 + 1)
+    assert len(rows) == 1 + 2 * (4 * 6 + 1) + 2 * 4 * 5
     assert {"effort/est/any", "force/any", "success/any"} < {row.split(",")[0] for row in rows}
 
 

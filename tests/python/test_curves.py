@@ -124,12 +124,14 @@ def test_each_point_is_what_its_threshold_gives(many):
 def test_labels_of_one_kind_are_refused_with_what_they_are(four):
     four.captured[:] = True
     with pytest.raises(
-        OneLabelError, match=r"all of the 4 states .* label 'captured over the next"
+        OneLabelError, match=r"all of the 2 states .* label 'captured over the next 1"
     ):
-        roc(four, "capture")
+        roc(four, "capture", horizon=1)
     four.captured[:] = False
     with pytest.raises(OneLabelError, match="none of the 4 states"):
-        precision_recall(four, "capture")
+        precision_recall(four, "capture", horizon=0)
+    with pytest.raises(OneLabelError, match="none of the states has a score of 'capture'"):
+        roc(four, "capture", among="captured")
 
 
 def test_scores_that_are_all_missing_are_refused(four):

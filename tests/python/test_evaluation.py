@@ -103,8 +103,9 @@ def test_a_score_of_at_least_one_object_is_held_against_the_label_of_at_least_on
     # Of all: pairs 4>3, 4>1, 2<3, 2>1. Of at least one: the one that is lost ranks first.
     assert result.states["capture"][0].auc == pytest.approx(3 / 4)
     assert result.states["capture/any"][0].auc == 0.0
-    # Over the next frame states 0, 1 stay with at least one, and 2, 3 do not.
-    assert result.states["capture/any"][1].positives == 2
+    # Over the next frame state 0 stays with at least one, and 2 does not.
+    cell = result.states["capture/any"][1]
+    assert (cell.positives, cell.count) == (1, 2)
     assert (result.success.auc, result.success_any.auc) == (1.0, 1.0)
     assert result.success_any.positives == 1
 
@@ -154,6 +155,97 @@ def test_labels_of_one_class_make_a_dash_and_no_nan_anywhere():
     for text in (console.file.getvalue(), result.to_markdown(), result.to_csv()):
         assert "nan" not in text.lower()
     assert "| capture | — | — | — | — | — | — | .97/.99 |" in result.to_markdown()
+    assert "last frame alone" not in result.to_markdown()  # no success is told
+
+
+@pytest.fixture
+def pushes():
+    """Two trajectories of four states; of the first the last is lost, of the second the first."""
+    return labelled(
+        np.repeat([0, 1], 4), [1, 1, 1, 0, 0, 1, 1, 1], capture=[4, 3, 2, 1, 0, 5, 6, 7]
+    )
+
+
+def test_states_count_that_have_the_whole_horizon_left(pushes):
+    cells = evaluate(pushes, horizons=[0, 1, 2, 3, 4]).states["capture"]
+    assert [(c.count, c.positives) if c else None for c in cells.values()] == [
+        *((8, 6), (6, 4), (4, 2)),
+        *(None, None),  # at 3 each trajectory has one state, and neither stays; at 4 none is left
+    ]
+
+
+def test_clipped_a_horizon_ends_with_its_trajectory_and_every_state_counts(pushes):
+    result = evaluate(pushes, horizons=[1, 3], clipped=True)
+    cells = result.states["capture"]
+    assert [(c.count, c.positives) for c in cells.values()] == [(8, 5), (8, 3)]
+    assert "ends with its trajectory (clipped)" in result.to_markdown()
+    assert "those with as many frames left" in evaluate(pushes).to_markdown()
+
+
+def test_scores_with_a_clock_have_no_clipped_reading(pushes):
+    asked = replace(pushes, asks="horizon 2 frames, plan hold")
+    assert evaluate(asked, horizons=[1]).states["capture"][1].count == 6
+    with pytest.raises(ValueError, match=r"clipped is True, .*horizon 2 frames, plan hold.*False"):
+        evaluate(asked, clipped=True)
+
+
+def test_among_states_that_are_captured_now_there_is_nothing_to_tell_at_horizon_0(pushes):
+    with_success = replace(pushes, scores={**pushes.scores, "success": np.arange(8.0)})
+    result = evaluate(with_success, horizons=[0, 1, 2], among="captured")
+    assert result.horizons == (1, 2) and result.success is None
+    assert [(c.count, c.positives) for c in result.states["capture"].values()] == [(5, 4), (3, 2)]
+    text = result.to_markdown()
+    assert "States that are captured now" in text and "paper" not in text
+    rows = list(csv.DictReader(io.StringIO(result.to_csv())))
+    assert {(row["score"], row["among"]) for row in rows} == {("capture", "captured")}
+    # of at least one object those count of which at least one is captured now
+    any_one = replace(
+        pushes,
+        scores={"capture/any": pushes.scores["capture"]},
+        captured_any=np.array([True, False] * 4),
+        success_any=pushes.success,
+    )
+    cells = evaluate(any_one, horizons=[0, 2], among="captured", draws=10).states["capture/any"]
+    assert cells == {2: None}  # states 0 and 4, of which both are lost within two frames
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"last": 0}, "last is 0, expected a whole number of at least 1"),
+        ({"draws": 0}, "draws is 0, expected a whole number of at least 1"),
+        ({"horizons": [-1]}, "horizon is -1, expected a whole number of at least 0"),
+        ({"among": "lost"}, "among is 'lost', expected 'all' or 'captured'"),
+    ],
+)
+def test_what_cannot_be_evaluated_is_refused(pushes, change, words):
+    with pytest.raises(ValueError, match=words):
+        evaluate(pushes, **change)
+    with pytest.raises(ValueError, match="last is 0"):
+        trajectory_score(np.ones(3), last=0)
+
+
+def test_states_out_of_order_or_of_another_number_are_refused(pushes):
+    order = np.random.default_rng(0).permutation(8)
+    with pytest.raises(ValueError, match=r"states of trajectory \d are not in a row"):
+        replace(pushes, trajectory=pushes.trajectory[order])
+    with pytest.raises(ValueError, match=r"capture has shape \(7,\), expected \(8,\)"):
+        replace(pushes, scores={"capture": np.zeros(7)})
+    with pytest.raises(ValueError, match=r"success has shape \(3,\), expected \(8,\)"):
+        replace(pushes, success=np.zeros(3, dtype=bool))
+
+
+def test_a_perfect_score_has_a_bound_on_one_side(pushes):
+    # Each of 20 trajectories has one captured state above its lost one: of 20 trials none fails.
+    data = labelled(np.repeat(np.arange(20), 2), [1, 0] * 20, capture=[2, 1] * 20)
+    cell = evaluate(data, horizons=[0]).states["capture"][0]
+    assert (cell.auc, cell.ap) == (1.0, 1.0)
+    low = 0.05 ** (1 / 20)  # the share of successes of which 20 in a row have a chance of 1 in 20
+    assert cell.auc_interval == pytest.approx((low, 1.0))
+    assert cell.ap_interval == pytest.approx((low, 1.0))
+    upside_down = replace(data, scores={"capture": -data.scores["capture"]})
+    cell = evaluate(upside_down, horizons=[0]).states["capture"][0]
+    assert cell.auc_interval == pytest.approx((0.0, 1 - low))
 
 
 def test_a_score_that_is_missing_is_left_out_and_counted():

@@ -422,7 +422,8 @@ def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder,
     assert done.returncode == 0, done.stderr
     with (folder / "t.csv").open() as file:
         lines = [line for line in csv.DictReader(file) if line["score"] == "probability"]
-    assert [line["horizon"] for line in lines] == [str(h) for h in range(6)]
+    assert [line["horizon"] for line in lines if line["among"] == "all"] == list("012345")
+    assert [line["horizon"] for line in lines if line["among"] == "captured"] == list("12345")
     # of two trajectories the last frame has none before it; further on there is one label alone
     assert [line["count"] for line in lines[:2]] == ["8", "6"]
 

@@ -25,7 +25,7 @@ from PIL import Image
 from energymargin import datasets, report
 from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
 from energymargin.datasets import Future
-from energymargin.evaluation import LabelledScores, compared_trajectories, evaluate
+from energymargin.evaluation import HORIZON, LabelledScores, compared_trajectories, evaluate
 from energymargin.report.along import chosen
 from energymargin.report.curves import seen
 from energymargin.report.grown import Grower
@@ -168,21 +168,19 @@ def test_times_are_in_words_of_everyday(own):
 
 def test_the_page_says_what_the_label_of_a_state_is(document):
     assert (
-        "captured in its own frame and in all of the next h ; frames past the end of its "
-        "trajectory do not count." in document.text
+        "captured in its own frame and in all of the next h ; states with fewer frames left are "
+        "left out." in document.text
     )
 
 
-def test_a_card_says_that_its_label_looks_past_the_end_of_the_trajectory(own):
+def test_no_card_is_of_a_state_whose_label_would_look_past_the_end(own):
     path = own / "push-scores.db"
     changed(path, "DELETE FROM scores WHERE question <> 1")
-    changed(path, "UPDATE states SET captured = number % 6 >= 4")
-    cut = "frames ahead were recorded"
-    for frame, said in ((5, "Only 0 of 2 frames ahead"), (4, "Only 1 of 2 frames ahead")):
-        changed(path, f"UPDATE scores SET value = 1 - (stream % 6 = {frame}) WHERE question = 1")
-        text = written(own, pictures=1, horizon=2).text
-        assert f"{said} were recorded." in text and text.count(cut) == 1
-        assert cut not in written(own, pictures=1, horizon=0).text
+    changed(path, "UPDATE states SET captured = number % 6 >= 3")
+    changed(path, "UPDATE scores SET value = 1 - 0.1 * (stream % 6) WHERE question = 1")
+    assert "frame 5 (" in written(own, pictures=2, horizon=0).text
+    ahead = written(own, pictures=2, horizon=2).text
+    assert "frame 3 (" in ahead and "frame 4 (" not in ahead and "frame 5 (" not in ahead
 
 
 def test_a_horizon_that_no_state_has_is_refused_and_the_default_is_one_that_some_have(own):
@@ -299,7 +297,8 @@ def test_a_histogram_counts_every_state(document, labelled):
             counted[metric] = sum(
                 count for trace in figure["data"] for _, count in trace["customdata"]
             )
-    assert counted == dict.fromkeys(METRICS, 72) | {"success": 12}
+    whole = 12 * (6 - HORIZON)  # of each trajectory the states with as many frames left
+    assert counted == dict.fromkeys(METRICS, whole) | {"success": 12}
 
 
 def test_how_wrong_a_score_is_means_what_the_auc_lacks_of_one():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,7 @@ import typer
 from energymargin.terminal import RunNumber, err, out
 
 if TYPE_CHECKING:
-    from energymargin.evaluation import LabelledScores
+    from energymargin.evaluation import Among, Evaluation, LabelledScores
 
 __all__ = ["evaluate", "print_evaluation"]
 
@@ -28,36 +29,81 @@ def evaluate(
     last: Annotated[
         int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
     ] = 5,
+    among: Annotated[
+        str | None,
+        typer.Option(
+            help="Compare all states, or those that are captured now. If not given, there is a "
+            "table of each.",
+            metavar="all|captured",
+        ),
+    ] = None,
+    clipped: Annotated[
+        bool,
+        typer.Option(
+            "--clipped",
+            help="Let a horizon end with its trajectory, instead of leaving such states out.",
+        ),
+    ] = False,
     seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
 
+    Twice: among all states, of which many are lost already, and among those that are captured now,
+    which is what foresight means.
+
     Example: `energymargin evaluate push-scores.db --markdown table.md`
     """
+    from energymargin.evaluation import AMONG
     from energymargin.store import ScoreStore
-    from energymargin.tasks.base import whole_number
+    from energymargin.tasks.base import one_of, whole_number
 
     whole_number("last", last, 1)
+    which = AMONG if among is None else [a for a in AMONG if a == one_of("among", among, AMONG)]
     with ScoreStore(scores) as store:
-        print_evaluation(store.run(run).labelled_scores(), markdown, csv, seed, last)
+        labelled = store.run(run).labelled_scores()
+    print_evaluation(labelled, markdown, csv, seed, last, among=which, clipped=clipped)
 
 
 def print_evaluation(
-    labelled: LabelledScores, markdown: Path | None, csv: Path | None, seed: int, last: int = 5
+    labelled: LabelledScores,
+    markdown: Path | None,
+    csv: Path | None,
+    seed: int,
+    last: int = 5,
+    *,
+    among: Sequence[Among] = ("all", "captured"),
+    clipped: bool = False,
 ) -> None:
-    """AUC and AP, on the terminal and into files."""
+    """AUC and AP, on the terminal and into files: a table for each of `among`."""
+    results = [_evaluated(labelled, which, last, seed, clipped=clipped) for which in among]
+    for result in results:
+        out.print(result.render())
+    if markdown is not None:
+        markdown.write_text("\n".join(result.to_markdown() for result in results))
+    if csv is not None:
+        header, *_ = results[0].to_csv().splitlines(keepends=True)
+        csv.write_text(header + "".join(_lines(result, header) for result in results))
+
+
+def _lines(result: Evaluation, header: str) -> str:
+    """Those of a CSV file below its header, as many cells long as that is."""
+    own, *lines = result.to_csv().splitlines()
+    more = "," * (header.count(",") - own.count(","))
+    return "".join(f"{line}{more}\n" for line in lines)
+
+
+def _evaluated(
+    labelled: LabelledScores, among: Among, last: int, seed: int, *, clipped: bool
+) -> Evaluation:
     from energymargin import evaluation
     from energymargin.progress import share_bar
 
     with share_bar(err) as told:
-        result = evaluation.evaluate(
+        return evaluation.evaluate(
             labelled,
             seed=seed,
             last=last,
+            among=among,
+            clipped=clipped,
             progress=lambda done, total: told("AUC and AP", done / total),
         )
-    out.print(result.render())
-    if markdown is not None:
-        markdown.write_text(result.to_markdown())
-    if csv is not None:
-        csv.write_text(result.to_csv())

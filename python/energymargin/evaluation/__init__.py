@@ -15,12 +15,14 @@ from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked
 from energymargin.evaluation.cells import Cell, csv_fields, short
 from energymargin.evaluation.comparing import evaluate
 from energymargin.evaluation.labelled import (
+    AMONG,
     FORCE,
     HORIZON,
     HORIZONS,
     LAST_FRAMES,
     SUCCESS,
     SUCCESSES,
+    Among,
     Compared,
     LabelledScores,
     captured_labels,
@@ -34,6 +36,7 @@ from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Eva
 
 __all__ = [
     "ALL_TITLE",
+    "AMONG",
     "ANY_TITLE",
     "CSV_COLUMNS",
     "DASH",
@@ -45,6 +48,7 @@ __all__ = [
     "PAPER",
     "SUCCESS",
     "SUCCESSES",
+    "Among",
     "Cell",
     "Compared",
     "Evaluation",

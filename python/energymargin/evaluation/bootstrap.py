@@ -46,7 +46,9 @@ def intervals(
     """Of AUC and AP, over draws of whole trajectories.
 
     Each of N samples takes the column of its trajectory, (N,), of the (draws, T) weights. None if
-    there are not two trajectories to draw from, or no draw has both labels.
+    there are not two trajectories to draw from, or no draw has both labels. Where no draw has an
+    error, as of a perfect score, draws say nothing of how rare errors are: then the other end is
+    the least share that so many trajectories without an error leave possible (`_error_free`).
     """
     if len(np.unique(trajectory)) < 2:
         return None, None
@@ -59,7 +61,8 @@ def intervals(
         for start in range(0, len(weights), block)
     ]
     aucs, aps = (np.concatenate(values) for values in zip(*drawn, strict=True))
-    return _interval(aucs), _interval(aps)
+    trials = min(len(np.unique(trajectory[labels == kind])) for kind in (False, True))
+    return _interval(aucs, trials), _interval(aps, trials)
 
 
 def thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -100,9 +103,19 @@ def bootstrap_weights(trajectories: int, draws: int, seed: int) -> NDArray[np.in
     )
 
 
-def _interval(values: NDArray[np.float64]) -> Interval | None:
+def _interval(values: NDArray[np.float64], trials: int) -> Interval | None:
+    """Of the draws, or one-sided from `trials` trajectories if none of these has an error."""
     if len(values) == 0:
         return None
+    if (values == 1.0).all():
+        return _error_free(trials), 1.0
+    if (values == 0.0).all():
+        return 0.0, 1.0 - _error_free(trials)
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(values, [tail, 1 - tail])
     return float(low), float(high)
+
+
+def _error_free(trials: int) -> float:
+    """The share of successes of which so many in a row are still likely, at CONFIDENCE."""
+    return float((1 - CONFIDENCE) ** (1 / trials))

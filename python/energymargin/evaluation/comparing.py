@@ -14,6 +14,7 @@ from energymargin.evaluation.labelled import (
     LAST_FRAMES,
     PROBABLE_SUCCESS,
     SUCCESS,
+    Among,
     LabelledScores,
     compared_states,
     compared_trajectories,
@@ -21,6 +22,7 @@ from energymargin.evaluation.labelled import (
 )
 from energymargin.evaluation.table import Evaluation
 from energymargin.metrics import ANY
+from energymargin.tasks.base import whole_number
 
 __all__ = ["evaluate"]
 
@@ -32,31 +34,51 @@ def evaluate(
     seed: int = 0,
     *,
     last: int = LAST_FRAMES,
+    among: Among = "all",
+    clipped: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Evaluation:
     """Compares every score with its label. States without a score are left out, and counted.
 
-    `last`: k-bar, the frames of a trajectory whose success scores count. `progress(done, total)`
-    counts the cells of the states: with 20,000 of these, each takes half a second.
+    `horizons` [frames]: a state counts that has as many frames after it, or each state if
+    `clipped`, where a horizon ends with its trajectory. `among` "captured": only states that are
+    captured now, so there is nothing to tell at horizon 0, and whole trajectories are not compared.
+    `draws`: of the bootstrap, with `seed`. `last`: k-bar, the frames of a trajectory whose success
+    scores count. `progress(done, total)` counts the cells of the states: with 20,000 of these, each
+    takes half a second.
+
+    Raises ValueError on numbers out of range, and on `clipped` of scores with a clock.
     """
+    whole_number("draws", draws, 1)
+    whole_number("last", last, 1)
+    for horizon in horizons:
+        whole_number("horizon", horizon, 0)
+    if among == "captured":
+        horizons = [horizon for horizon in horizons if horizon > 0]
     weights = bootstrap_weights(len(labelled.by_trajectory()), draws, seed)
     states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
     cells = [(metric, horizon) for metric in states for horizon in horizons]
     for done, (metric, horizon) in enumerate(cells):
         if progress is not None:
             progress(done, len(cells))
-        states[metric][horizon] = cell_of(compared_states(labelled, metric, horizon), weights)
+        compared = compared_states(labelled, metric, horizon, among=among, clipped=clipped)
+        states[metric][horizon] = cell_of(compared, weights)
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
+    of_all = among == "all"
     return Evaluation(
         task=labelled.task,
         horizons=tuple(horizons),
         states=states,
-        success=_success_cell(labelled, SUCCESS, weights, last),
+        success=_success_cell(labelled, SUCCESS, weights, last) if of_all else None,
         missing=int(missing.sum()),
-        success_any=_success_cell(labelled, SUCCESS + ANY, weights, last),
+        success_any=_success_cell(labelled, SUCCESS + ANY, weights, last) if of_all else None,
         last=last,
-        probable_success=_success_cell(labelled, PROBABLE_SUCCESS, weights, last),
+        probable_success=(
+            _success_cell(labelled, PROBABLE_SUCCESS, weights, last) if of_all else None
+        ),
         asks=labelled.asks,
+        among=among,
+        clipped=clipped,
     )
 
 

@@ -4,14 +4,16 @@ VI-D)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.metrics import ANY
+from energymargin.tasks.base import one_of, whole_number
 
 __all__ = [
+    "AMONG",
     "FORCE",
     "HORIZON",
     "HORIZONS",
@@ -19,6 +21,7 @@ __all__ = [
     "PROBABLE_SUCCESS",
     "SUCCESS",
     "SUCCESSES",
+    "Among",
     "Compared",
     "LabelledScores",
     "captured_labels",
@@ -28,17 +31,24 @@ __all__ = [
     "trajectory_score",
 ]
 
-HORIZONS = range(6)  # frames; the paper leaves its horizon open, so all of them are shown
+HORIZONS = range(6)  # frames; Table I of the paper comes out of its authors' files at 0
 HORIZON = 2  # frames; where one is needed
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 SUCCESS, FORCE = "success", "force"
 PROBABLE_SUCCESS = "probability/success"
 SUCCESSES = (SUCCESS, PROBABLE_SUCCESS, SUCCESS + ANY)  # the metrics of trajectories
 
+Among = Literal["all", "captured"]
+"""Which states are compared: all of them, or those that are captured now."""
+AMONG: tuple[Among, ...] = ("all", "captured")
+
 
 @dataclass(frozen=True)
 class LabelledScores:
-    """N states of several trajectories, those of one in a row and in the order of time."""
+    """N states of several trajectories, those of one in a row and in the order of time.
+
+    Raises ValueError on arrays of other lengths, and on a trajectory whose states are not in a row.
+    """
 
     task: str
     trajectory: NDArray[np.int64]
@@ -56,6 +66,24 @@ class LabelledScores:
     asks: str | None = None
     """The question with a clock that the scores answer, as "horizon 5 frames, plan script"; None:
     one about the state as it is."""
+
+    def __post_init__(self) -> None:
+        """Checks the lengths and the order."""
+        states = len(self.trajectory)
+        labels = {name: getattr(self, name) for name in ("captured", "success")}
+        labels |= {name: getattr(self, name) for name in ("captured_any", "success_any")}
+        for name, values in {**labels, **self.scores}.items():
+            if values is not None and np.shape(values) != (states,):
+                raise ValueError(
+                    f"{name} has shape {np.shape(values)}, expected ({states},): one a state"
+                )
+        starts = [own[0] for own in self.by_trajectory() if len(own)]
+        numbers, times = np.unique(self.trajectory[starts], return_counts=True)
+        if len(times) and times.max() > 1:
+            raise ValueError(
+                f"the states of trajectory {numbers[times.argmax()]} are not in a row, expected "
+                "those of one trajectory together, in the order of time"
+            )
 
     def by_trajectory(self) -> list[NDArray[np.int64]]:
         """The states' numbers, one array a trajectory."""
@@ -82,9 +110,11 @@ class Compared(NamedTuple):
 
 
 def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.bool_]:
-    """Label of each state of one trajectory, shape (K,): captured in all frames k to k + horizon.
+    """Label of each state of one trajectory, shape (K,): captured in all frames k to k + horizon
+    (Section VI-D).
 
-    A horizon that runs past the last frame ends there: all K states have a label (Section VI-D).
+    The clipped reading: a horizon that runs past the last frame ends there, so all K states have a
+    label.
     """
     return np.array([captured[k : k + horizon + 1].all() for k in range(len(captured))], dtype=bool)
 
@@ -92,8 +122,9 @@ def captured_labels(captured: NDArray[np.bool_], horizon: int) -> NDArray[np.boo
 def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
     """Omega_suc(z, k-bar) of one trajectory, shape (K,) (Section VI-D).
 
-    The weighted mean of its last frames, with weights 1, 2, 3, ...
+    The weighted mean of its `last` frames, with weights 1, 2, 3, ... Raises ValueError on none.
     """
+    whole_number("last", last, 1)
     tail = scores[-last:]
     return float(np.average(tail, weights=np.arange(1, len(tail) + 1)))
 
@@ -106,22 +137,39 @@ def state_metrics(labelled: LabelledScores) -> list[str]:
     return metrics
 
 
-def compared_states(labelled: LabelledScores, metric: str, horizon: int) -> Compared:
+def compared_states(
+    labelled: LabelledScores,
+    metric: str,
+    horizon: int,
+    *,
+    among: Among = "all",
+    clipped: bool = False,
+) -> Compared:
     """The states that have a score, against "captured over a horizon of `horizon` frames".
 
-    Of scores with a clock only states that have as many frames before them: theirs does not end
-    where the trajectory does.
+    Only states that have as many frames after them, unless `clipped`: then a horizon that runs past
+    the last frame ends there, which asks less of the last states than of others. `among`
+    "captured": only states that are captured now; that others are lost needs no foresight.
 
     A metric that ends in "/any" is held against the label of at least one object, and "force/any"
-    is the force score against it. Raises ValueError if there is no such metric, or no such label.
+    is the force score against it. Raises ValueError if there is no such metric, or no such label,
+    and on `clipped` of scores with a clock: theirs does not end where the trajectory does.
     """
+    whole_number("horizon", horizon, 0)
+    one_of("among", among, AMONG)
+    if clipped and labelled.asks is not None:
+        raise ValueError(
+            f"clipped is True, but these scores ask about a while ({labelled.asks}), which does "
+            "not end where a trajectory does: expected False"
+        )
     captured = _label(metric, labelled.captured, labelled.captured_any)
-    scores = _scores(labelled, metric)
+    scores = _scores(labelled, metric).copy()
     members = labelled.by_trajectory()
     labels = [captured_labels(captured[states], horizon) for states in members]
-    scores = scores.copy()
-    for states in members if labelled.asks is not None else []:
+    for states in [] if clipped else members:
         scores[states[max(len(states) - horizon, 0) :]] = np.nan
+    if among == "captured":
+        scores[~captured] = np.nan
     return _there(
         np.concatenate([scores[states] for states in members]),
         np.concatenate(labels),

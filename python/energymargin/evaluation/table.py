@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from energymargin.evaluation.cells import Cell, csv_fields
-from energymargin.evaluation.labelled import LAST_FRAMES, PROBABLE_SUCCESS, SUCCESS
+from energymargin.evaluation.labelled import LAST_FRAMES, PROBABLE_SUCCESS, SUCCESS, Among
 from energymargin.evaluation.paper import DASH, PAPER, paper_value
 from energymargin.metrics import ANY
 
@@ -21,7 +21,7 @@ __all__ = ["ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS", "Evaluation"]
 ALL_TITLE = "All objects: captured together, and successful together"
 ANY_TITLE = "At least one object: captured, and successful"
 CSV_COLUMNS = (
-    *("score", "horizon", "count", "positives"),
+    *("score", "among", "horizon", "count", "positives"),
     *("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "paper_auc", "paper_ap"),
 )
 
@@ -47,11 +47,15 @@ class Evaluation:
     asks: str | None = None
     """As of LabelledScores. The paper's values are of scores without a clock, and stand beside
     such alone."""
+    among: Among = "all"
+    """Which states are compared; of those that are captured now `success` is None."""
+    clipped: bool = False
+    """Whether a horizon ends with its trajectory; else such states are left out."""
 
     @property
     def has_paper(self) -> bool:
         """Whether the paper has the same scores of this task."""
-        return self.task in PAPER and self.asks is None
+        return self.task in PAPER and self.asks is None and self.among == "all"
 
     @property
     def trajectories(self) -> dict[str, Cell]:
@@ -108,24 +112,36 @@ class Evaluation:
             for score, by_horizon in self.states.items()
             for horizon, cell in by_horizon.items()
         ]
-        cells.append((SUCCESS, "", self.success))
+        if self.among == "all":
+            cells.append((SUCCESS, "", self.success))
         if self.probable_success is not None:
             cells.append((PROBABLE_SUCCESS, "", self.probable_success))
-        if self._several():
+        if self.success_any is not None or (self._several() and self.among == "all"):
             cells.append((SUCCESS + ANY, "", self.success_any))
-        papers = PAPER[self.task] if self.has_paper else {}
         missing = ("", "") if self.has_paper else ()
         return [
-            [score, horizon, *csv_fields(cell), *papers.get(score, missing)]
+            [
+                score,
+                self.among,
+                horizon,
+                *csv_fields(cell),
+                *(self._told(score, horizon) or missing),
+            ]
             for score, horizon, cell in cells
         ]
+
+    def _told(self, score: str, horizon: int | str) -> tuple[float, float] | None:
+        """AUC and AP of the paper, whose horizon is 0."""
+        if not self.has_paper or horizon not in (0, ""):
+            return None
+        return PAPER[self.task].get(score)
 
     def _several(self) -> bool:
         """Whether there are scores of at least one object."""
         return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
 
     def _columns(self) -> list[str]:
-        paper = ["paper"] if self.has_paper else []
+        paper = ["paper, h = 0"] if self.has_paper else []
         return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
 
     def _paper(self, score: str) -> list[str]:
@@ -143,18 +159,28 @@ class Evaluation:
         of_any = [row for row in rows.items() if row[0].endswith(ANY)]
         return [(ALL_TITLE, of_all), (ANY_TITLE, of_any)] if self._several() else [("", of_all)]
 
-    def _question(self) -> str:
-        return "" if self.asks is None else f"Asked: {self.asks}; whole horizons alone. "
-
     def _caption(self) -> str:
         caption = (
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below. "
-            f"{self._question()}States: captured over the next h frames. "
-            f"Success: the last {self.last} frames of a trajectory, whose success has no horizon."
+            f"{'' if self.asks is None else f'Asked: {self.asks}. '}{self._states()} "
         )
+        if self.trajectories:
+            caption += (
+                f"Success: the last {self.last} frames of a trajectory, whose success has no "
+                "horizon; the last frame alone tells most of it."
+            )
         if self.missing:
             caption += f" {self.missing} states have no score yet and are left out."
-        return caption
+        return " ".join(caption.split())
+
+    def _states(self) -> str:
+        which = "States" if self.among == "all" else "States that are captured now"
+        whole = (
+            "a horizon ends with its trajectory (clipped)"
+            if self.clipped
+            else "those with as many frames left"
+        )
+        return f"{which}: captured over the next h frames; {whole}."
 
 
 def _bold_first(cell: str) -> Text:

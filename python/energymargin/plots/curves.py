@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin import curves
 from energymargin.curves import CAPTURED, OneLabelError, metrics_against, target_name
-from energymargin.evaluation import HORIZON, LAST_FRAMES, LabelledScores, short
+from energymargin.evaluation import HORIZON, LAST_FRAMES, Among, LabelledScores, short
 from energymargin.metrics import ANY
 from energymargin.plots.sources import Scores, labelled_scores
 from energymargin.plots.styles import (
@@ -37,12 +37,14 @@ def plot_roc(
     target: str = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
+    among: Among = "all",
     legend: bool = True,
 ) -> Axes:
     """ROC of several metrics, with AUC as of `evaluate` in the legend, and the line of chance.
 
     `metrics`: None takes all that `evaluate` holds against the target. `target`: "captured", over a
-    `horizon` of frames, or "success" of whole trajectories by their `last` frames. A metric whose
+    `horizon` of frames, or "success" of whole trajectories by their `last` frames. `among`: "all"
+    states, or those that are "captured" now. A metric whose
     labels are all alike, or that has no scores yet, has no curve: the legend says so. It is inside
     of `ax`, or beside the axes of a new figure.
 
@@ -57,7 +59,7 @@ def plot_roc(
         labelled,
         metrics,
         target,
-        lambda metric: curves.roc(labelled, metric, target, horizon, last),
+        lambda metric: curves.roc(labelled, metric, target, horizon, last, among=among),
     )
     inside = None if ax is None else "lower right"
     ax = axes_or_new(ax, *SIZE)
@@ -80,6 +82,7 @@ def plot_precision_recall(
     target: str = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
+    among: Among = "all",
     legend: bool = True,
 ) -> Axes:
     """Precision over recall of several metrics, with AP in the legend, and the line of chance.
@@ -92,7 +95,9 @@ def plot_precision_recall(
         labelled,
         metrics,
         target,
-        lambda metric: curves.precision_recall(labelled, metric, target, horizon, last),
+        lambda metric: curves.precision_recall(
+            labelled, metric, target, horizon, last, among=among
+        ),
     )
     inside = None if ax is None else "lower left"
     ax = axes_or_new(ax, *SIZE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from energymargin.evaluation import (
@@ -16,6 +16,8 @@ from energymargin.evaluation import (
 from energymargin.metrics import ANY
 
 __all__ = ["Entry", "Table", "tables"]
+
+_AMONG = {"all": "all states", "captured": "states that are captured now"}
 
 
 @dataclass(frozen=True)
@@ -37,17 +39,25 @@ class Table:
     rows: list[tuple[str, list[Entry]]]
 
 
-def tables(result: Evaluation) -> list[Table]:
-    """One table, or two if there are several objects: of all, and of at least one."""
+def tables(results: Iterable[Evaluation]) -> list[Table]:
+    """Of each one table, or two if there are several objects: of all, and of at least one."""
+    return [table for result in results for table in _tables(result)]
+
+
+def _tables(result: Evaluation) -> list[Table]:
+    among = _AMONG[result.among]
     paper = result.has_paper
     columns = [f"h = {horizon}" for horizon in result.horizons]
-    columns += ["paper"] if paper else []
+    columns += ["paper, h = 0"] if paper else []
     rows = list(_rows(result, paper))
     of_all = [row for row in rows if not row[0].endswith(ANY)]
     of_any = [row for row in rows if row[0].endswith(ANY)]
     if not of_any:
-        return [Table("AUC/AP of each score", columns, of_all)]
-    return [Table(ALL_TITLE, columns, of_all), Table(ANY_TITLE, columns, of_any)]
+        return [Table(f"AUC/AP of each score, {among}", columns, of_all)]
+    return [
+        Table(f"{ALL_TITLE}; {among}", columns, of_all),
+        Table(f"{ANY_TITLE}; {among}", columns, of_any),
+    ]
 
 
 def _rows(result: Evaluation, paper: bool) -> Iterator[tuple[str, list[Entry]]]:

@@ -78,7 +78,7 @@ class _Drawer:
     """Makes the cards."""
 
     def __init__(self, subject: Subject, data: Data, horizon: int) -> None:
-        self._subject, self._data, self._horizon = subject, data, horizon
+        self._subject, self._data = subject, data
         self._grower: Grower | None = None
         self.lacking = data.lacking
         """Why it can draw no picture; empty if it can."""
@@ -92,7 +92,7 @@ class _Drawer:
         """Of a state, or of the last state of a trajectory."""
         number = self._number(one, place)
         title = _title(one, place)
-        text = f"{self._where(number)}. {_why(one, place)}{self._cut(one, number)}"
+        text = f"{self._where(number)}. {_why(one, place)}"
         if self._grower is None:
             return Card(title, text, None)
         try:
@@ -115,14 +115,6 @@ class _Drawer:
         if self._data.dataset is not None:
             time = f" ({self._data.dataset.trajectories[t].times[frame]:.3g} s)"
         return f"Trajectory {t}, frame {frame}{time}"
-
-    def _cut(self, one: Judged, number: int) -> str:
-        """Said of a state whose label looks past the end of its trajectory."""
-        ahead = int(self._subject.ahead[number])
-        if one.target != CAPTURED or ahead >= self._horizon:
-            return ""
-        frames = "frame" if self._horizon == 1 else "frames"
-        return f" Only {ahead} of {self._horizon} {frames} ahead were recorded."
 
     def _notes(self, one: Judged, number: int, grown: Grown) -> str:
         """What is to be known of the picture, and of the score."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from energymargin.curves import target_name
-from energymargin.evaluation import evaluate
+from energymargin.evaluation import AMONG, Among, Evaluation, LabelledScores, evaluate
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
@@ -83,12 +83,8 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
     horizon = options.horizon_of(
         int(subject.ahead.max()), None if future is None else future.horizon
     )
-    result = evaluate(
-        labelled,
-        draws=options.draws,
-        seed=options.seed,
-        last=last,
-        progress=lambda done, total: tell("AUC and AP", READ + (DRAWN - READ) * done / total),
+    result, of_captured = (
+        _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
     )
     every = judged(subject, horizon, last)
     wrong = by_trajectory(every, len(subject.members))
@@ -103,7 +99,7 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
         draws=options.draws,
         enough=ENOUGH,
         target=target_name(horizon=horizon),
-        tables=tables(result),
+        tables=tables((result, of_captured)),
         along=along(subject, data, wrong, options.trajectories),
         curves=curves(labelled, horizon, last),
         distributions=distributions(every),
@@ -143,3 +139,22 @@ def _same(one: Path, other: Path) -> bool:
     if one.exists() and other.exists():
         return one.samefile(other)
     return one.resolve() == other.resolve()
+
+
+def _evaluated(
+    labelled: LabelledScores, options: Options, among: Among, place: int, tell: Progress
+) -> Evaluation:
+    """The tables of some of the states, which is the part number `place` of that work."""
+
+    def progress(done: int, total: int) -> None:
+        share = (place + done / total) / len(AMONG)
+        tell("AUC and AP", READ + (DRAWN - READ) * share)
+
+    return evaluate(
+        labelled,
+        draws=options.draws,
+        seed=options.seed,
+        last=options.last,
+        among=among,
+        progress=progress,
+    )
