@@ -249,6 +249,15 @@ def test_scores_of_another_algorithm_are_kept_and_not_taken_for_those_of_this_on
         assert [store.run(run.number).counts() for run in store.runs()] == [(6, 6), (6, 6)]
 
 
+def test_the_algorithm_of_a_run_is_the_newest_and_not_the_last_of_the_alphabet(dataset, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["capture", "force"], SearchSettings(nodes=1))
+    with sqlite3.connect(path) as file:
+        file.execute("UPDATE questions SET algorithm = '0.10.0' WHERE metric = 'force'")
+    with ScoreStore(path) as store:
+        assert store.run().algorithm == "0.10.0"
+
+
 def test_an_infinite_effort_survives_the_file(dataset, tmp_path):
     expected = em.score(dataset.problems(), ["effort/est"], nodes=1)["effort/est"]
     assert np.isinf(expected).any()

@@ -99,7 +99,7 @@ def test_cells_below_the_papers_are_named(folder):
         cells = {(r["score"], r["horizon"]): r for r in rows(folder) if r["effector"] == effector}
         names = {"capture": "capture", "effort/est": "effort EST", "effort/rrt": "effort RRT"}
         for score, name in names.items():
-            cell = cells[score, "2"]
+            cell = cells[score, "0"]
             below = cell["auc"] and any(
                 round(float(cell[m]), 2) < float(cell[f"paper_{m}"]) for m in ("auc", "ap")
             )

@@ -18,6 +18,7 @@ __all__ = [
     "HORIZON",
     "HORIZONS",
     "LAST_FRAMES",
+    "PAPER_HORIZON",
     "PROBABLE_SUCCESS",
     "SUCCESS",
     "SUCCESSES",
@@ -31,7 +32,8 @@ __all__ = [
     "trajectory_score",
 ]
 
-HORIZONS = range(6)  # frames; Table I of the paper comes out of its authors' files at 0
+HORIZONS = range(6)  # frames
+PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
 HORIZON = 2  # frames; where one is needed
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 SUCCESS, FORCE = "success", "force"

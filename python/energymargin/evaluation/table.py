@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from energymargin.evaluation.cells import Cell, csv_fields
-from energymargin.evaluation.labelled import LAST_FRAMES, PROBABLE_SUCCESS, SUCCESS, Among
+from energymargin.evaluation.labelled import (
+    LAST_FRAMES,
+    PAPER_HORIZON,
+    PROBABLE_SUCCESS,
+    SUCCESS,
+    Among,
+)
 from energymargin.evaluation.paper import DASH, PAPER, paper_value
 from energymargin.metrics import ANY
 
@@ -131,8 +137,8 @@ class Evaluation:
         ]
 
     def _told(self, score: str, horizon: int | str) -> tuple[float, float] | None:
-        """AUC and AP of the paper, whose horizon is 0."""
-        if not self.has_paper or horizon not in (0, ""):
+        """AUC and AP of the paper, at its horizon."""
+        if not self.has_paper or horizon not in (PAPER_HORIZON, ""):
             return None
         return PAPER[self.task].get(score)
 
@@ -141,7 +147,7 @@ class Evaluation:
         return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
 
     def _columns(self) -> list[str]:
-        paper = ["paper, h = 0"] if self.has_paper else []
+        paper = [f"paper, h = {PAPER_HORIZON}"] if self.has_paper else []
         return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
 
     def _paper(self, score: str) -> list[str]:

@@ -109,21 +109,26 @@ def ceiling_dataset(
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
-        missing = run.missing()
         advance(*run.counts())
-        if not missing:  # so nothing is written
+        if not run.missing():  # so nothing is written
             return True
         with Scorer(store, run) as scorer, ThreadPoolExecutor(threads) as pool:
-            claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
-            running = {pool.submit(row, n) for n, claim in claims.items() if claim.metrics}
-            try:
-                for rows in _as_they_come(running, limit):
-                    scorer.add(rows)
-                    advance(*run.counts())
-            finally:
-                stop.set()
-                pool.shutdown(cancel_futures=True)
-                scorer.add([f.result() for f in running if not (f.cancelled() or f.exception())])
+            while (missing := run.missing()) and not limit.reached:
+                claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
+                own = [n for n, claim in claims.items() if claim.metrics]
+                if not own:  # others compute them
+                    time.sleep(POLL)
+                running = {pool.submit(row, n) for n in own}
+                try:
+                    for rows in _as_they_come(running, limit):
+                        scorer.add(rows)
+                        advance(*run.counts())
+                finally:
+                    if running:
+                        stop.set()
+                        pool.shutdown(cancel_futures=True)
+                        done = [f for f in running if not (f.cancelled() or f.exception())]
+                        scorer.add([future.result() for future in done])
         scored, total = run.counts()
     return scored == total
 

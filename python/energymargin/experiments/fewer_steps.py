@@ -262,12 +262,14 @@ def _made(jobs: Sequence[Job], folder: Path, threads: int) -> Iterator[Run]:
     context = multiprocessing.get_context("spawn")
     with held_interrupts() as interrupted, ProcessPoolExecutor(threads, context) as pool:
         running: set[Future[Run]] = {pool.submit(_run, job, folder) for job in jobs}
-        while running and not interrupted.is_set():
-            done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
-            for future in done:
-                if not interrupted.is_set():
-                    yield future.result()
-        pool.shutdown(cancel_futures=True)
+        try:
+            while running and not interrupted.is_set():
+                done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
+                for future in done:
+                    if not interrupted.is_set():
+                        yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
     if interrupted.is_set():
         raise KeyboardInterrupt
 

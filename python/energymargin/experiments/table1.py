@@ -21,11 +21,12 @@ from energymargin.evaluation import (
     HORIZONS,
     PAPER,
     LabelledScores,
-    captured_labels,
+    compared_states,
     evaluate,
 )
 from energymargin.executors.threads import Threads, thread_count
 from energymargin.experiments.ceiling import (
+    CAPTURED,
     CEILING,
     ceiling_dataset,
     ceiling_run,
@@ -239,5 +240,4 @@ class _Part:
 
 
 def _share_captured(labelled: LabelledScores, horizon: int) -> float:
-    labels = [captured_labels(labelled.captured[own], horizon) for own in labelled.by_trajectory()]
-    return float(np.concatenate(labels).mean())
+    return float(compared_states(labelled, CAPTURED[horizon], horizon).labels.mean())

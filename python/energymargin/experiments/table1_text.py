@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from energymargin.evaluation import (
     CSV_COLUMNS,
     DASH,
-    HORIZON,
     HORIZONS,
     PAPER,
+    PAPER_HORIZON,
     SUCCESS,
     Cell,
     Evaluation,
@@ -94,7 +94,7 @@ class TaskResult:
     """By effector, the task's own reading first."""
     ceiling: Evaluation
     captured: list[float]
-    """Share of the states with the label 1, by horizon."""
+    """Share of the states with the label 1, by horizon, of those with as many frames left."""
     succeeded: float
     """Share of the trajectories that are successful."""
     weights: dict[str, float]
@@ -136,7 +136,7 @@ class Table1:
                 *cells,
                 (f"{CEILING}/{SUCCESS}", "", result.ceiling.success),
             ]:
-                writer.writerow([result.task, "", name, horizon, *csv_fields(cell), "", ""])
+                writer.writerow([result.task, "", name, "all", horizon, *csv_fields(cell), "", ""])
         return text.getvalue()
 
     def _caption(self) -> list[str]:
@@ -148,6 +148,7 @@ class Table1:
             f"the paper's values. {settings.trajectories} trajectories of {FRAMES} frames a task, "
             f"seed {settings.seed}, {settings.nodes} nodes a tree. "
             f"Under a task's name: the reading of its effector; its default comes first. "
+            f"States with fewer than h frames left are left out. "
             f"Positives: the share of the states, or trajectories, with the label 1. "
             f"Weights of the force score: {weights}.",
             f"Ceiling: the most that any score of the state can reach on these data, but for "
@@ -169,7 +170,7 @@ class Table1:
     def _summary(self, title: str, effectors: dict[str, str]) -> Sheet:
         """One row a task."""
         return Sheet(
-            title=f"{title}: captured over the next {HORIZON} frames, and success",
+            title=f"{title}: captured now (h = {PAPER_HORIZON}), and success",
             header=list(NAMES.values()),
             rows=[
                 [
@@ -229,7 +230,7 @@ def _below(result: TaskResult, effector: str) -> list[str]:
         below = [measure for measure, ours, theirs in pairs if round(ours, 2) < theirs]
         if below:
             ceiling = result.ceiling
-            most = ceiling.success if score == SUCCESS else ceiling.states[CEILING][HORIZON]
+            most = ceiling.success if score == SUCCESS else ceiling.states[CEILING][PAPER_HORIZON]
             notes.append(
                 f"{result.task}, {name}: {' and '.join(below)} below the paper's; "
                 f"{cell.value()} ({', '.join(cell.intervals())}), "
@@ -240,7 +241,7 @@ def _below(result: TaskResult, effector: str) -> list[str]:
 
 
 def _cell(evaluation: Evaluation, score: str) -> Cell | None:
-    return evaluation.success if score == SUCCESS else evaluation.states[score][HORIZON]
+    return evaluation.success if score == SUCCESS else evaluation.states[score][PAPER_HORIZON]
 
 
 def _lines(cell: Cell | None, *more: str) -> str:

@@ -9,6 +9,7 @@ from energymargin.evaluation import (
     ALL_TITLE,
     ANY_TITLE,
     DASH,
+    PAPER_HORIZON,
     Cell,
     Evaluation,
     paper_value,
@@ -48,7 +49,7 @@ def _tables(result: Evaluation) -> list[Table]:
     among = _AMONG[result.among]
     paper = result.has_paper
     columns = [f"h = {horizon}" for horizon in result.horizons]
-    columns += ["paper, h = 0"] if paper else []
+    columns += [f"paper, h = {PAPER_HORIZON}"] if paper else []
     rows = list(_rows(result, paper))
     of_all = [row for row in rows if not row[0].endswith(ANY)]
     of_any = [row for row in rows if row[0].endswith(ANY)]

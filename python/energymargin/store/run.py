@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -80,11 +81,11 @@ class Run:
     @cached_property
     def algorithm(self) -> str:
         """The version of energymargin since which the scores have these bits."""
-        (algorithm,) = self._database.execute(
-            "SELECT max(algorithm) FROM asked JOIN questions ON question = id WHERE run = ?",
+        rows = self._database.execute(
+            "SELECT DISTINCT algorithm FROM asked JOIN questions ON question = id WHERE run = ?",
             (self.number,),
-        ).fetchone()
-        return str(algorithm)
+        )
+        return max((str(algorithm) for (algorithm,) in rows), key=_numbers)
 
     @cached_property
     def several(self) -> bool:
@@ -252,3 +253,8 @@ class Run:
 
 def _unpacked(numbers: bytes) -> NDArray[np.float64]:
     return np.frombuffer(numbers, FLOATS).astype(np.float64)
+
+
+def _numbers(version: str) -> list[int]:
+    """Of a version, so that 0.10.0 comes after 0.9.2."""
+    return [int(number) for number in re.findall(r"\d+", version)]

@@ -397,7 +397,7 @@ def foresight(
     ] = None,
     strength: Annotated[
         float | None,
-        typer.Option(help="Of the disturbance, as a share of the bounds.", show_default="0.3"),
+        typer.Option(help="Of the disturbance, as a share of the bounds.", show_default="0.6"),
     ] = None,
     objects: Annotated[
         int | None,
