@@ -116,7 +116,7 @@ void bind_primitives(py::module_& module) {
       "Swept",
       [](std::string body, std::string by, const Number& half_width, const Number& behind, const Number& ahead,
          const Number& least_speed, const Number& disc_radius,
-         const std::optional<std::map<std::string, ArrayLike>>& at) -> Region {
+         const std::optional<std::map<std::string, ArrayLike>>& at, const Number& beyond) -> Region {
         return regions::Swept{std::move(body),
                               std::move(by),
                               real("half_width", half_width),
@@ -124,12 +124,14 @@ void bind_primitives(py::module_& module) {
                               real("ahead", ahead),
                               real("least_speed", least_speed),
                               real("disc_radius", disc_radius),
-                              at ? std::make_optional(planar_motion(*at)) : std::nullopt};
+                              at ? std::make_optional(planar_motion(*at)) : std::nullopt,
+                              real("beyond", beyond)};
       },
       py::arg("body"), py::arg("by"), py::kw_only(), py::arg("half_width"), py::arg("behind"), py::arg("ahead"),
-      py::arg("least_speed"), py::arg("disc_radius"), py::arg("at") = py::none(),
+      py::arg("least_speed"), py::arg("disc_radius"), py::arg("at") = py::none(), py::arg("beyond") = 0.0,
       "Inside what the body `by` is about to sweep in x and y: an annular sector about its instantaneous centre of "
-      "rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `ahead` [s] of its motion; "
+      "rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `beyond` [m] "
+      "beyond `ahead` [s] of its motion; "
       "below least_speed [m/s] a disc of disc_radius [m] about it. at: dict of position (2,), velocity (2,), yaw_rate, "
       "a motion to fix the sweep in the world; by default the state's own.");
   module.def(
@@ -145,11 +147,14 @@ void bind_primitives(py::module_& module) {
       "reaches further, by what that covers in `ahead` [s].");
   module.def(
       "Speed",
-      [](std::string body, const Number& limit, const ArrayLike& point, const Frame& frame) -> Region {
-        return regions::Speed{std::move(body), real("limit", limit), vector3("point", point), frame.value_or("")};
+      [](std::string body, const Number& limit, const ArrayLike& point, const Frame& frame, bool along_world) -> Region {
+        return regions::Speed{std::move(body), real("limit", limit), vector3("point", point), frame.value_or(""),
+                              along_world};
       },
       py::arg("body"), py::arg("limit"), py::arg("point") = py::make_tuple(0.0, 0.0, 0.0),
-      py::arg("frame") = py::none(), "|velocity of a point of the body| <= limit [m/s]; the point is in its frame.");
+      py::arg("frame") = py::none(), py::arg("along_world") = false,
+      "|velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin "
+      "along the world's axes.");
   module.def(
       "Tilt",
       [](std::string body, const ArrayLike& axis, const ArrayLike& reference, const Number& limit,

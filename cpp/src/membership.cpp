@@ -53,9 +53,9 @@ class RelativeReader {
   }
 
   //! Velocity of a point of the body, as seen by somebody who moves with the frame.
-  Vector3 velocity(const double* state, const Vector3& point) const {
+  Vector3 velocity(const double* state, const Vector3& point, bool along_world) const {
     const BodyState body = body_(state);
-    const Vector3 arm = body.orientation * point;
+    const Vector3 arm = along_world ? point : Vector3(body.orientation * point);
     const Vector3 velocity = body.velocity + body.angular_velocity.cross(arm);
     if (in_world_) return velocity;
     const BodyState frame = frame_(state);
@@ -90,7 +90,7 @@ bool in_sweep(const regions::Swept& swept, const regions::PlanarMotion& motion, 
   sector.radius = radius;
   sector.half_width = swept.half_width;
   sector.start_angle = std::atan2(outwards.y(), outwards.x()) - turn * swept.behind / radius;
-  sector.sweep = turn * std::min((swept.behind + swept.ahead * speed) / radius, full_turn);
+  sector.sweep = turn * std::min((swept.behind + swept.ahead * speed + swept.beyond) / radius, full_turn);
   return in_sector(sector, position);
 }
 
@@ -138,7 +138,7 @@ class Compiler {
   }
   Test operator()(const regions::Speed& speed) const {
     return [speed, seen = reader(speed)](const double* state) {
-      return seen.velocity(state, speed.point).squaredNorm() <= speed.limit * speed.limit;
+      return seen.velocity(state, speed.point, speed.along_world).squaredNorm() <= speed.limit * speed.limit;
     };
   }
   Test operator()(const regions::Tilt& tilt) const {

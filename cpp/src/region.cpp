@@ -39,6 +39,7 @@ struct Validator {
     require_positive("ahead", swept.ahead);
     require_not_negative("least_speed", swept.least_speed);
     require_positive("disc_radius", swept.disc_radius);
+    require_not_negative("beyond", swept.beyond);
     if (!swept.at) return;
     require_finite("at: position", Vector3(swept.at->position.x(), swept.at->position.y(), 0.0));
     require_finite("at: velocity", Vector3(swept.at->velocity.x(), swept.at->velocity.y(), 0.0));

@@ -142,6 +142,20 @@ TEST(Region, SweptOnAStraightPathIsTheStripBehindAndAhead) {
   EXPECT_FALSE(swept_by(along, 0.0, {1.5, 1.799}, swept));
 }
 
+TEST(Region, SweptReachesBeyondItsTime) {
+  regions::Swept swept{"object", "carrier", 0.2, 0.1, 2.0, 0.05, 0.3};
+  swept.beyond = 0.25;
+  EXPECT_TRUE(swept_by({0.5, 0.0}, 0.0, {2.249, 2.0}, swept));  // 2.0 without it
+  EXPECT_FALSE(swept_by({0.5, 0.0}, 0.0, {2.251, 2.0}, swept));
+  EXPECT_FALSE(swept_by({0.5, 0.0}, 0.0, {0.899, 2.0}, swept));
+  // On a circle of radius 1 about (1, 3), the angle of 0.25 m of its path.
+  const auto inside = [&](double angle) {
+    return swept_by({1.0, 0.0}, 1.0, {1.0 + std::sin(angle), 3.0 - std::cos(angle)}, swept);
+  };
+  EXPECT_TRUE(inside(2.0 + 0.249));
+  EXPECT_FALSE(inside(2.0 + 0.251));
+}
+
 TEST(Region, SweptOnATurnIsTheSectorAboutTheCentreOfRotation) {
   const regions::Swept swept{"object", "carrier", 0.2, 0.0, 0.5 * pi, 0.05, 0.3};
   for (const double side : {1.0, -1.0}) {
@@ -209,6 +223,17 @@ TEST(Region, SpeedIsThatOfABodysPoint) {
   EXPECT_TRUE(contains(regions::Speed{"object", hair, {0.0, 0.0, 0.5}}, spinning));
   EXPECT_TRUE(contains(regions::Speed{"object", 1.0 + hair, {0.5, 0.0, 0.0}}, spinning));
   EXPECT_FALSE(contains(regions::Speed{"object", 1.0 - hair, {0.5, 0.0, 0.0}}, spinning));
+}
+
+TEST(Region, SpeedIsThatOfAPointAlongTheWorldsAxesToo) {
+  BodyState spinning = turned(turn(0.5 * pi, Vector3::UnitY()));
+  spinning.angular_velocity = {2.0, 0.0, 0.0};
+  const auto along_world = [](double limit, const Vector3& point) {
+    return regions::Speed{"object", limit, point, "", true};
+  };
+  EXPECT_TRUE(contains(along_world(hair, {0.5, 0.0, 0.0}), spinning));
+  EXPECT_TRUE(contains(along_world(1.0 + hair, {0.0, 0.0, 0.5}), spinning));
+  EXPECT_FALSE(contains(along_world(1.0 - hair, {0.0, 0.0, 0.5}), spinning));
 }
 
 TEST(Region, SpeedInAFrameIsZeroForABodyThatIsCarriedAlong) {
@@ -365,6 +390,9 @@ TEST(Region, SizesAndDirectionsThatAreNoneAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects(making(regions::Tilt{"object", Vector3::UnitZ(), Vector3::UnitZ(), 4.0}), {"limit is 4", "pi"}));
   EXPECT_TRUE(rejects(making(regions::Swept{"object", "carrier", 0.0}), {"half_width is 0", "above 0"}));
   EXPECT_TRUE(rejects(making(regions::Swept{"object", "carrier", 0.5, -1.0}), {"behind is -1", "at least 0"}));
+  regions::Swept beyond{"object", "carrier"};
+  beyond.beyond = -1.0;
+  EXPECT_TRUE(rejects(making(beyond), {"beyond is -1", "at least 0"}));
   EXPECT_TRUE(rejects(making(regions::Predicate{}), {"predicate", "empty"}));
 }
 

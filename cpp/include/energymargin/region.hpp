@@ -83,6 +83,7 @@ struct Swept {
   double least_speed = 0.0;          //!< below it the disc counts [m/s]
   double disc_radius = 1.0;          //!< [m]
   std::optional<PlanarMotion> at{};  //!< the sweep from this motion, fixed in the world; unset: from the state's own
+  double beyond = 0.0;               //!< length of path beyond what is ahead that still counts [m]
 };
 
 //! normal . position <= offset, and further by what the frame's body moves along the normal in a while.
@@ -100,6 +101,7 @@ struct Speed {
   double limit = 1.0;               //!< [m/s]
   Vector3 point = Vector3::Zero();  //!< in the body's frame [m]
   std::string frame{};
+  bool along_world = false;  //!< the point is given along the world's axes, from the body's origin
 };
 
 //! The angle between an axis of the body and a reference direction of the frame is at most the limit.

@@ -65,7 +65,7 @@ class RegionReader {
             frame(place)};
   }
   regions::Swept swept(const Place& place) const {
-    place.only({"type", "body", "by", "half_width", "behind", "ahead", "least_speed", "disc_radius", "at"});
+    place.only({"type", "body", "by", "half_width", "behind", "ahead", "least_speed", "disc_radius", "at", "beyond"});
     regions::Swept swept;
     swept.body = body(place);
     swept.by = read_body_name(place["by"], scene_);
@@ -74,6 +74,7 @@ class RegionReader {
     swept.ahead = place["ahead"].number();
     swept.least_speed = place["least_speed"].number();
     swept.disc_radius = place["disc_radius"].number();
+    if (place.has("beyond")) swept.beyond = place["beyond"].number();
     if (!place.has("at")) return swept;
     const Place at = place["at"];
     at.only({"position", "velocity", "yaw_rate"});
@@ -86,8 +87,9 @@ class RegionReader {
     return {body(place), place["normal"].vector3(), place["offset"].number(), frame(place), ahead};
   }
   regions::Speed speed(const Place& place) const {
-    only(place, {"limit", "point"});
-    return {body(place), place["limit"].number(), place["point"].vector3(), frame(place)};
+    only(place, {"limit", "point", "along_world"});
+    const bool along_world = place.has("along_world") && place["along_world"].truth();
+    return {body(place), place["limit"].number(), place["point"].vector3(), frame(place), along_world};
   }
   regions::Tilt tilt(const Place& place) const {
     only(place, {"axis", "reference", "limit"});

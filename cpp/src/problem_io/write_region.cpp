@@ -50,6 +50,7 @@ struct RegionWriter {
                         {"ahead", r.ahead},
                         {"least_speed", r.least_speed},
                         {"disc_radius", r.disc_radius}};
+    if (r.beyond > 0.0) json["beyond"] = r.beyond;
     if (r.at) {
       json["at"] = {
           {"position", write(r.at->position)}, {"velocity", write(r.at->velocity)}, {"yaw_rate", r.at->yaw_rate}};
@@ -62,7 +63,9 @@ struct RegionWriter {
     return json;
   }
   OrderedJson operator()(const regions::Speed& r) const {
-    return with_body("speed", r, {{"limit", r.limit}, {"point", write(r.point)}});
+    OrderedJson json = with_body("speed", r, {{"limit", r.limit}, {"point", write(r.point)}});
+    if (r.along_world) json["along_world"] = true;
+    return json;
   }
   OrderedJson operator()(const regions::Tilt& r) const {
     return with_body("tilt", r, {{"axis", write(r.axis)}, {"reference", write(r.reference)}, {"limit", r.limit}});

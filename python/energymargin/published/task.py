@@ -1,0 +1,86 @@
+"""What the tasks of the published data share: their trajectories are read, not made."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Contact, Plan, Problem, Region, Scene
+from energymargin.tasks.base import STEP, Params, Trajectory
+
+__all__ = ["PublishedTask"]
+
+
+class PublishedTask(ABC):
+    """A task of one object at the authors' parameters."""
+
+    name: str
+    plane: tuple[str, str] = ("x", "y")
+    step: float = STEP
+    """Of the simulation [s]."""
+    part: ClassVar[str]
+    """Its folder under simulated/."""
+    columns: ClassVar[tuple[str, ...]]
+    """Those of viapoints.csv that make a state."""
+    interval: ClassVar[float | None]
+    """Between frames [s]; None: each trajectory has one of its own, which is not recorded."""
+    drawn: ClassVar[dict[str, str]] = {}
+    """What was drawn for each trajectory: our name, and the column of maneuver_labels.csv."""
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The keywords that make this task again."""
+        return {}
+
+    def rollout(self, seed: int, frames: int = 10) -> Trajectory:
+        """Raises ValueError: there are the authors' trajectories alone."""
+        raise ValueError(
+            f"task {self.name!r} makes no trajectories: it has those that its authors published, "
+            "which `energymargin import --published DIR` reads"
+        )
+
+    @abstractmethod
+    def scene(self, params: Params) -> Scene:
+        """The scene in which a trajectory was recorded."""
+
+    @abstractmethod
+    def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The state, shape (n,), of a row of `columns`."""
+
+    @abstractmethod
+    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
+        """Z_cap(z) of a state, shape (n,), as the authors' labels have it."""
+
+    @abstractmethod
+    def captured_throughout(self, params: Params) -> Region:
+        """Z_cap of every instant: the states that lie in their own `captured`."""
+
+    @abstractmethod
+    def succeeded(self, params: Params) -> Region:
+        """Z_suc."""
+
+    @abstractmethod
+    def script(self, params: Params) -> dict[str, tuple[float, ...]]:
+        """By body, the mean wrench (6,) [N, N m] that the authors' script puts on it, in `scene`."""
+
+    @abstractmethod
+    def problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The problem P of Section V-A at a state, shape (n,), of these params."""
+
+    def plan(
+        self, state: NDArray[np.float64], time: float, params: Params, horizon: float
+    ) -> Plan:
+        """What the robot is about to do for `horizon` [s]: the mean of the authors' script, which
+        is the same at all times."""
+        steps = round(horizon / self.step)
+        wrenches = {body: np.tile(row, (steps, 1)) for body, row in self.script(params).items()}
+        return Plan(self.step, wrenches=wrenches)
