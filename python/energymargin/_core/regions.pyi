@@ -32,13 +32,13 @@ def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.flo
     """
     A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.
     """
-def Speed(body: str, limit: float, point: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), frame: str | None = None) -> energymargin._core.Region:
+def Speed(body: str, limit: float, point: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), frame: str | None = None, along_world: bool = False) -> energymargin._core.Region:
     """
-    |velocity of a point of the body| <= limit [m/s]; the point is in its frame.
+    |velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin along the world's axes.
     """
-def Swept(body: str, by: str, *, half_width: float, behind: float, ahead: float, least_speed: float, disc_radius: float, at: collections.abc.Mapping[str, numpy.typing.ArrayLike] | None = None) -> energymargin._core.Region:
+def Swept(body: str, by: str, *, half_width: float, behind: float, ahead: float, least_speed: float, disc_radius: float, at: collections.abc.Mapping[str, numpy.typing.ArrayLike] | None = None, beyond: float = 0.0) -> energymargin._core.Region:
     """
-    Inside what the body `by` is about to sweep in x and y: an annular sector about its instantaneous centre of rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `ahead` [s] of its motion; below least_speed [m/s] a disc of disc_radius [m] about it. at: dict of position (2,), velocity (2,), yaw_rate, a motion to fix the sweep in the world; by default the state's own.
+    Inside what the body `by` is about to sweep in x and y: an annular sector about its instantaneous centre of rotation, half_width [m] on each side of its path, from `behind` [m] behind it to `beyond` [m] beyond `ahead` [s] of its motion; below least_speed [m/s] a disc of disc_radius [m] about it. at: dict of position (2,), velocity (2,), yaw_rate, a motion to fix the sweep in the world; by default the state's own.
     """
 def Tilt(body: str, axis: numpy.typing.ArrayLike, reference: numpy.typing.ArrayLike, limit: float, frame: str | None = None) -> energymargin._core.Region:
     """

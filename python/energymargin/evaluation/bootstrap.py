@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 __all__ = [
     "DRAWS",
     "auc_ap",
+    "auc_draws",
     "bootstrap_weights",
     "intervals",
     "ranked",
@@ -63,6 +64,27 @@ def intervals(
     aucs, aps = (np.concatenate(values) for values in zip(*drawn, strict=True))
     trials = min(len(np.unique(trajectory[labels == kind])) for kind in (False, True))
     return _interval(aucs, trials), _interval(aps, trials)
+
+
+def auc_draws(
+    scores: NDArray[np.float64],
+    labels: NDArray[np.bool_],
+    trajectory: NDArray[np.int64],
+    weights: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """AUC over draws of whole trajectories, shape (draws,); NaN where a draw has one label alone.
+
+    With the same weights two scores of the same states are compared pair by pair. Shapes as of
+    `intervals`; scores may be infinite.
+    """
+    aucs = np.full(len(weights), np.nan)
+    if not len(scores):
+        return aucs
+    order, first = thresholds(ranked(scores))
+    labels, of_state = labels[order], weights[:, trajectory[order]]
+    both = ((of_state * labels).sum(axis=1) > 0) & ((of_state * ~labels).sum(axis=1) > 0)
+    aucs[both] = weighted_auc_ap(labels, of_state[both], first)[0]
+    return aucs
 
 
 def thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

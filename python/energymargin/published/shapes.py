@@ -12,52 +12,58 @@ from energymargin._core import Compound, ConvexHull, Part
 
 __all__ = ["outlines", "prism"]
 
-ENLARGED = 10.0  # the authors' lengths
+SCALE = 0.1  # the authors' lengths are ten times as large
+THRESHOLD = 0.1  # concavity that a part may keep; the authors' own parts are slabs of half a mm
+LEAST_WIDTH = 0.004  # m; thinner parts are slivers, less than the tags' error
 
 
 @cache
 def outlines(folder: Path, name: str) -> tuple[NDArray[np.float64], ...]:
     """Of the convex parts of a body, such as "jaw-gripper", seen from above: corners, (N, 2) [m],
-    about the tag.
+    about the tag. Slivers are left out. Errors as `em.Mesh`, which needs the extra [urdf]."""
+    from energymargin import Mesh
 
-    Each object of the file `NAME-vhacd.obj`, or else `NAME.obj`, is a part. Raises OSError, and
-    ValueError with the line that is no corner.
-    """
-    own = folder / name
-    split = own / f"{name}-vhacd.obj"
-    path = split if split.exists() else own / f"{name}.obj"
-    parts: list[list[tuple[float, float]]] = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        word, *numbers = line.split() or [""]
-        if word == "o" or (word == "v" and not parts):
-            parts.append([])
-        if word == "v":
-            parts[-1].append(_corner(path, number, numbers))
-    corners = [_hull(np.array(part)) for part in parts if part]
-    if not corners:
-        raise ValueError(f"{path}: has no corners, expected lines 'v x y z'")
-    return tuple(corners)
+    mesh = Mesh(folder / name / f"{name}.obj", scale=SCALE, threshold=THRESHOLD)
+    found = [_hull(_corners(part)) for part in mesh.parts]
+    return tuple(outline for outline in found if _width(outline) >= LEAST_WIDTH)
 
 
-def prism(folder: Path, name: str, height: float) -> Compound:
-    """The body of these outlines, its middle at half of the height [m]."""
+def prism(folder: Path, name: str, height: float, less: float = 0.0) -> Compound:
+    """The body of these outlines, its middle at half of the height [m]; each part is smaller by
+    `less` [m] on all sides."""
     parts = []
-    for outline in outlines(folder, name):
+    for whole in outlines(folder, name):
+        outline = _inset(whole, less) if less else whole
         faces = [np.insert(outline, 2, z, axis=1) for z in (-height / 2, height / 2)]
         parts.append(Part(ConvexHull(np.concatenate(faces))))
     return Compound(parts)
 
 
-def _corner(path: Path, number: int, words: list[str]) -> tuple[float, float]:
-    try:
-        x, y, *_ = (float(word) / ENLARGED for word in words)
-    except ValueError as error:
-        raise ValueError(f"{path}, line {number}: expected 'v x y z', numbers") from error
-    return x, y
+def _corners(part: Part) -> NDArray[np.float64]:
+    """Of a part of a mesh, which is where the mesh has it, seen from above, (N, 2) [m]."""
+    assert isinstance(part.shape, ConvexHull)  # as all parts of a mesh are
+    return np.asarray(part.shape.points)[:, :2] + np.asarray(part.position)[:2]
 
 
 def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """The corners of the convex hull, counter-clockwise."""
     from scipy.spatial import ConvexHull as Hull
 
-    return points[Hull(points).vertices]
+    return np.asarray(points[Hull(points).vertices])
+
+
+def _inset(corners: NDArray[np.float64], less: float) -> NDArray[np.float64]:
+    """A convex outline whose sides are moved inwards."""
+    from scipy.spatial import ConvexHull as Hull
+    from scipy.spatial import HalfspaceIntersection
+
+    sides = Hull(corners).equations + np.array([0.0, 0.0, less])
+    return _hull(HalfspaceIntersection(sides, corners.mean(axis=0)).intersections)
+
+
+def _width(corners: NDArray[np.float64]) -> float:
+    """The least distance between two parallel lines that hold a convex outline [m]."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    normals = np.stack([-sides[:, 1], sides[:, 0]], axis=1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return float(np.ptp(corners @ normals.T, axis=0).min())

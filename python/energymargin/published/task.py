@@ -76,9 +76,7 @@ class PublishedTask(ABC):
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,), of these params."""
 
-    def plan(
-        self, state: NDArray[np.float64], time: float, params: Params, horizon: float
-    ) -> Plan:
+    def plan(self, state: NDArray[np.float64], time: float, params: Params, horizon: float) -> Plan:
         """What the robot is about to do for `horizon` [s]: the mean of the authors' script, which
         is the same at all times."""
         steps = round(horizon / self.step)

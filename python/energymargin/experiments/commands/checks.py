@@ -27,6 +27,7 @@ __all__ = [
     "enlarged",
     "fewer_steps",
     "foresight",
+    "published",
     "uncertainty",
     "walls",
 ]
@@ -445,3 +446,66 @@ def foresight(
         return figure_foresight(result)
 
     show(output, "foresight", draw, "reliability.csv", "runs.jsonl")
+
+
+@app.command()
+def published(
+    *,
+    data: Annotated[
+        Path, typer.Option(help="Folder of the authors' data: simulated, recordings, shapes.")
+    ],
+    parts: Annotated[
+        str | None,
+        typer.Option(help="Which, with commas between, as push,jaw-pushes-convex; all."),
+    ] = None,
+    nodes: Annotated[int | None, typer.Option(help="Of our trees.", show_default="100")] = None,
+    rollouts: Annotated[
+        int | None, typer.Option(help="Of each probability.", show_default="30")
+    ] = None,
+    every: Annotated[
+        int | None,
+        typer.Option(
+            help="Frames of a recording from one scored state to the next: 1, 2, 5 or 10.",
+            show_default="5",
+        ),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of all that is random.", show_default="0")] = (
+        None
+    ),
+    threads: Threads = None,
+    output: Folder = None,
+    quick: Quick = False,
+) -> None:
+    """The authors' own data: their scores and ours on the same states, cell by cell.
+
+    The folder gets published.md, published.csv, published.png and runs.jsonl. The half of the data
+    takes half an hour on two cores; stop it with Ctrl-C: the same command goes on from there.
+
+    Example: `energymargin reproduce published --data dynamicCageForMPPI-data --parts push,balance`
+    """
+    from energymargin.experiments import published as experiment
+    from energymargin.experiments.published_text import Settings
+
+    settings = changed(
+        Settings(nodes=20, rollouts=8, every=10) if quick else Settings(),
+        parts=None if parts is None else tuple(split(parts)),
+        nodes=nodes,
+        rollouts=rollouts,
+        every=every,
+        seed=seed,
+    )
+    output = folder_of(output, "published", quick)
+
+    def reproduce(
+        chosen: Settings, folder: Path, *, threads: int | None, progress: Any
+    ) -> experiment.Published:
+        return experiment.reproduce(chosen, data, folder, threads=threads, progress=progress)
+
+    result = run(reproduce, settings, output, threads, title="Scoring", unit="states")
+
+    def draw() -> Any:
+        from energymargin.experiments.published_picture import figure_published
+
+        return figure_published(result)
+
+    show(output, "published", draw, "runs.jsonl")
