@@ -13,7 +13,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ from energymargin.limits import Limit
 from energymargin.metrics import ANY
 from energymargin.store import Run, ScoreStore
 from energymargin.store.claims import Scorer
+from energymargin.store.given import GivenRow
 from energymargin.store.known import adopt
 from energymargin.store.schema import state_digest
 from energymargin.tasks.base import ScriptedTask, Trajectory, whole_number
@@ -51,26 +52,6 @@ __all__ = [
 CEILING = "ceiling"
 CONTINUATIONS = 100
 CAPTURED = {horizon: f"captured/{horizon}" for horizon in HORIZONS}
-
-
-@dataclass(frozen=True)
-class _Row:
-    """The shares of one state, as a store takes them."""
-
-    index: int
-    seconds: float
-    scores: dict[str, float]
-    error: str | None = None
-
-    @property
-    def times(self) -> dict[str, float]:
-        """All of the time is that of the first share."""
-        return {next(iter(self.scores)): self.seconds}
-
-    @property
-    def curves(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """There are none."""
-        return {}
 
 
 def ceiling_dataset(
@@ -99,13 +80,13 @@ def ceiling_dataset(
     advance = progress or (lambda _done, _total: None)
     stop = Cancel()
 
-    def row(index: int) -> _Row:
+    def row(index: int) -> GivenRow:
         start = time.perf_counter()
         t, k = frames[index]
         shares = state_ceiling(
             task, dataset.trajectories[t], k, continuations, stream(seed, index), cancel=stop
         )
-        return _Row(index, time.perf_counter() - start, shares)
+        return GivenRow(index, time.perf_counter() - start, shares)
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
@@ -133,7 +114,7 @@ def ceiling_dataset(
     return scored == total
 
 
-def _as_they_come(running: set[Future[_Row]], limit: Limit) -> Iterator[list[_Row]]:
+def _as_they_come(running: set[Future[GivenRow]], limit: Limit) -> Iterator[list[GivenRow]]:
     """Rows that are done leave `running` and are handed over, until none runs or the limit is
     reached. Then what one of them raised is raised, or KeyboardInterrupt."""
     with held_interrupts() as interrupted:

@@ -36,6 +36,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.foresight import learned, share_by_frame
 from energymargin.experiments.jobs import complete_lines, finished
+from energymargin.experiments.published_early import early_success
 from energymargin.experiments.published_text import (
     EARLY,
     OBJECTS,
@@ -47,14 +48,12 @@ from energymargin.experiments.published_text import (
     Settings,
 )
 from energymargin.published.folder import SIMULATED, of_part
-from energymargin.published.recorded import PublishedRecorded
 from energymargin.published.recordings import (
     Track,
     recent_rates,
     recorded_dataset,
     recorded_task,
     states_of,
-    steady,
     tracks,
 )
 from energymargin.tasks.base import Task
@@ -62,13 +61,7 @@ from energymargin.tasks.base import Task
 __all__ = ["reproduce"]
 
 RUNS_FILE = "runs.jsonl"
-LEAST_HOLD = (3.0, 1.0)  # N, N m: of the arm that carries the tool
-
-# The errors of a push that goes on: of the tool's speed, sideways, and of its turn [rad/s].
-SPEED_ERROR, SIDE_ERROR, TURN_ERROR = 0.3, 0.1, 0.1
-TAG_ERROR = 0.01  # m, of the tag's last place as against the observer's eye
 FRAME = 8 / 240  # s, of a recording
-STOP_Y = -0.1  # m, behind which no tool of a recording is pushed on
 
 
 @dataclass(frozen=True)
@@ -223,63 +216,12 @@ class _Source:
         t, k = self.places[index]
         if self.simulated or k not in EARLY:
             return None
-        held = self._held[t][k]
-        return _early(self.recorded, self.tracks[t], k, held, self.settings, cancel)
-
-
-def _early(
-    task: PublishedRecorded,
-    track: Track,
-    frame: int,
-    state: NDArray[np.float64],
-    settings: Settings,
-    cancel: Cancel,
-) -> float:
-    """The tool goes on as it did since it began to move, with errors, to the last frame; the mean
-    chance that the observer then sees a success, for an error of the tag's place of TAG_ERROR."""
-    scene = task.scene({})
-    steps = round((track.times[-1] - track.times[frame]) / scene.step)
-    random = np.random.default_rng(stream(settings.seed, 1000 * track.number + frame))
-    mean = steady(track, frame)
-    last = []
-    for number in range(settings.rollouts):
-        rate = _with_error(mean, random) if number else mean  # the first is as foreseen
-        last.append(_pushed(scene, state, rate, steps, cancel))
-    margins = task.margin(np.array([_planar(scene, reached) for reached in last]))
-    return float(np.mean(1 / (1 + np.exp(np.minimum(margins / TAG_ERROR, 500.0)))))
-
-
-def _with_error(rate: NDArray[np.float64], random: np.random.Generator) -> NDArray[np.float64]:
-    speed = float(np.hypot(*rate[:2]))
-    along, side, turn = random.standard_normal(3)
-    planar = rate[:2] * (1 + SPEED_ERROR * along) + np.array([SIDE_ERROR * speed * side, 0.0])
-    return np.array([*planar, TURN_ERROR * turn])
-
-
-def _pushed(
-    scene: object, state: NDArray[np.float64], rate: NDArray[np.float64], steps: int, cancel: Cancel
-) -> NDArray[np.float64]:
-    """The state after so many steps of a tool that keeps its velocity until it is near the wall."""
-    from energymargin._core import Scene
-
-    assert isinstance(scene, Scene)
-    if steps < 1:
-        return state
-    start = state[scene.slice("effector").start + 1]
-    y = start + rate[1] * scene.step * np.arange(steps)
-    twists = np.zeros((steps, 6))
-    twists[:, :2], twists[:, 5] = rate[:2], rate[2]
-    twists[y < STOP_Y] = 0.0
-    plan = Plan(scene.step, velocities={"effector": twists}, limits={"effector": LEAST_HOLD})
-    return np.asarray(World(scene, plan).simulate(state, steps, cancel=cancel).states[-1])
-
-
-def _planar(scene: object, state: NDArray[np.float64]) -> tuple[float, float, float]:
-    from energymargin._core import Scene
-
-    assert isinstance(scene, Scene)
-    body = scene.unpack(state)["object"]
-    return float(body["position"][0]), float(body["position"][1]), float(body["yaw"])
+        return early_success(
+            *(self.recorded, self.tracks[t], k, self._held[t][k]),
+            rollouts=self.settings.rollouts,
+            seed=self.settings.seed,
+            cancel=cancel,
+        )
 
 
 def _rows(
@@ -359,9 +301,9 @@ def _part(source: _Source, rows: Mapping[Job, Row]) -> Part:
     for index, row in own.items():
         for name, value in row.scores.items():
             ours.setdefault(name, np.full(states, np.nan))[index] = value
-        for h in shares:
+        for h, of_horizon in shares.items():
             if len(row.shares) >= h:
-                shares[h][index] = row.shares[h - 1]
+                of_horizon[index] = row.shares[h - 1]
     lacking = np.ones(states, dtype=bool)
     lacking[[index for index, row in own.items() if row.error is None]] = False
     theirs = _without(source.theirs, lacking)

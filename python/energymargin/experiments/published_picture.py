@@ -1,5 +1,4 @@
-"""The picture of `published`: AUC by horizon, the authors' scores and ours, and how early success is
-known."""
+"""The picture of `published`: AUC by horizon, theirs and ours, and how early success is known."""
 
 from __future__ import annotations
 
@@ -7,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.evaluation import Among
 from energymargin.experiments.published_text import EARLY, PROBABILITY, Part, Published
-from energymargin.plots.styles import CHANCE_COLOR, PALETTE, light_grid
+from energymargin.plots.styles import CHANCE_COLOR, PALETTE, LineStyle, light_grid
 
 try:
     from matplotlib.axes import Axes
@@ -36,7 +34,7 @@ def figure_published(result: Published) -> Figure:
     figure = Figure(figsize=(2.6 * columns + 0.6, 3.2), dpi=200, layout="constrained")
     axes = figure.subplots(1, columns, squeeze=False, sharey=True)[0]
     for ax, (title, parts) in zip(axes, panels, strict=False):
-        _draw(ax, title, parts, "captured")
+        _draw(ax, title, parts)
     if result.recorded:
         _draw_early(axes[-1], result)
     axes[0].set_ylabel("AUC, captured now")
@@ -45,11 +43,11 @@ def figure_published(result: Published) -> Figure:
     return figure
 
 
-def _draw(ax: Axes, title: str, parts: list[Part], among: Among) -> None:
+def _draw(ax: Axes, title: str, parts: list[Part]) -> None:
     kind = "recorded" if parts[0].simulated else "smoothed"
     horizons = [h for h in parts[0].horizons if h > 0]
     for (side, score, label), style in zip(LINES, PALETTE, strict=False):
-        values = [_mean(parts, side, score, h, among, kind) for h in horizons]
+        values = [_mean(parts, side, score, h, kind) for h in horizons]
         ax.plot(horizons, values, label=label, **_look(style))
     _finish(ax, title, "horizon [frames]")
 
@@ -61,8 +59,8 @@ def _draw_early(ax: Axes, result: Published) -> None:
     _finish(ax, "recordings: success known early", "frame of the last 100")
 
 
-def _mean(parts: list[Part], side: str, score: str, horizon: int, among: Among, kind: str) -> float:
-    cells = [part.cell(side, score, horizon, among, kind) for part in parts]
+def _mean(parts: list[Part], side: str, score: str, horizon: int, kind: str) -> float:
+    cells = [part.cell(side, score, horizon, "captured", kind) for part in parts]
     aucs = [cell[0] for cell in cells if cell is not None]
     return float(np.mean(aucs)) if aucs else float("nan")
 
@@ -74,5 +72,10 @@ def _finish(ax: Axes, title: str, xlabel: str) -> None:
     light_grid(ax)
 
 
-def _look(style: Any) -> dict[str, Any]:
-    return dict(style._asdict()) if hasattr(style, "_asdict") else {"color": style}
+def _look(style: LineStyle) -> dict[str, Any]:
+    return {
+        "color": style.color,
+        "linestyle": style.dashes,
+        "marker": style.marker,
+        "markersize": 4,
+    }

@@ -12,7 +12,15 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.evaluation import DASH, DRAWS, Among, LabelledScores, compared_states, short
+from energymargin.evaluation import (
+    AMONG,
+    DASH,
+    DRAWS,
+    Among,
+    LabelledScores,
+    compared_states,
+    short,
+)
 from energymargin.evaluation.bootstrap import auc_ap, auc_draws, bootstrap_weights
 from energymargin.published.folder import SIMULATED
 from energymargin.tasks.base import whole_number
@@ -136,16 +144,15 @@ class Part:
         compared = compared_states(self._with(values, kind), "one", horizon, among=among)
         return auc_ap(compared.scores, compared.labels) if compared.of_both_kinds else None
 
-    def difference(
-        self, ours: str, theirs: str, horizon: int, among: Among, kind: str, draws: int, seed: int
-    ) -> NDArray[np.float64]:
-        """AUC of ours less theirs over draws of whole trajectories, shape (draws,)."""
-        weights = bootstrap_weights(len(self.complete.by_trajectory()), draws, seed)
+    def difference(self, horizon: int, among: Among, kind: str, seed: int) -> NDArray[np.float64]:
+        """AUC of our probability less that of their capture score, over draws of whole
+        trajectories, shape (DRAWS,)."""
+        weights = bootstrap_weights(len(self.complete.by_trajectory()), DRAWS, seed)
         each = []
-        for side, score in (("ours", ours), ("theirs", theirs)):
+        for side, score in (("ours", PROBABILITY), ("theirs", "capture")):
             values = self.column(side, score, horizon, kind)
             if values is None:
-                return np.full(draws, np.nan)
+                return np.full(DRAWS, np.nan)
             compared = compared_states(self._with(values, kind), "one", horizon, among=among)
             each.append(auc_draws(compared.scores, compared.labels, compared.trajectory, weights))
         return each[0] - each[1]
@@ -174,12 +181,12 @@ class Published:
     def to_markdown(self) -> str:
         """All tables."""
         lines = ["# The authors' data", "", *self._caption(), ""]
-        for among in ("all", "captured"):
+        for among in AMONG:
             if self.simulated:
                 lines += [*self._simulated_table(among), ""]
         if self.recorded:
             for kind in ("recorded", "smoothed"):
-                for among in ("all", "captured"):
+                for among in AMONG:
                     lines += [*self._recorded_table(kind, among), ""]
             lines += [*self._early_table(), ""]
         lines += [*self._own_table(), ""]
@@ -226,7 +233,7 @@ class Published:
                 cells = [_shown(part.cell(side, score, h, among)) for h in horizons]
                 yield f"| {part.name} {score}, {side} | {' | '.join(cells)} |"
             ahead = [self._ahead([part], h, among, "recorded") if h else DASH for h in horizons]
-            yield f"| {part.name}, AUC of our probability less their capture | {' | '.join(ahead)} |"
+            yield f"| {part.name}, {AHEAD} | {' | '.join(ahead)} |"
 
     def _recorded_table(self, kind: str, among: Among) -> Iterator[str]:
         horizons = [h for h in RECORDED_HORIZONS if h or among == "all"]
@@ -246,7 +253,7 @@ class Published:
             ]
             yield f"| {score}, {side} | {' | '.join(means)} |"
         ahead = [self._ahead(self.recorded, h, among, kind) if h else DASH for h in horizons]
-        yield f"| AUC of our probability less their capture | {' | '.join(ahead)} |"
+        yield f"| {AHEAD} | {' | '.join(ahead)} |"
 
     def _early_table(self) -> Iterator[str]:
         yield "## Recordings: success, by frame of the last 100, mean AUC"
@@ -278,7 +285,7 @@ class Published:
                 continue
             draws = [auc_draws(values, own.success, trajectory, weights) for values in pair]
             each.append(draws[0] - draws[1])
-        return _difference(np.nanmean(each, axis=0)) if each else DASH
+        return _difference(np.array(each)) if each else DASH
 
     def _own_table(self) -> Iterator[str]:
         """The authors' cells of all states, as their files have them."""
@@ -287,7 +294,7 @@ class Published:
         yield from _header("", [f"h = {h}" for h in SIMULATED_HORIZONS])
         for part in self.simulated:
             for score in ("capture", "effort/est", "effort/rrt"):
-                for among in ("all", "captured"):
+                for among in AMONG:
                     cells = [
                         _shown(_own_cell(part, score, h, among)) if h or among == "all" else DASH
                         for h in SIMULATED_HORIZONS
@@ -296,7 +303,7 @@ class Published:
         if self.recorded:
             yield ""
             yield from _header("", [f"h = {h}" for h in RECORDED_HORIZONS])
-            for among in ("all", "captured"):
+            for among in AMONG:
                 means = [
                     _mean([_own_cell(part, "capture", h, among) for part in self.recorded])
                     if h or among == "all"
@@ -306,13 +313,11 @@ class Published:
                 yield f"| recordings, mean, {_AMONG[among]} | {' | '.join(means)} |"
 
     def _ahead(self, parts: Sequence[Part], horizon: int, among: Among, kind: str) -> str:
-        each = [
-            part.difference(PROBABILITY, "capture", horizon, among, kind, DRAWS, number)
-            for number, part in enumerate(parts)
-        ]
-        return _difference(np.nanmean(each, axis=0))
+        each = [part.difference(horizon, among, kind, number) for number, part in enumerate(parts)]
+        return _difference(np.array(each))
 
 
+AHEAD = "AUC of our probability less their capture"
 _AMONG = {"all": "all states", "captured": "captured now"}
 
 
@@ -326,9 +331,8 @@ def _rows(part: Part, among: Among) -> Iterator[tuple[str, str]]:
 
 def _cells(part: Part) -> Iterator[tuple[str, str, str, Among, int]]:
     scores = (*CLOCKLESS, PROBABILITY, LEARNED)
-    amongs: tuple[Among, ...] = ("all", "captured")
     for kind in part.labels:
-        for among in amongs:
+        for among in AMONG:
             for side in ("theirs", "ours"):
                 for score in scores:
                     for h in part.horizons:
@@ -361,10 +365,12 @@ def _value(value: float) -> str:
 
 
 def _difference(draws: NDArray[np.float64]) -> str:
-    """The mean and the 95 % interval."""
-    there = draws[np.isfinite(draws)]
-    if not len(there):
+    """The mean over parts, (parts, draws), and its 95 % interval; parts and draws that have one
+    label alone are left out."""
+    known = draws[np.isfinite(draws).any(axis=1)]
+    if not len(known):
         return DASH
+    there = np.nanmean(known[:, np.isfinite(known).any(axis=0)], axis=0)
     tail = (1 - CONFIDENCE) / 2
     low, high = np.quantile(there, (tail, 1 - tail))
     return f"{there.mean():+.3f}<br>{low:+.3f} to {high:+.3f}"

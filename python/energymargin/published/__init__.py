@@ -4,8 +4,8 @@ A folder holds the recordings of Table II and the simulated trajectories of Tabl
 the authors' own scores. The data are not part of this library: a user clones them, and gives the
 folder. docs/published.md says what was read how.
 
-Each part, `parts(folder)`, becomes a dataset of a task at the authors' parameters (`dataset`), which
-is scored, evaluated, viewed and reported as any other, and labelled scores of theirs
+Each part, of `parts(folder)`, becomes a dataset of a task at the authors' parameters (`dataset`),
+which is scored, evaluated, viewed and reported as any other, and labelled scores of theirs
 (`labelled_scores`), which `add_scores` puts into a store as a run of its own.
 """
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Plan, Problem, Region, Scene
+from energymargin._core import Box, Contact, Problem, Region, Scene
 from energymargin.published.task import PublishedTask
 from energymargin.tasks.base import STEP, Params
 
@@ -53,7 +53,7 @@ class PublishedGrasp(PublishedTask):
         "vzt",
     )
     interval = 0.2
-    drawn = {"friction": "lateral_friction_coef", "mass": "mass_object"}
+    drawn: ClassVar = {"friction": "lateral_friction_coef", "mass": "mass_object"}
 
     def __init__(self, data: str) -> None:
         """`data`: the folder of the published data, which has the hand."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,7 @@ def matched_interval(task: PublishedTask, params: Params, states: NDArray[np.flo
     places = [scene.slice(name).start + axis for name in bodies for axis in range(3)]
     steps = range(LEAST, LONGEST + 1)
     distances = np.zeros(len(steps))
-    for state, after in zip(states, states[1:], strict=False):
+    for state, after in pairwise(states):
         plan = task.plan(state, 0.0, params, LONGEST * task.step)
         reached = World(scene, plan).simulate(state, LONGEST, record=list(steps)).states
         away = (reached - after)[:, places].reshape(len(steps), len(bodies), 3)

@@ -148,7 +148,7 @@ def _trajectory(
     states = np.stack([_out(world, task.state(scene, row)) for row in rows])
     interval = task.interval or matched_interval(task, params, states)
     return Trajectory(
-        times=np.arange(len(states)) * interval,
+        times=interval * np.arange(len(states), dtype=np.float64),
         states=states,
         contacts=[world.contacts(state) for state in states],
         captured=captured,

@@ -85,12 +85,11 @@ class PublishedRecorded:
         shapes = Path(self.data) / "shapes"
         made = Scene(gravity=GRAVITY, step=STEP, friction_directions=1, solver_tolerance=TOLERANCE)
         made.add_plane("table", friction=FRICTION)
-        x, y, z = WALL_SIZE
         made.add_body(
             "wall",
             Box(WALL_SIZE),
             mass=0,
-            position=(0.0, WALL_Y - y / 2, z / 2),
+            position=(0.0, WALL_Y - WALL_SIZE[1] / 2, WALL_SIZE[2] / 2),
             friction=FRICTION,
         )
         made.add_body(
@@ -134,8 +133,8 @@ class PublishedRecorded:
         return _swept(None)
 
     def margin(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far objects at x, y [m] and yaw [rad], shape (N, 3), are from success [m], shape (N,),
-        by the observer's rule: below 0 they are well within it."""
+        """How far objects at x, y [m] and yaw [rad], shape (N, 3), are from success by the rule of
+        the observer [m], shape (N,): below 0 they are well within it."""
         y, yaw = poses[:, 1], poses[:, 2]
         if self.object == "irregular":
             return y + self._reach(yaw) - (WALL_Y + ALL_WITHIN)

@@ -151,14 +151,14 @@ def recorded_task(folder: Path, part: str) -> PublishedRecorded:
 def states_of(
     world: World, track: Track, rates: dict[str, NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Of the frames with these velocities (K, 3) of "object" and "effector": states as measured, and
-    without overlaps, shape (K, n) both."""
+    """Of the frames with these velocities (K, 3) of "object" and "effector": states as measured,
+    and without overlaps, shape (K, n) both."""
     measured = _states(world.scene, track, rates)
     return measured, np.stack([_parted(world, state) for state in measured])
 
 
 def recent_rates(track: Track, body: str) -> NDArray[np.float64]:
-    """Over half a second before each frame, so that nothing of later ones is in it, shape (K, 3)."""
+    """Over half a second before each frame, shape (K, 3): nothing of later frames is in it."""
     times, poses = track.times, track.poses[body]
     first = np.searchsorted(times, times - WINDOW)
     spans = np.maximum(times - times[first], 1 / RATE)

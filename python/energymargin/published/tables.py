@@ -51,11 +51,13 @@ def _number(path: Path, line: int, name: str, row: list[str], place: int) -> flo
     return value
 
 
-def require_same(path: Path, what: str, found: Sequence[float], expected: Sequence[float]) -> None:
+def require_same(
+    path: Path, what: str, found: NDArray[np.float64], expected: NDArray[np.float64]
+) -> None:
     """Raises ValueError unless a file's rows are of the same states as those of another."""
     if len(found) != len(expected):
         raise ValueError(f"{path}: has {len(found)} rows, expected {len(expected)}, one a state")
-    wrong = np.flatnonzero(np.asarray(found) != np.asarray(expected))
+    wrong = np.flatnonzero(found != expected)
     if len(wrong):
         k = int(wrong[0])
         raise ValueError(

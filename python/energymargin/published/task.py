@@ -65,7 +65,7 @@ class PublishedTask(ABC):
 
     @abstractmethod
     def script(self, params: Params) -> dict[str, tuple[float, ...]]:
-        """By body, the mean wrench (6,) [N, N m] that the authors' script puts on it, in `scene`."""
+        """By body, the mean wrench (6,) [N, N m] of the script, beside what `scene` does."""
 
     @abstractmethod
     def problem(

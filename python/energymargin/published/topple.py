@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ class PublishedTopple(PublishedTask):
     part = "topple"
     columns = ("xo", "yo", "thetao", "vxo", "vyo", "omegao", "xg1", "xg2", "vxg1", "vxg2")
     interval = None
-    drawn = {"friction": "lateral_friction_coef"}
+    drawn: ClassVar = {"friction": "lateral_friction_coef"}
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction coefficient of ground and box."""

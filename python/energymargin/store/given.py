@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,20 +16,30 @@ from energymargin.store.file import ScoreStore
 from energymargin.store.known import adopt
 from energymargin.store.schema import state_digest
 
-__all__ = ["add_scores"]
+__all__ = ["GivenRow", "add_scores"]
 
 BLOCK = 1000  # states that are written at a time
 
 
 @dataclass(frozen=True)
-class _Row:
+class GivenRow:
     """The scores of one state, as a store takes them."""
 
     index: int
+    seconds: float
+    """That all of them took."""
     scores: dict[str, float]
-    times: dict[str, float] = field(default_factory=dict)
     error: str | None = None
-    curves: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=dict)
+
+    @property
+    def times(self) -> dict[str, float]:
+        """All of the time is that of the first score."""
+        return {next(iter(self.scores)): self.seconds}
+
+    @property
+    def curves(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """There are none."""
+        return {}
 
 
 def add_scores(
@@ -64,7 +74,8 @@ def add_scores(
             for first in range(0, dataset.size, BLOCK):
                 numbers = range(first, min(first + BLOCK, dataset.size))
                 scorer.claim({n: state_digest(run.digest, n) for n in numbers})
+                of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
                 scorer.add(
-                    [_Row(n, {name: float(v[n]) for name, v in columns.items()}) for n in numbers]
+                    [GivenRow(n, 0.0, own) for n, own in zip(numbers, of_states, strict=True)]
                 )
         return run.number

@@ -484,7 +484,7 @@ def published(
     Example: `energymargin reproduce published --data dynamicCageForMPPI-data --parts push,balance`
     """
     from energymargin.experiments import published as experiment
-    from energymargin.experiments.published_text import Settings
+    from energymargin.experiments.published_text import Published, Settings
 
     settings = changed(
         Settings(nodes=20, rollouts=8, every=10) if quick else Settings(),
@@ -498,7 +498,7 @@ def published(
 
     def reproduce(
         chosen: Settings, folder: Path, *, threads: int | None, progress: Any
-    ) -> experiment.Published:
+    ) -> Published:
         return experiment.reproduce(chosen, data, folder, threads=threads, progress=progress)
 
     result = run(reproduce, settings, output, threads, title="Scoring", unit="states")
