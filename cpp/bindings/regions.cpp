@@ -147,14 +147,19 @@ void bind_primitives(py::module_& module) {
       "reaches further, by what that covers in `ahead` [s].");
   module.def(
       "Speed",
-      [](std::string body, const Number& limit, const ArrayLike& point, const Frame& frame, bool along_world) -> Region {
-        return regions::Speed{std::move(body), real("limit", limit), vector3("point", point), frame.value_or(""),
-                              along_world};
+      [](std::string body, const Number& limit, const ArrayLike& point, const Frame& frame, bool along_world,
+         const std::optional<ArrayLike>& along) -> Region {
+        return regions::Speed{std::move(body),
+                              real("limit", limit),
+                              vector3("point", point),
+                              frame.value_or(""),
+                              along_world,
+                              along ? std::make_optional(vector3("along", *along)) : std::nullopt};
       },
       py::arg("body"), py::arg("limit"), py::arg("point") = py::make_tuple(0.0, 0.0, 0.0),
-      py::arg("frame") = py::none(), py::arg("along_world") = false,
+      py::arg("frame") = py::none(), py::arg("along_world") = false, py::arg("along") = py::none(),
       "|velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin "
-      "along the world's axes.");
+      "along the world's axes. along: a unit vector (3,); the velocity along it counts alone, and may be negative.");
   module.def(
       "Tilt",
       [](std::string body, const ArrayLike& axis, const ArrayLike& reference, const Number& limit,

@@ -138,7 +138,9 @@ class Compiler {
   }
   Test operator()(const regions::Speed& speed) const {
     return [speed, seen = reader(speed)](const double* state) {
-      return seen.velocity(state, speed.point, speed.along_world).squaredNorm() <= speed.limit * speed.limit;
+      const Vector3 velocity = seen.velocity(state, speed.point, speed.along_world);
+      if (speed.along) return velocity.dot(*speed.along) <= speed.limit;
+      return velocity.squaredNorm() <= speed.limit * speed.limit;
     };
   }
   Test operator()(const regions::Tilt& tilt) const {

@@ -56,6 +56,7 @@ struct Validator {
   void operator()(const regions::Speed& speed) const {
     require_not_negative("limit", speed.limit);
     require_finite("point", speed.point);
+    if (speed.along) require_unit("along", *speed.along);
   }
   void operator()(const regions::Tilt& tilt) const {
     require_unit("axis", tilt.axis);

@@ -236,6 +236,18 @@ TEST(Region, SpeedIsThatOfAPointAlongTheWorldsAxesToo) {
   EXPECT_FALSE(contains(along_world(1.0 - hair, {0.0, 0.0, 0.5}), spinning));
 }
 
+TEST(Region, SpeedAlongADirectionIsThatOfTheOneComponent) {
+  BodyState object;
+  object.velocity = {3.0, 0.0, -0.4};
+  regions::Speed falling{"object", 0.4 + hair};
+  falling.along = -Vector3::UnitZ();
+  EXPECT_TRUE(contains(falling, object));
+  object.velocity.z() = -0.4 - 2.0 * hair;
+  EXPECT_FALSE(contains(falling, object));
+  object.velocity.z() = 7.0;  // upwards
+  EXPECT_TRUE(contains(falling, object));
+}
+
 TEST(Region, SpeedInAFrameIsZeroForABodyThatIsCarriedAlong) {
   BodyState carrier;
   carrier.position = {1.0, 0.0, 0.0};
@@ -390,6 +402,9 @@ TEST(Region, SizesAndDirectionsThatAreNoneAreRejectedByNameAndValue) {
   EXPECT_TRUE(rejects(making(regions::Tilt{"object", Vector3::UnitZ(), Vector3::UnitZ(), 4.0}), {"limit is 4", "pi"}));
   EXPECT_TRUE(rejects(making(regions::Swept{"object", "carrier", 0.0}), {"half_width is 0", "above 0"}));
   EXPECT_TRUE(rejects(making(regions::Swept{"object", "carrier", 0.5, -1.0}), {"behind is -1", "at least 0"}));
+  regions::Speed along{"object", 1.0};
+  along.along = Vector3(0.0, 0.0, 2.0);
+  EXPECT_TRUE(rejects(making(along), {"along", "(0, 0, 2)", "length 1"}));
   regions::Swept beyond{"object", "carrier"};
   beyond.beyond = -1.0;
   EXPECT_TRUE(rejects(making(beyond), {"beyond is -1", "at least 0"}));

@@ -87,9 +87,11 @@ class RegionReader {
     return {body(place), place["normal"].vector3(), place["offset"].number(), frame(place), ahead};
   }
   regions::Speed speed(const Place& place) const {
-    only(place, {"limit", "point", "along_world"});
-    const bool along_world = place.has("along_world") && place["along_world"].truth();
-    return {body(place), place["limit"].number(), place["point"].vector3(), frame(place), along_world};
+    only(place, {"limit", "point", "along_world", "along"});
+    regions::Speed speed{body(place), place["limit"].number(), place["point"].vector3(), frame(place)};
+    speed.along_world = place.has("along_world") && place["along_world"].truth();
+    if (place.has("along")) speed.along = place["along"].vector3();
+    return speed;
   }
   regions::Tilt tilt(const Place& place) const {
     only(place, {"axis", "reference", "limit"});

@@ -65,6 +65,7 @@ struct RegionWriter {
   OrderedJson operator()(const regions::Speed& r) const {
     OrderedJson json = with_body("speed", r, {{"limit", r.limit}, {"point", write(r.point)}});
     if (r.along_world) json["along_world"] = true;
+    if (r.along) json["along"] = write(*r.along);
     return json;
   }
   OrderedJson operator()(const regions::Tilt& r) const {

@@ -32,9 +32,9 @@ def Predicate(function: collections.abc.Callable[[numpy.typing.NDArray[numpy.flo
     """
     A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.
     """
-def Speed(body: str, limit: float, point: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), frame: str | None = None, along_world: bool = False) -> energymargin._core.Region:
+def Speed(body: str, limit: float, point: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), frame: str | None = None, along_world: bool = False, along: numpy.typing.ArrayLike | None = None) -> energymargin._core.Region:
     """
-    |velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin along the world's axes.
+    |velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin along the world's axes. along: a unit vector (3,); the velocity along it counts alone, and may be negative.
     """
 def Swept(body: str, by: str, *, half_width: float, behind: float, ahead: float, least_speed: float, disc_radius: float, at: collections.abc.Mapping[str, numpy.typing.ArrayLike] | None = None, beyond: float = 0.0) -> energymargin._core.Region:
     """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import Parameters, parsed, say
+from energymargin.terminal import Parameters, err, parsed, say
 
 if TYPE_CHECKING:
     from energymargin.recordings import Recording
@@ -21,14 +21,31 @@ __all__ = ["import_recordings"]
 
 def import_recordings(
     *,
-    files: Annotated[list[Path], typer.Argument(help="The recordings: CSV files, a row a frame.")],
-    task: Annotated[str, typer.Option(help="Whose scene and capture set these recordings have.")],
+    files: Annotated[
+        list[Path] | None, typer.Argument(help="The recordings: CSV files, a row a frame.")
+    ] = None,
+    task: Annotated[
+        str | None, typer.Option(help="Whose scene and capture set these recordings have.")
+    ] = None,
     labels: Annotated[
-        Path, typer.Option(help="CSV file recording,success: a row for each recording's file name.")
-    ],
+        Path | None,
+        typer.Option(help="CSV file recording,success: a row for each recording's file name."),
+    ] = None,
+    published: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead of files, the folder of the data that the paper's authors published: "
+            "each part becomes a dataset, with the authors' scores in a file beside it.",
+            metavar="DIR",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="The dataset; TASK-recorded.h5 if not given."),
+        typer.Option(
+            "--output",
+            "-o",
+            help="The dataset; TASK-recorded.h5 if not given. With --published, the folder.",
+        ),
     ] = None,
     parameter: Parameters = None,
     columns: Annotated[
@@ -64,7 +81,21 @@ def import_recordings(
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 
     Example: `energymargin import a.csv b.csv --task push -p friction=0.3 --labels labels.csv`
+
+    The authors' data: `energymargin import --published dynamicCageForMPPI-data -o published`
     """
+    if published is not None:
+        if files or task or labels:
+            raise ValueError(
+                "--published reads a whole folder, so no files, --task or --labels go with it"
+            )
+        _import_published(published, output or Path("published"), overwrite=overwrite)
+        return
+    if not files or task is None or labels is None:
+        raise ValueError(
+            "expected recordings with --task and --labels, or --published DIR: "
+            "energymargin import --help has examples"
+        )
     from energymargin import recordings
     from energymargin import tasks as registry
 
@@ -108,3 +139,27 @@ def import_recordings(
 def _summary(recording: Recording) -> str:
     times = recording.times
     return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.mended}"
+
+
+def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
+    """A dataset and a file of scores for each part of the authors' data."""
+    from energymargin import published
+    from energymargin.progress import progress_bar
+
+    parts = published.parts(data)
+    folder.mkdir(parents=True, exist_ok=True)
+    there = [path for part in parts if (path := folder / f"{part}.h5").exists()]
+    if there and not overwrite:
+        raise ValueError(f"{there[0]} exists: choose another -o, or give --overwrite")
+    with progress_bar(err, "Reading", "parts") as progress:
+        progress(0, len(parts))
+        for done, part in enumerate(parts, 1):
+            dataset = published.dataset(data, part)
+            dataset.save(folder / f"{part}.h5")
+            published.add_scores(folder / f"{part}-scores.db", data, dataset, part)
+            progress(done, len(parts))
+    one = escape(str(folder / parts[0]))
+    say(
+        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(folder))}. Next: "
+        f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
+    )

@@ -373,6 +373,8 @@ def _early_scores(source: _Source, rows: Mapping[int, Row]) -> Early | None:
     found = {name: np.full(shape, np.nan) for name in (PROBABILITY, "success", "nearness")}
     for t, own in enumerate(members):
         for place, frame in enumerate(EARLY):
+            if frame >= len(own):
+                continue
             row = rows.get(int(own[frame]))
             if row is not None and row.early is not None:
                 found[PROBABILITY][t, place] = row.early

@@ -50,7 +50,7 @@ def early_success(
 
 
 def _with_error(rate: NDArray[np.float64], random: np.random.Generator) -> NDArray[np.float64]:
-    """A velocity x, y [m/s] and turn [rad/s]; most pushes go along y, so a side error is along x."""
+    """A velocity x, y [m/s] and turn [rad/s]. Pushes go along y, so a side error is along x."""
     along, side, turn = random.standard_normal(3)
     speed = float(np.hypot(*rate[:2]))
     x, y = rate[:2] * (1 + SPEED_ERROR * along)

@@ -18,14 +18,12 @@ from energymargin.published.interval import matched_interval
 from energymargin.published.recordings import recorded_dataset, recorded_scores
 from energymargin.published.tables import Columns, read_columns, require_same
 from energymargin.published.task import PublishedTask
-from energymargin.scenes import moved_apart
 from energymargin.store.given import add_scores as add_run
 from energymargin.tasks.base import Trajectory
 
 __all__ = ["add_scores", "dataset", "labelled_scores"]
 
 SOURCE = {"source": "published"}
-DEEPEST = 0.01  # m; in the authors' simulator bodies sink into each other at impacts
 NAMES = ("num_traj", "data_id")
 
 
@@ -123,17 +121,6 @@ def _simulated(own: Path, task: PublishedTask) -> Dataset:
     return Dataset(task.name, task.parameters, 0, trajectories)
 
 
-def _out(world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The state, with the object out of what it has sunk into deeply, as at an impact."""
-    depth = max((-contact.distance for contact in world.contacts(state)), default=0.0)
-    if depth < DEEPEST:
-        return state
-    try:
-        return moved_apart(world, state, ("object",))
-    except ValueError:  # between fingers, which part it as they do in a simulation
-        return state
-
-
 def _trajectory(
     task: PublishedTask,
     rows: NDArray[np.float64],
@@ -145,7 +132,7 @@ def _trajectory(
 ) -> Trajectory:
     scene = task.scene(params)
     world = World(scene)
-    states = np.stack([_out(world, task.state(scene, row)) for row in rows])
+    states = np.stack([task.parted(world, task.state(scene, row)) for row in rows])
     interval = task.interval or matched_interval(task, params, states)
     return Trajectory(
         times=interval * np.arange(len(states), dtype=np.float64),

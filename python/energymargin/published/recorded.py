@@ -53,7 +53,8 @@ LEAST_SPEED, DISC = 0.03, 0.0855  # m/s, m
 TOUCHING = {"rectangle": 0.035, "triangle": 0.0288, "convex": 0.0205, "concave": 0.0205}  # m
 ALL_WITHIN = 0.06  # m, of the wall: every corner of the irregular object
 ALIGNED = {"rectangle": 25.0, "concave": 20.0}  # deg, of a long side with the wall; ours
-SLACK = 0.008  # m
+TURNED = 0.05  # m, that a side counts as farther away which is not aligned
+SLACK = dict.fromkeys(OBJECTS, 0.008) | {"rectangle": 0.02, "irregular": 0.015}  # m
 BINS = 36  # of the yaw
 
 
@@ -142,14 +143,14 @@ class PublishedRecorded:
         if self.object not in ALIGNED:
             return away
         along = np.abs(np.sin(yaw)) if self.object == "rectangle" else np.cos(yaw)
-        return away + np.where(along >= np.cos(np.radians(ALIGNED[self.object])), 0.0, HEIGHT)
+        return away + np.where(along >= np.cos(np.radians(ALIGNED[self.object])), 0.0, TURNED)
 
     def succeeded(self, params: Params) -> Region:
-        """Z_suc: `margin` is at most SLACK."""
+        """Z_suc: `margin` is at most the SLACK of the object."""
         if self.object == "irregular":
             width = 2 * np.pi / BINS
             return functools.reduce(operator.or_, map(self._within, np.arange(BINS) * width))
-        near = _below(WALL_Y + TOUCHING[self.object] + SLACK)
+        near = _below(WALL_Y + TOUCHING[self.object] + SLACK[self.object])
         if self.object not in ALIGNED:
             return near
         spread = np.radians(ALIGNED[self.object])
@@ -170,7 +171,7 @@ class PublishedRecorded:
         facing = (np.cos(yaw), np.sin(yaw), 0.0)
         turned = regions.Tilt("object", (1.0, 0.0, 0.0), facing, np.pi / BINS)
         reach = float(self._reach(np.array([yaw]))[0])
-        return turned & _below(WALL_Y + ALL_WITHIN + SLACK - reach)
+        return turned & _below(WALL_Y + ALL_WITHIN + SLACK[self.object] - reach)
 
     def problem(
         self,

@@ -23,7 +23,8 @@ def outlines(folder: Path, name: str) -> tuple[NDArray[np.float64], ...]:
     about the tag. Slivers are left out. Errors as `em.Mesh`, which needs the extra [urdf]."""
     from energymargin import Mesh
 
-    mesh = Mesh(folder / name / f"{name}.obj", scale=SCALE, threshold=THRESHOLD)
+    with np.errstate(divide="ignore", invalid="ignore"):  # of flat faces in the authors' meshes
+        mesh = Mesh(folder / name / f"{name}.obj", scale=SCALE, threshold=THRESHOLD)
     found = [_hull(_corners(part)) for part in mesh.parts]
     return tuple(outline for outline in found if _width(outline) >= LEAST_WIDTH)
 

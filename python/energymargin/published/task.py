@@ -9,10 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Contact, Plan, Problem, Region, Scene
+from energymargin._core import Contact, Plan, Problem, Region, Scene, World
+from energymargin.scenes import moved_apart
 from energymargin.tasks.base import STEP, Params, Trajectory
 
 __all__ = ["PublishedTask"]
+
+DEEPEST = 0.01  # m; in the authors' simulator bodies sink into each other at impacts
 
 
 class PublishedTask(ABC):
@@ -50,6 +53,11 @@ class PublishedTask(ABC):
     @abstractmethod
     def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
         """The state, shape (n,), of a row of `columns`."""
+
+    def parted(self, world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The state, with the object out of what it has sunk into deeply, as at an impact."""
+        depth = max((-contact.distance for contact in world.contacts(state)), default=0.0)
+        return state if depth < DEEPEST else moved_apart(world, state, ("object",))
 
     @abstractmethod
     def captured(self, state: NDArray[np.float64], params: Params) -> Region:

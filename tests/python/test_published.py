@@ -1,0 +1,263 @@
+"""The readers of the authors' published data: on a folder of our own everywhere, and on theirs
+where ENERGYMARGIN_PUBLISHED names it."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import run
+from published_data import write_data
+
+import energymargin as em
+from energymargin import datasets, published
+from energymargin.evaluation import evaluate
+from energymargin.published.recorded import SLACK, PublishedRecorded
+from energymargin.published.recordings import recorded_dataset, recorded_task, steady, tracks
+from energymargin.store import ScoreStore
+
+pytest.importorskip("trimesh")
+COMBINATION = "jaw-pushes-rectangle"
+DATA = os.environ.get("ENERGYMARGIN_PUBLISHED")
+needs_data = pytest.mark.skipif(DATA is None, reason="ENERGYMARGIN_PUBLISHED names no folder")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return write_data(tmp_path_factory.mktemp("published"))
+
+
+def test_a_folder_has_the_parts_that_are_there(folder, tmp_path):
+    assert published.parts(folder) == ["push", "topple", COMBINATION]
+    with pytest.raises(ValueError, match="has no published data, expected a folder with simulated"):
+        published.parts(tmp_path)
+    with pytest.raises(ValueError, match=r"part is 'grasp', expected one of push, topple, jaw"):
+        published.dataset(folder, "grasp")
+
+
+def test_a_simulated_part_is_a_dataset_of_a_task_at_the_authors_parameters(folder):
+    dataset = published.dataset(folder, "push")
+    assert dataset.task == "published-push" and [len(t) for t in dataset.trajectories] == [4, 4]
+    first, second = dataset.trajectories
+    assert (first.seed, second.seed) == (0, 2) and (first.success, second.success) == (True, False)
+    assert first.times.tolist() == pytest.approx([0.0, 0.25, 0.5, 0.75])
+    assert second.captured.tolist() == [True, True, False, False]
+    problem = dataset.problems([5])[0]
+    bodies = problem.scene.unpack(problem.state)
+    assert bodies["object"]["position"] == pytest.approx([4.9, 7.1, 0.05])
+    assert bodies["effector"]["velocity"] == pytest.approx([0, 0.4, 0])
+    assert (problem.rate, problem.effector) == (3.0, "drive")
+    # what the labels say of our own numbers is what the capture set says
+    agree = [p.captured.contains(p.scene, p.state) for p in dataset.problems()]
+    assert agree == [True] * 6 + [False] * 2
+    ahead = datasets.Future(2).problem(em.tasks.make("published-push"), first, 0)
+    assert ahead.plan.wrenches["effector"][0, 1] > 5 and ahead.horizon == pytest.approx(0.5)
+
+
+def test_the_clock_of_a_topple_is_where_the_physics_meets_the_next_frame(folder):
+    task = em.tasks.make("published-topple")
+    start = published.dataset(folder, "topple").trajectories[0].states[0]
+    params = {"friction": 0.5}
+    world = em.World(task.scene(params), task.plan(start, 0.0, params, 1.0))
+    states = world.simulate(start, 4 * 31, record=range(0, 4 * 31 + 1, 31)).states
+    from energymargin.published.interval import matched_interval
+
+    assert matched_interval(task, params, states) == pytest.approx(31 / 240)
+
+
+def test_what_was_drawn_for_a_trajectory_is_its_own(folder):
+    trajectory = published.dataset(folder, "topple").trajectories[1]
+    assert trajectory.params == {"friction": 0.5}
+
+
+def test_a_recording_is_turned_into_the_scene(folder):
+    track = tracks(folder / "recordings" / COMBINATION)[1]
+    assert (track.number, track.success, len(track.times)) == (2, False, 12)
+    assert track.times[0] == 0 and np.diff(track.times) == pytest.approx(1 / 30)
+    assert track.poses["object"][3] == pytest.approx([0.136, 0.04, np.pi / 2])
+    assert track.velocities["effector"][0] == pytest.approx([0, -0.6, 0])
+    assert steady(track, 11) == pytest.approx([0, -0.6, 0], abs=1e-9)
+
+
+def test_smoothed_labels_are_those_of_velocities_over_half_a_second(folder):
+    own = folder / "recordings" / COMBINATION
+    raw, smoothed = (recorded_dataset(folder, own, smoothed=s) for s in (False, True))
+    assert raw.trajectories[1].captured.tolist() == [True] * 6 + [False] * 6
+    task = recorded_task(folder, COMBINATION)
+    scene = task.scene({})
+    for trajectory in smoothed.trajectories:
+        inside = task.captured_throughout({}).contains(scene, trajectory.states)
+        assert (trajectory.captured == inside).mean() > 0.8  # but for what was moved apart
+        assert not np.array_equal(trajectory.captured, raw.trajectories[1].captured)
+
+
+def test_bodies_that_overlap_by_the_tags_errors_are_moved_apart_and_it_is_said(folder, tmp_path):
+    told = []
+    dataset = published.dataset(folder, COMBINATION, notice=told.append)
+    world = em.World(recorded_task(folder, COMBINATION).scene({}))
+    distances = [
+        world.distance(state, "object", "effector")
+        for trajectory in dataset.trajectories
+        for state in trajectory.states
+    ]
+    assert min(distances) > -1e-4
+    assert len(told) in {0, 1, 2} and all("moved apart" in text for text in told)
+
+
+def test_the_authors_scores_are_a_run_as_any_other(folder, tmp_path):
+    labelled = published.labelled_scores(folder, "push")
+    assert set(labelled.scores) == {"capture", "success", "effort/est", "effort/rrt"}
+    assert np.isinf(labelled.scores["effort/est"]).sum() == 2
+    dataset = published.dataset(folder, "push")
+    for _ in range(2):  # the second time changes nothing
+        number = published.add_scores(tmp_path / "s.db", folder, dataset, "push")
+    with ScoreStore(tmp_path / "s.db") as store:
+        (run_,) = store.runs()
+        assert run_.number == number and run_.settings == {"source": "published"}
+        found = run_.labelled_scores()
+    for name, values in labelled.scores.items():
+        assert np.array_equal(found.scores[name], values)
+    assert np.array_equal(found.captured, labelled.captured)
+    em.store.score_dataset(dataset, tmp_path / "s.db", ["force"])
+    with ScoreStore(tmp_path / "s.db") as store:
+        assert len(store.runs()) == 2
+
+
+def test_the_command_makes_datasets_that_are_scored_evaluated_and_shown(folder, tmp_path):
+    done = run("import", "--published", folder, "-o", "out", cwd=tmp_path)
+    assert done.returncode == 0 and "Wrote 3 datasets" in done.stderr, done.stderr
+    done = run("score", f"out/{COMBINATION}.h5", "--nodes", 3, "--metrics", "capture", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    shown = run("evaluate", f"out/{COMBINATION}-scores.db", "--run", 1, cwd=tmp_path)
+    assert shown.returncode == 0 and "captured now" in shown.stdout, shown.stderr
+    again = run("import", "--published", folder, "-o", "out", cwd=tmp_path)
+    assert again.returncode == 2 and "push.h5 exists" in again.stderr
+    for options, words in (
+        (["--published", folder, "--task", "push"], "so no files, --task or --labels"),
+        ([], "or --published DIR"),
+        (["--published", tmp_path / "none"], "has no published data"),
+    ):
+        wrong = run("import", *options, cwd=tmp_path)
+        assert wrong.returncode == 2 and words in " ".join(wrong.stderr.split()), wrong.stderr
+        assert "Traceback" not in wrong.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("viapoints.csv", ("4.9", "wide"), r"viapoints.csv, line 7: xo is 'wide', expected a num"),
+        ("viapoints.csv", ("xo,", "xq,"), "the header lacks 'xo'"),
+        ("maneuver_labels.csv", ("\n2,0,", "\n2,7,"), "row 5 is of frame 7, expected 0"),
+        ("success_labels.csv", ("2,0", "4,0"), "lacks trajectory 2"),
+        ("prob-aoest.csv", ("0.9,", "nan,"), "success_metric is 'nan', expected a number"),
+    ],
+)
+def test_a_file_that_is_not_as_expected_is_named_with_its_line(tmp_path, name, change, words):
+    root = write_data(tmp_path)
+    path = root / "simulated" / "push" / name
+    text = path.read_text()
+    assert change[0] in text
+    path.write_text(text.replace(*change, 1))
+    with pytest.raises(ValueError, match=words):
+        published.dataset(root, "push")
+        published.labelled_scores(root, "push")
+
+
+def test_a_recording_without_a_label_or_too_short_is_refused(tmp_path):
+    root = write_data(tmp_path)
+    own = root / "recordings" / COMBINATION
+    table = own / "02" / "apriltag_results.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:8]))
+    with pytest.raises(ValueError, match="has 7 frames, and there are labels of 12"):
+        tracks(own)
+    (own / "labels.csv").write_text("id,task_success\n0,1\n")
+    with pytest.raises(ValueError, match="lacks recording 2"):
+        tracks(own)
+
+
+def test_a_published_task_makes_no_trajectories_of_its_own(folder):
+    for task in (em.tasks.make("published-push"), recorded_task(folder, COMBINATION)):
+        with pytest.raises(ValueError, match="import --published DIR"):
+            task.rollout(0)
+    with pytest.raises(ValueError, match="tool is 'hand', expected 'jaw' or 'circle'"):
+        PublishedRecorded(str(folder), "rectangle", "hand")
+
+
+def test_success_is_a_margin_and_a_set_that_agree(folder):
+    task = recorded_task(folder, COMBINATION)
+    scene, region = task.scene({}), task.succeeded({})
+    random = np.random.default_rng(0)
+    poses = np.stack([np.zeros(300), random.uniform(-0.13, -0.09, 300), random.uniform(-3, 3, 300)])
+    states = np.stack(
+        [scene.pack(object={"position": (0, y, 0.015), "yaw": yaw}) for _, y, yaw in poses.T]
+    )
+    inside = region.contains(scene, states)
+    assert inside.any() and not inside.all()
+    assert np.array_equal(inside, task.margin(poses.T) <= SLACK["rectangle"])
+
+
+# -- the authors' own data
+
+AUTHORS = {  # AUC/AP of the even half, h = 0 to 5, all states and captured now: its README.md
+    ("push", "capture", "all"): ".959/.989 .907/.960 .857/.923 .770/.847 .737/.806 .714/.722",
+    ("push", "capture", "captured"): ".765/.967 .766/.927 .713/.849 .717/.808 .714/.722",
+    ("push", "effort/est", "all"): ".930/.983 .946/.982 .944/.975 .963/.976 .937/.938 .866/.819",
+    ("push", "effort/est", "captured"): ".909/.989 .920/.978 .955/.977 .932/.938 .866/.819",
+    ("balance", "capture", "all"): ".994/.998 .976/.990 .940/.970 .882/.932 .787/.845 .713/.713",
+    ("balance", "capture", "captured"): ".921/.992 .872/.970 .817/.932 .716/.845 .654/.713",
+    ("balance", "effort/est", "captured"): ".958/.996 .950/.990 .936/.981 .898/.957 .825/.880",
+    ("topple", "capture", "all"): ".941/.938 .984/.971 .976/.954 .983/.963 .977/.952 .934/.825",
+    ("topple", "capture", "captured"): ".994/.999 .956/.979 .982/.989 .966/.966 .910/.827",
+    ("topple", "effort/est", "captured"): ".758/.950 .794/.913 .860/.913 .960/.952 .914/.893",
+    ("grasp", "capture", "all"): "1.00/1.00 .974/.991 .935/.973 .938/.971 .905/.905 .846/.823",
+    ("grasp", "capture", "captured"): ".863/.991 .828/.973 .890/.971 .875/.905 .833/.823",
+}
+
+
+@needs_data
+@pytest.mark.parametrize(("part", "score", "among"), AUTHORS)
+def test_the_authors_cells_come_out_of_the_readers(part, score, among):
+    labelled = published.labelled_scores(DATA, part)
+    cells = evaluate(labelled, draws=2, among=among).states[score].values()
+    assert " ".join(cell.value() for cell in cells) == AUTHORS[part, score, among]
+
+
+@needs_data
+def test_the_authors_recordings_come_out_of_the_readers():
+    parts = [part for part in published.parts(DATA) if part not in published.SIMULATED]
+    horizons = (0, 1, 2, 5, 10, 20)
+    every = [published.labelled_scores(DATA, part) for part in parts]
+    results = [evaluate(labelled, horizons, draws=2) for labelled in every]
+    of_all = [[(c.auc, c.ap) for c in r.states["capture"].values()] for r in results]
+    assert np.mean(of_all, axis=0).round(3).tolist() == [
+        *([0.908, 0.958], [0.814, 0.875], [0.763, 0.797]),
+        *([0.71, 0.647], [0.661, 0.467], [0.632, 0.297]),
+    ]
+    now = [evaluate(one, horizons, draws=2, among="captured").states["capture"] for one in every]
+    aucs = np.mean([[cell.auc for cell in cells.values()] for cells in now], axis=0)
+    assert aucs.round(3).tolist() == [0.571, 0.55, 0.557, 0.532, 0.524]
+    success = np.mean([(r.success.auc, r.success.ap) for r in results], axis=0)
+    assert success.round(3).tolist() == [0.947, 0.926]
+
+
+@needs_data
+@pytest.mark.parametrize("part", ("push", "balance", "topple", "grasp"))
+def test_the_capture_sets_give_the_authors_labels_back(part):
+    dataset = published.dataset(DATA, part)
+    inside = [bool(p.captured.contains(p.scene, p.state)) for p in dataset.problems()]
+    labels = np.concatenate([trajectory.captured for trajectory in dataset.trajectories])
+    assert np.mean(np.array(inside) == labels) == 1.0
+
+
+@needs_data
+def test_the_rules_of_success_give_the_observers_labels_back():
+    wrong = total = 0
+    for part in published.parts(DATA):
+        if part in published.SIMULATED:
+            continue
+        task = recorded_task(Path(DATA), part)
+        for track in tracks(Path(DATA) / "recordings" / part):
+            reached = task.margin(track.poses["object"][-1:])[0] <= SLACK[task.object]
+            wrong += bool(reached) != track.success
+            total += 1
+    assert total >= 60 and wrong <= 0.05 * total, f"{wrong} of {total}"
