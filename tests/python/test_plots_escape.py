@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+from made_tasks import MADE
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
@@ -22,7 +23,7 @@ from energymargin.plots.sets import sets_of
 from energymargin.tasks.base import plane_of
 
 
-@pytest.fixture(scope="module", params=tasks.names())
+@pytest.fixture(scope="module", params=MADE)
 def drawn(request):
     """A captured state of a task, scored, and drawn in a figure of its own."""
     task = tasks.make(request.param)

@@ -57,7 +57,7 @@ class PublishedGrasp(PublishedTask):
     interval = 0.2
     drawn: ClassVar = {"friction": "lateral_friction_coef", "mass": "mass_object"}
 
-    def __init__(self, data: str) -> None:
+    def __init__(self, data: str = ".") -> None:
         """`data`: the folder of the published data, which has the hand."""
         self.data = str(data)
         self._last: tuple[dict[str, float], Scene] | None = None

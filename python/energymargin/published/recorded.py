@@ -65,7 +65,7 @@ class PublishedRecorded:
     plane = ("x", "y")
     step = STEP
 
-    def __init__(self, data: str, object: str = "rectangle", tool: str = "jaw") -> None:
+    def __init__(self, data: str = ".", object: str = "rectangle", tool: str = "jaw") -> None:
         """A combination; raises ValueError on words that are none, OSError on a missing shape.
 
         `data`: the folder of the published data, which has the shapes.
