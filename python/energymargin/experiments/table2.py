@@ -1,7 +1,8 @@
 """The paper's Table II: recorded pushes of ten combinations of object and end-effector.
 
-The paper's own recordings are not public. These are of a simulated stand-in for the real world, in
-another physics engine: data/push_real. All scores are kept in one file, state by state: stopped and
+The paper's own recordings are no part of this library: `published` scores them from a folder.
+These are of a simulated stand-in for the real world, in another physics engine: data/push_real. All
+scores are kept in one file, state by state: stopped and
 started again, the study goes on.
 """
 
@@ -56,7 +57,8 @@ HORIZONS = (0, 2, 5, 10, 20)  # frames
 LONG_HORIZON = 20  # frames: the share of a trajectory that two frames are in Table I
 STAND_IN = (
     "The recordings are a simulated stand-in: pushes in another physics engine (MuJoCo) with an "
-    "arm's and a camera's errors, not the paper's recordings, which are not public."
+    "arm's and a camera's errors, not the paper's recordings; those are scored by "
+    "`energymargin reproduce published`."
 )
 
 # AUC and AP of the paper's Table II, on its own recordings.

@@ -114,6 +114,7 @@ class PublishedGrasp(PublishedTask):
             joints=control,
             inertia="shapes",
             self_collision=False,
+            decompose=False,  # the authors' simulator takes the hull of each link's mesh
         )
         # The authors' table is small: in their states fingers reach below its top.
         links = [body.name for body in with_hand.bodies if body.name not in ("table", "object")]

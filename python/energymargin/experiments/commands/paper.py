@@ -278,8 +278,8 @@ def table2(
 ) -> None:
     """How well capture and success are predicted on recorded pushes of five objects by two tools.
 
-    The recordings are a simulated stand-in for the paper's, which are not public: pushes in another
-    physics engine, with an arm's and a camera's errors (data/push_real).
+    The recordings are a simulated stand-in for the paper's, which `reproduce published` scores:
+    pushes in another physics engine, with an arm's and a camera's errors (data/push_real).
 
     The folder gets table2.md, table2.csv, table2.png and all scores (scores.db). It takes about an
     hour on one core; stop it with Ctrl-C: the same command goes on from there.
