@@ -1,6 +1,8 @@
 """The readers of the authors' published data: on a folder of our own everywhere, and on theirs
 where ENERGYMARGIN_PUBLISHED names it."""
 
+import csv
+import json
 import os
 from pathlib import Path
 
@@ -261,3 +263,44 @@ def test_the_rules_of_success_give_the_observers_labels_back():
             wrong += bool(reached) != track.success
             total += 1
     assert total >= 60 and wrong <= 0.05 * total, f"{wrong} of {total}"
+
+
+# -- the study
+
+
+def test_the_study_holds_both_sides_against_the_same_states_and_goes_on(folder, tmp_path):
+    arguments = ["reproduce", "published", "--data", folder, "--quick", "--nodes", 5]
+    done = run(*arguments, "--every", 2, "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    out = tmp_path / "out"
+    text = (out / "published.md").read_text()
+    assert "## Simulated, captured now" in text and "smoothed labels" in text
+    assert "0 states could not be scored" in text and "nan" not in text.lower()
+    assert (out / "published.png").stat().st_size > 10_000
+    lines = (out / "runs.jsonl").read_text().splitlines()
+    assert len(lines) == 2 * 2 * 4 + 2 * 6  # simulated states, and every second frame
+    with (out / "published.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    theirs = {row["horizon"]: row for row in rows if _is(row, "push", "theirs", "capture", "all")}
+    expected = evaluate(published.labelled_scores(folder, "push"), draws=2).states["capture"]
+    assert float(theirs["0"]["auc"]) == pytest.approx(expected[0].auc)
+    (out / "runs.jsonl").write_text("".join(f"{line}\n" for line in lines[:-3]))
+    again = run(*arguments, "--every", 2, "--out", "out", cwd=tmp_path)
+    assert again.returncode == 0 and (out / "published.md").read_text() == text
+    scored = [json.loads(line)[1]["scores"] for line in lines]
+    kept = [json.loads(line)[1]["scores"] for line in (out / "runs.jsonl").open()]
+    assert sorted(map(str, kept)) == sorted(map(str, scored))
+
+
+def test_the_study_refuses_what_it_cannot_do(folder, tmp_path):
+    for options, words in (
+        (["--parts", "push,grasp"], "parts has 'grasp', expected some of push, topple, jaw"),
+        (["--every", 3], "every is 3, expected 1, 2, 5 or 10"),
+        (["--nodes", 0], "nodes is 0, expected a whole number of at least 1"),
+    ):
+        done = run("reproduce", "published", "--data", folder, *options, cwd=tmp_path)
+        assert done.returncode == 2 and words in " ".join(done.stderr.split()), done.stderr
+
+
+def _is(row, part, side, score, among):
+    return (row["part"], row["side"], row["score"], row["among"]) == (part, side, score, among)
