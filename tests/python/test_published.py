@@ -17,6 +17,7 @@ from energymargin.evaluation import evaluate
 from energymargin.published.recorded import SLACK, PublishedRecorded
 from energymargin.published.recordings import recorded_dataset, recorded_task, steady, tracks
 from energymargin.store import ScoreStore
+from energymargin.viewer.stored import StoredScores
 
 pytest.importorskip("trimesh")
 COMBINATION = "jaw-pushes-rectangle"
@@ -120,6 +121,8 @@ def test_the_authors_scores_are_a_run_as_any_other(folder, tmp_path):
     for name, values in labelled.scores.items():
         assert np.array_equal(found.scores[name], values)
     assert np.array_equal(found.captured, labelled.captured)
+    stored = StoredScores(tmp_path / "s.db", dataset)  # of the viewer
+    assert stored.title == "published" and stored.at(5)["capture"] == labelled.scores["capture"][5]
     em.store.score_dataset(dataset, tmp_path / "s.db", ["force"])
     with ScoreStore(tmp_path / "s.db") as store:
         assert len(store.runs()) == 2

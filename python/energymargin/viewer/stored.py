@@ -29,7 +29,7 @@ class StoredScores:
         """
         with ScoreStore(path) as store:
             chosen = store.run(run)
-            if chosen.digest != dataset.digest():
+            if not chosen.digest.startswith(dataset.digest()):  # some name more after it
                 raise ValueError(
                     f"{path}: run {chosen.number} has scores of another dataset than this one "
                     f"(task {chosen.task!r}, {chosen.states} states): view the one that was scored"
@@ -42,7 +42,7 @@ class StoredScores:
             """What they ask of each state's future; None: it is asked about as it is."""
             nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
             ahead = "" if chosen.future is None else f", {chosen.future}"
-            self.title = f"stored{nodes}{ahead}"
+            self.title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
             """What a column of them is called."""
             self._scores = chosen.labelled_scores().scores
 
