@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.metadata import version
@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 from energymargin import published
 from energymargin._core import (
     Cancel,
-    Plan,
     Problem,
-    World,
     capture_probability,
     capture_score,
     disturbances,
@@ -36,7 +34,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.foresight import learned, share_by_frame
 from energymargin.experiments.jobs import complete_lines, finished
-from energymargin.experiments.published_early import early_success
+from energymargin.experiments.published_sources import Source, source_of
 from energymargin.experiments.published_text import (
     EARLY,
     OBJECTS,
@@ -47,21 +45,10 @@ from energymargin.experiments.published_text import (
     Published,
     Settings,
 )
-from energymargin.published.folder import SIMULATED, of_part
-from energymargin.published.recordings import (
-    Track,
-    recent_rates,
-    recorded_dataset,
-    recorded_task,
-    states_of,
-    tracks,
-)
-from energymargin.tasks.base import Task
 
 __all__ = ["reproduce"]
 
 RUNS_FILE = "runs.jsonl"
-FRAME = 8 / 240  # s, of a recording
 
 
 @dataclass(frozen=True)
@@ -90,21 +77,6 @@ class Row:
     error: str | None = None
 
 
-@dataclass(frozen=True)
-class Asked:
-    """The questions about one state."""
-
-    now: Problem
-    """As the authors ask it, without a clock."""
-    ahead: Problem | None
-    """With a clock and what the robot does; None at the last frame."""
-    later: NDArray[np.float64]
-    """When the frames after it come [s]."""
-
-
-Asking = Callable[[int], Asked]
-
-
 def reproduce(
     settings: Settings,
     data: Path,
@@ -122,111 +94,25 @@ def reproduce(
             f"parts has {wrong[0]!r}, expected some of {', '.join(published.parts(data))}"
         )
     folder.mkdir(parents=True, exist_ok=True)
-    sources = {name: _Source(data, name, settings) for name in parts}
-    jobs = [job for source in sources.values() for job in source.jobs()]
+    sources = {name: source_of(data, name, settings) for name in parts}
+    jobs = [job for source in sources.values() for job in _jobs(source, settings)]
     rows = _rows(jobs, sources, folder, thread_count(threads), progress or (lambda _d, _t: None))
-    result = Published(settings, [_part(source, rows) for source in sources.values()])
+    result = Published(settings, [_part(source, settings, rows) for source in sources.values()])
     (folder / "published.md").write_text(result.to_markdown())
     (folder / "published.csv").write_text(result.to_csv())
     return result
 
 
-class _Source:
-    """One part of the data: its states, the questions about them, and the authors' scores."""
-
-    def __init__(self, data: Path, name: str, settings: Settings) -> None:
-        self.name, self.settings = name, settings
-        self.theirs = published.labelled_scores(data, name)
-        self.simulated = name in SIMULATED
-        if self.simulated:
-            self.dataset = published.dataset(data, name)
-            self.tracks: list[Track] = []
-            self._task: Task = self.dataset._made
-        else:
-            own = of_part(data, name)
-            self.dataset = recorded_dataset(data, own)
-            self.smoothed = recorded_dataset(data, own, smoothed=True)
-            self.tracks = tracks(own)
-            self.recorded = recorded_task(data, name)
-            world = World(self.recorded.scene({}))
-            self._raw = [states_of(world, track, track.velocities) for track in self.tracks]
-            self._held = [
-                states_of(world, t, {b: recent_rates(t, b) for b in t.poses})[1]
-                for t in self.tracks
-            ]
-        self.places = self.dataset.frames()
-        self.numbers = [
-            index
-            for index, (_, k) in enumerate(self.places)
-            if self.simulated or k % settings.every == settings.every - 1
-        ]
-
-    def jobs(self) -> list[Job]:
-        """One a state that is scored."""
-        s, program = self.settings, version("energymargin")
-        return [Job(program, self.name, i, s.nodes, s.rollouts, s.seed) for i in self.numbers]
-
-    def asked(self, index: int) -> Asked:
-        """The questions about a state."""
-        t, k = self.places[index]
-        trajectory = self.dataset.trajectories[t]
-        most = max(self.settings.horizons(self.simulated))
-        later = np.asarray(trajectory.times[k + 1 : k + 1 + most] - trajectory.times[k])
-        if self.simulated:
-            return self._simulated(t, k, later)
-        measured, parted = self._raw[t]
-        now = self.recorded.problem(parted[k], {}).replace(
-            captured=self.recorded.captured(measured[k], {})
-        )
-        return Asked(now, self._ahead(self._held[t][k], later), later)
-
-    def _simulated(self, t: int, k: int, later: NDArray[np.float64]) -> Asked:
-        trajectory, task = self.dataset.trajectories[t], self._task
-        state, params = trajectory.states[k], trajectory.params
-        now = task.problem(state, params, trajectory.contacts[k])
-        if not len(later):
-            return Asked(now, None, later)
-        horizon = round(float(later[-1]) / now.scene.step) * now.scene.step
-        ahead = now.replace(
-            horizon=horizon,
-            plan=task.plan(state, float(trajectory.times[k]), params, horizon),  # type: ignore[attr-defined]
-            effector="coast",
-            captured=task.captured_throughout(params),  # type: ignore[attr-defined]
-            check=float(later[0]),  # the labels look at the frames alone
-        )
-        return Asked(now, ahead, later)
-
-    def _ahead(self, state: NDArray[np.float64], later: NDArray[np.float64]) -> Problem | None:
-        """Of a recording: the tool goes on as it did in the last half second."""
-        if not len(later):
-            return None
-        scene = self.recorded.scene({})
-        horizon = max(1, round(float(later[-1]) / scene.step)) * scene.step
-        found: Problem = self.recorded.problem(state, {}).replace(
-            horizon=horizon,
-            plan=Plan.hold(scene, state, horizon),
-            effector="coast",
-            captured=self.recorded.captured_throughout({}),
-            check=FRAME,
-        )
-        return found
-
-    def early(self, index: int, cancel: Cancel) -> float | None:
-        """Probability of success at the last frame, of every tenth frame of a recording."""
-        t, k = self.places[index]
-        if self.simulated or k not in EARLY:
-            return None
-        return early_success(
-            *(self.recorded, self.tracks[t], k, self._held[t][k]),
-            rollouts=self.settings.rollouts,
-            seed=self.settings.seed,
-            cancel=cancel,
-        )
+def _jobs(source: Source, settings: Settings) -> Iterator[Job]:
+    """One a state that is scored."""
+    program = version("energymargin")
+    for index in source.numbers:
+        yield Job(program, source.name, index, settings.nodes, settings.rollouts, settings.seed)
 
 
 def _rows(
     jobs: Sequence[Job],
-    sources: Mapping[str, _Source],
+    sources: Mapping[str, Source],
     folder: Path,
     threads: int,
     advance: Callable[[int, int], None],
@@ -250,7 +136,7 @@ def _rows(
     return {job: rows[job] for job in jobs}
 
 
-def _run(sources: Mapping[str, _Source], job: Job, cancel: Cancel) -> tuple[Job, Row]:
+def _run(sources: Mapping[str, Source], job: Job, cancel: Cancel) -> tuple[Job, Row]:
     begun = time.perf_counter()
     source = sources[job.part]
     seed = stream(job.seed, job.index)
@@ -267,7 +153,7 @@ def _run(sources: Mapping[str, _Source], job: Job, cancel: Cancel) -> tuple[Job,
                 cancel=cancel,
             )
             shares = share_by_frame(p.times, p.curve, asked.later)
-        early = source.early(job.index, cancel)
+        early = source.early(job.index, job.rollouts, job.seed, cancel)
     except (ValueError, RuntimeError) as error:
         return job, Row({}, [], None, time.perf_counter() - begun, str(error))
     return job, Row(scores, shares, early, time.perf_counter() - begun)
@@ -291,10 +177,10 @@ def _clockless(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> dict[
     return {name: float(value) for name, value in scores.items() if value is not None}
 
 
-def _part(source: _Source, rows: Mapping[Job, Row]) -> Part:
+def _part(source: Source, settings: Settings, rows: Mapping[Job, Row]) -> Part:
     """What came out of a part, both sides on the same states."""
     own = {job.index: row for job, row in rows.items() if job.part == source.name}
-    horizons = source.settings.horizons(source.simulated)
+    horizons = settings.horizons(source.simulated)
     states = source.dataset.size
     ours: dict[str, NDArray[np.float64]] = {}
     shares = {h: np.full(states, np.nan) for h in horizons if h > 0}
@@ -308,9 +194,8 @@ def _part(source: _Source, rows: Mapping[Job, Row]) -> Part:
     lacking[[index for index, row in own.items() if row.error is None]] = False
     theirs = _without(source.theirs, lacking)
     labels = {"recorded": source.theirs}
-    if not source.simulated:
-        captured = np.concatenate([t.captured for t in source.smoothed.trajectories])
-        labels["smoothed"] = _labelled(source.theirs, captured)
+    if source.smoothed is not None:
+        labels["smoothed"] = _labelled(source.theirs, source.smoothed)
     return Part(
         name=source.name,
         horizons=tuple(horizons),
@@ -319,7 +204,10 @@ def _part(source: _Source, rows: Mapping[Job, Row]) -> Part:
         ours=ours,
         probability=shares,
         labels=labels,
-        learned={kind: _learned(source, of_kind, lacking) for kind, of_kind in labels.items()},
+        learned={
+            kind: _learned(source, own_labels, lacking, horizons)
+            for kind, own_labels in labels.items()
+        },
         early=_early_scores(source, own),
         failed=sum(row.error is not None for row in own.values()),
         seconds=float(np.mean([row.seconds for row in own.values()])) if own else math.nan,
@@ -342,13 +230,16 @@ def _labelled(labelled: LabelledScores, captured: NDArray[np.bool_]) -> Labelled
 
 
 def _learned(
-    source: _Source, labelled: LabelledScores, lacking: NDArray[np.bool_]
+    source: Source,
+    labelled: LabelledScores,
+    lacking: NDArray[np.bool_],
+    horizons: Sequence[int],
 ) -> dict[int, NDArray[np.float64]]:
     """By horizon, a plain classifier of the raw states, five-fold by trajectory."""
     trajectories = source.dataset.trajectories
     states = np.concatenate([trajectory.states for trajectory in trajectories])
     found = {}
-    for horizon in source.settings.horizons(source.simulated):
+    for horizon in horizons:
         if horizon == 0:
             continue
         stays, whole = [], []
@@ -364,9 +255,10 @@ def _learned(
     return found
 
 
-def _early_scores(source: _Source, rows: Mapping[int, Row]) -> Early | None:
+def _early_scores(source: Source, rows: Mapping[int, Row]) -> Early | None:
     """Scores of success by frame, of each recording; None of simulated data."""
-    if source.simulated:
+    tracks = source.tracks
+    if not tracks:
         return None
     members = source.theirs.by_trajectory()
     shape = (len(members), len(EARLY))
@@ -380,5 +272,5 @@ def _early_scores(source: _Source, rows: Mapping[int, Row]) -> Early | None:
                 found[PROBABILITY][t, place] = row.early
             last = source.theirs.scores["success"][own[max(0, frame - 4) : frame + 1]]
             found["success"][t, place] = np.average(last, weights=np.arange(1, len(last) + 1))
-            found["nearness"][t, place] = -source.tracks[t].poses["object"][frame, 1]
-    return Early(np.array([track.success for track in source.tracks]), found)
+            found["nearness"][t, place] = -tracks[t].poses["object"][frame, 1]
+    return Early(np.array([track.success for track in tracks]), found)

@@ -21,7 +21,7 @@ from energymargin.published.task import PublishedTask
 from energymargin.store.given import add_scores as add_run
 from energymargin.tasks.base import Trajectory
 
-__all__ = ["add_scores", "dataset", "labelled_scores"]
+__all__ = ["add_scores", "dataset", "labelled_scores", "simulated_task"]
 
 SOURCE = {"source": "published"}
 NAMES = ("num_traj", "data_id")
@@ -39,10 +39,15 @@ def dataset(
     own = of_part(folder, part)
     if part not in SIMULATED:
         return recorded_dataset(Path(folder), own, notice)
+    return _simulated(own, simulated_task(folder, part))
+
+
+def simulated_task(folder: str | os.PathLike[str], part: str) -> PublishedTask:
+    """The task of a simulated part."""
     parameters = {"data": str(Path(folder).resolve())} if part == "grasp" else {}
     task = tasks.make(f"published-{part}", **parameters)
     assert isinstance(task, PublishedTask)  # those of this package are
-    return _simulated(own, task)
+    return task
 
 
 def labelled_scores(folder: str | os.PathLike[str], part: str) -> LabelledScores:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,11 +20,12 @@ from energymargin.tasks.base import Trajectory
 
 __all__ = [
     "Track",
+    "measured_states",
+    "parted",
     "recent_rates",
     "recorded_dataset",
     "recorded_scores",
     "recorded_task",
-    "states_of",
     "steady",
     "tracks",
 ]
@@ -118,7 +119,8 @@ def recorded_dataset(
     trajectories = []
     for track in tracks(own):
         rates = {b: _mean_rates(track, b) for b in COLUMNS} if smoothed else track.velocities
-        measured, states = states_of(world, track, rates)
+        measured = measured_states(scene, track, rates)
+        states = np.stack([parted(world, state) for state in measured])
         moved = int((states != measured).any(axis=1).sum())
         if moved and notice is not None:
             notice(
@@ -148,15 +150,6 @@ def recorded_task(folder: Path, part: str) -> PublishedRecorded:
     return PublishedRecorded(str(folder.resolve()), object, tool)
 
 
-def states_of(
-    world: World, track: Track, rates: dict[str, NDArray[np.float64]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Of the frames with these velocities (K, 3) of "object" and "effector": states as measured,
-    and without overlaps, shape (K, n) both."""
-    measured = _states(world.scene, track, rates)
-    return measured, np.stack([_parted(world, state) for state in measured])
-
-
 def recent_rates(track: Track, body: str) -> NDArray[np.float64]:
     """Over half a second before each frame, shape (K, 3): nothing of later frames is in it."""
     times, poses = track.times, track.poses[body]
@@ -165,10 +158,10 @@ def recent_rates(track: Track, body: str) -> NDArray[np.float64]:
     return np.asarray((poses - poses[first]) / spans[:, None])
 
 
-def _states(
-    scene: Scene, track: Track, rates: dict[str, NDArray[np.float64]]
+def measured_states(
+    scene: Scene, track: Track, rates: Mapping[str, NDArray[np.float64]]
 ) -> NDArray[np.float64]:
-    """As measured, shape (K, n)."""
+    """Of the frames with these velocities (K, 3) of "object" and "effector", shape (K, n)."""
     heights = {"object": HEIGHT / 2, "effector": HEIGHT / 2 + CLEARANCE}
     return np.stack(
         [
@@ -188,9 +181,12 @@ def _states(
     )
 
 
-def _parted(world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where a tool embraces an object, and no place along the contacts is free, it is drawn back
-    against the direction of the push."""
+def parted(world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A state, shape (n,), without overlaps.
+
+    Where a tool embraces an object, and no place along the contacts is free, it is drawn back
+    against the direction of the push.
+    """
     with suppress(ValueError):
         return moved_apart(world, state, ("object", "effector"))
     back = world.scene.slice("effector").start + 1
