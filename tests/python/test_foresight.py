@@ -49,7 +49,7 @@ def test_every_score_has_a_row_for_each_task_and_horizon(
     assert all(task.missing == 0 for task in result.tasks)
     text = result.to_markdown()
     assert all(text.count(f"| {name} |") == 2 for name in NAMES.values())
-    assert "Uniform(strength=0.6, objects=1)" in text and "## Against fresh rollouts" in text
+    assert "Uniform(strength=0.6, objects=2)" in text and "## Against fresh rollouts" in text
 
 
 def test_states_count_that_are_captured_now_and_have_the_whole_horizon(

@@ -151,15 +151,22 @@ def _continue(
 
 def _jobs(dataset: Dataset, settings: Settings) -> Iterator[Job]:
     """Of the states that are captured now, with a frame after them."""
-    program, frames = version("energymargin"), dataset.frames()
+    program, frames, most = version("energymargin"), dataset.frames(), _objects(dataset)
     for name, method in settings.methods().items():
+        objects = None if method.objects is None else min(method.objects, most)
         for index, (t, k) in enumerate(frames):
             trajectory = dataset.trajectories[t]
             if trajectory.captured[k] and k + 1 < len(trajectory):
                 yield Job(
                     *(program, dataset.task, settings.trajectories, index, name),
-                    *(method.rollouts, method.strength, method.objects, method.seed),
+                    *(method.rollouts, method.strength, objects, method.seed),
                 )
+
+
+def _objects(dataset: Dataset) -> int:
+    """How many a task has."""
+    scene = scripted(dataset).scene(dataset.trajectories[0].params)
+    return sum(body.role == "object" for body in scene.bodies)
 
 
 def _rows(

@@ -52,7 +52,7 @@ SCRIPT, NOMINAL, FRESH, LEARNED = "script", "nominal", "fresh", "learned"
 # One rule for all tasks: how strong the disturbance is, as a share of the problem's bounds, and how
 # many objects each of its pieces meets. Fixed on trajectories of another seed: docs/foresight.md.
 STRENGTH = 0.6
-OBJECTS = 1
+OBJECTS = 2  # or as many as a task has
 
 # What the robot does, by the name of a probability.
 PLANS: dict[str, Following | None] = {

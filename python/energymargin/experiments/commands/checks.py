@@ -402,7 +402,10 @@ def foresight(
     ] = None,
     objects: Annotated[
         int | None,
-        typer.Option(help="How many objects are disturbed at a time.", show_default="1"),
+        typer.Option(
+            help="How many objects are disturbed at a time, at most those there are.",
+            show_default="2",
+        ),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Of all that is random.", show_default="0")] = (
         None
