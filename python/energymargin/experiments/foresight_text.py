@@ -218,7 +218,8 @@ class Foresight:
             f"and have h frames left. Version {version('energymargin')}, {own.trajectories} "
             f"trajectories of ten frames a task, seed {own.seed}; trees of {own.nodes} nodes, "
             f"{own.rollouts} rollouts. The disturbance of a probability is "
-            f"Uniform(strength={own.strength:g}, objects={own.objects}): each piece meets {many}, where there are so many. "
+            f"Uniform(strength={own.strength:g}, objects={own.objects}): each piece meets {many}, "
+            "where there are so many. "
             "Beside it stands the default, Uniform(). The intervals, 95 % by trajectory, the Brier "
             f"score and the expected calibration error (ECE, {BINS} bins of equal mass) are of the "
             "horizon in the head of their column.",
