@@ -4,6 +4,7 @@ import base64
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -269,7 +270,8 @@ def test_a_set_that_fails_costs_the_picture_alone(problem):
 
 def test_what_is_damaged_is_shown_as_text_and_never_raises(labelled, tmp_path):
     short = ScoreTable(np.arange(3), np.zeros(3), {"capture": np.zeros(1)})
-    odd = LabelledScores("push", labelled.trajectory, labelled.captured[:1], None, {"capture": 3})
+    odd = replace(labelled, scores=dict(labelled.scores))
+    odd.scores["capture"] = 3  # of a dict that somebody changed
     path = tmp_path / "push.h5"
     datasets.generate("push", trajectories=1, frames=2, seed=0).save(path)
     with datasets.open(path) as closed:

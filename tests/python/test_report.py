@@ -177,7 +177,8 @@ def test_no_card_is_of_a_state_whose_label_would_look_past_the_end(own):
     path = own / "push-scores.db"
     changed(path, "DELETE FROM scores WHERE question <> 1")
     changed(path, "UPDATE states SET captured = number % 6 >= 3")
-    changed(path, "UPDATE scores SET value = 1 - 0.1 * (stream % 6) WHERE question = 1")
+    values = " ".join(f"WHEN {k} THEN {v}" for k, v in enumerate((1, 0.9, 0.8, 0.95, 0.85, 0.5)))
+    changed(path, f"UPDATE scores SET value = CASE stream % 6 {values} END WHERE question = 1")
     assert "frame 5 (" in written(own, pictures=2, horizon=0).text
     ahead = written(own, pictures=2, horizon=2).text
     assert "frame 3 (" in ahead and "frame 4 (" not in ahead and "frame 5 (" not in ahead
