@@ -199,15 +199,17 @@ def long_replay(page):
     there = np.arange(len(short.times))
     moments = np.resize(np.concatenate([there, there[::-1]]), 10_000)
     times = 0.03 * np.arange(len(moments))  # five minutes
-    vars(scored)["way_out"] = Replay(times, short.states[moments], short.costs[moments])
-    page._show_scored()
+    with page._lock:  # as every callback of the page does
+        vars(scored)["way_out"] = Replay(times, short.states[moments], short.costs[moments])
+        page._show_scored()
     try:
         yield
     finally:
         page._player.stop()
         page._player.join()
-        vars(scored)["way_out"] = short
-        page._show_scored()
+        with page._lock:
+            vars(scored)["way_out"] = short
+            page._show_scored()
 
 
 def test_a_replay_stops_where_somebody_moves_it(seen):
