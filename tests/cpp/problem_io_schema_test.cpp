@@ -70,13 +70,13 @@ TEST(ProblemSchema, EveryFileThatIsWrittenFits) {
 }
 
 TEST(ProblemSchema, KeyThatTheReaderMissesTheSchemaMissesToo) {
-  const std::set<std::string> optional{"succeeded",     "within",     "captured_any",
-                                       "succeeded_any", "margin",     "joints",
-                                       "springs",       "contacts",   "disabled_collisions",
-                                       "force_weights", "inertial",   "friction_directions",
-                                       "mimic",         "frame",      "at",
-                                       "solid",         "horizon",    "check",
-                                       "dwell",         "plan",       "wrenches",
+  const std::set<std::string> optional{"succeeded",     "within",    "captured_any",
+                                       "succeeded_any", "margin",    "joints",
+                                       "springs",       "contacts",  "disabled_collisions",
+                                       "force_weights", "inertial",  "friction_directions",
+                                       "mimic",         "frame",     "at",
+                                       "solid",         "horizon",   "check",
+                                       "dwell",         "plan",      "wrenches",
                                        "targets",       "velocities"};
   std::set<std::string> left_out;
   for (const Json& file : full_files()) {
