@@ -196,6 +196,7 @@ def test_among_states_that_are_captured_now_there_is_nothing_to_tell_at_horizon_
     assert [(c.count, c.positives) for c in result.states["capture"].values()] == [(5, 4), (3, 2)]
     text = result.to_markdown()
     assert "States that are captured now" in text and "paper" not in text
+    assert evaluate(pushes).to_csv().split("\n")[0] == result.to_csv().split("\n")[0]
     rows = list(csv.DictReader(io.StringIO(result.to_csv())))
     assert {(row["score"], row["among"]) for row in rows} == {("capture", "captured")}
     # of at least one object those count of which at least one is captured now

@@ -58,7 +58,9 @@ def evaluate(
     from energymargin.tasks.base import one_of, whole_number
 
     whole_number("last", last, 1)
-    which = AMONG if among is None else [a for a in AMONG if a == one_of("among", among, AMONG)]
+    if among is not None:
+        one_of("among", among, AMONG)
+    which = [choice for choice in AMONG if among in (None, choice)]
     with ScoreStore(scores) as store:
         labelled = store.run(run).labelled_scores()
     print_evaluation(labelled, markdown, csv, seed, last, among=which, clipped=clipped)
@@ -76,20 +78,15 @@ def print_evaluation(
 ) -> None:
     """AUC and AP, on the terminal and into files: a table for each of `among`."""
     results = [_evaluated(labelled, which, last, seed, clipped=clipped) for which in among]
-    for result in results:
+    for number, result in enumerate(results):
+        if number:
+            out.print()
         out.print(result.render())
     if markdown is not None:
         markdown.write_text("\n".join(result.to_markdown() for result in results))
     if csv is not None:
-        header, *_ = results[0].to_csv().splitlines(keepends=True)
-        csv.write_text(header + "".join(_lines(result, header) for result in results))
-
-
-def _lines(result: Evaluation, header: str) -> str:
-    """Those of a CSV file below its header, as many cells long as that is."""
-    own, *lines = result.to_csv().splitlines()
-    more = "," * (header.count(",") - own.count(","))
-    return "".join(f"{line}{more}\n" for line in lines)
+        first, *more = (result.to_csv() for result in results)
+        csv.write_text(first + "".join(text.split("\n", 1)[1] for text in more))
 
 
 def _evaluated(

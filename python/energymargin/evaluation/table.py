@@ -60,8 +60,13 @@ class Evaluation:
 
     @property
     def has_paper(self) -> bool:
-        """Whether the paper has the same scores of this task."""
-        return self.task in PAPER and self.asks is None and self.among == "all"
+        """Whether the paper has the same scores of this task, of all states."""
+        return self.task in PAPER and self.asks is None
+
+    @property
+    def shows_paper(self) -> bool:
+        """Whether its values stand beside the tables: those of its horizon have to be there."""
+        return self.has_paper and PAPER_HORIZON in self.horizons
 
     @property
     def trajectories(self) -> dict[str, Cell]:
@@ -124,35 +129,29 @@ class Evaluation:
             cells.append((PROBABLE_SUCCESS, "", self.probable_success))
         if self.success_any is not None or (self._several() and self.among == "all"):
             cells.append((SUCCESS + ANY, "", self.success_any))
-        missing = ("", "") if self.has_paper else ()
         return [
-            [
-                score,
-                self.among,
-                horizon,
-                *csv_fields(cell),
-                *(self._told(score, horizon) or missing),
-            ]
+            [score, self.among, horizon, *csv_fields(cell), *self._told(score, horizon)]
             for score, horizon, cell in cells
         ]
 
-    def _told(self, score: str, horizon: int | str) -> tuple[float, float] | None:
-        """AUC and AP of the paper, at its horizon."""
-        if not self.has_paper or horizon not in (PAPER_HORIZON, ""):
-            return None
-        return PAPER[self.task].get(score)
+    def _told(self, score: str, horizon: int | str) -> tuple[float | str, ...]:
+        """AUC and AP of the paper, empty but at its horizon; nothing if it lacks the task."""
+        if not self.has_paper:
+            return ()
+        at_its_horizon = horizon in (PAPER_HORIZON, "")
+        return PAPER[self.task].get(score, ("", "")) if at_its_horizon else ("", "")
 
     def _several(self) -> bool:
         """Whether there are scores of at least one object."""
         return self.success_any is not None or any(score.endswith(ANY) for score in self.states)
 
     def _columns(self) -> list[str]:
-        paper = [f"paper, h = {PAPER_HORIZON}"] if self.has_paper else []
+        paper = ["paper"] if self.shows_paper else []
         return [*(f"h = {horizon}" for horizon in self.horizons), *paper]
 
     def _paper(self, score: str) -> list[str]:
         """The cell of the paper's column, if there is one."""
-        return [paper_value(self.task, score)] if self.has_paper else []
+        return [paper_value(self.task, score)] if self.shows_paper else []
 
     def _sections(self) -> list[tuple[str, list[tuple[str, list[str]]]]]:
         """Titles, empty if there is one section alone, and rows: a score's name and its cells."""
@@ -175,6 +174,8 @@ class Evaluation:
                 f"Success: the last {self.last} frames of a trajectory, whose success has no "
                 "horizon; the last frame alone tells most of it."
             )
+        if self.shows_paper:
+            caption += f" The paper's values are at h = {PAPER_HORIZON}."
         if self.missing:
             caption += f" {self.missing} states have no score yet and are left out."
         return " ".join(caption.split())

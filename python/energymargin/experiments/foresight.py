@@ -11,10 +11,9 @@ other scores are in stores: stopped and started again, the study goes on with wh
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -38,7 +37,7 @@ from energymargin.experiments.foresight_text import (
     Settings,
     TaskForesight,
 )
-from energymargin.experiments.jobs import complete_lines, finished
+from energymargin.experiments.jobs import pairs, resumed
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks.base import ScriptedTask, Trajectory
@@ -114,7 +113,15 @@ def reproduce(
 
             stage(dataset, settings, folder, threads, count)
             done += dataset.size
-    rows = _rows(jobs, parts, folder, threads, lambda n: advance(states + n, total))
+    robots = {name: scripted(dataset) for name, dataset in parts.items()}
+    rows = resumed(
+        folder / RUNS_FILE,
+        jobs,
+        partial(_run, parts, robots),
+        threads,
+        lines=pairs(Job, Row),
+        progress=lambda n, _of: advance(states + n, total),
+    )
     results = [_result(dataset, settings, folder, rows) for dataset in parts.values()]
     found = Foresight(settings, results)
     (folder / "foresight.md").write_text(found.to_markdown())
@@ -167,33 +174,6 @@ def _objects(dataset: Dataset) -> int:
     """How many a task has."""
     scene = scripted(dataset).scene(dataset.trajectories[0].params)
     return sum(body.role == "object" for body in scene.bodies)
-
-
-def _rows(
-    jobs: Sequence[Job],
-    parts: Mapping[str, Dataset],
-    folder: Path,
-    threads: int,
-    advance: Callable[[int], None],
-) -> dict[Job, Row]:
-    """Those of the file, and what was missing, which is added to it."""
-    path = folder / RUNS_FILE
-    rows = {}
-    for line in complete_lines(path):
-        job, row = json.loads(line)
-        rows[Job(**job)] = Row(**row)
-    missing = [job for job in jobs if job not in rows]
-    done = len(jobs) - len(missing)
-    advance(done)
-    robots = {name: scripted(dataset) for name, dataset in parts.items()}
-    with path.open("a") as file:
-        for job, row in finished(missing, partial(_run, parts, robots), threads):
-            file.write(json.dumps([asdict(job), asdict(row)]) + "\n")
-            file.flush()
-            rows[job] = row
-            done += 1
-            advance(done)
-    return {job: rows[job] for job in jobs}
 
 
 def _run(

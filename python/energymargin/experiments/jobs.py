@@ -2,22 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from energymargin._core import Cancel
 from energymargin.interrupts import held_interrupts
 
-__all__ = ["complete_lines", "finished"]
+__all__ = ["Lines", "complete_lines", "finished", "pairs", "resumed"]
 
 POLL = 0.05  # s, between two looks for Ctrl-C
 AHEAD = 8  # jobs that lie ready for each thread
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+
+
+class Lines(NamedTuple, Generic[Job, Result]):
+    """How a job and its result are a line of a file."""
+
+    read: Callable[[str], tuple[Job, Result]]
+    write: Callable[[Job, Result], str]
+
+
+def pairs(job: type[Job], result: type[Result]) -> Lines[Job, Result]:
+    """Two JSON objects in a list, of dataclasses."""
+
+    def read(line: str) -> tuple[Job, Result]:
+        of_job, of_result = json.loads(line)
+        return job(**of_job), result(**of_result)
+
+    def write(of_job: Any, of_result: Any) -> str:
+        return json.dumps([asdict(of_job), asdict(of_result)])
+
+    return Lines(read, write)
+
+
+def resumed(
+    path: Path,
+    jobs: Sequence[Job],
+    run: Callable[[Job, Cancel], tuple[Job, Result]],
+    threads: int,
+    *,
+    lines: Lines[Job, Result],
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[Job, Result]:
+    """The results of all jobs: those of the file, and what it lacked, which is added as soon as it
+    is there. `progress(done, total)` counts jobs; errors and Ctrl-C as `finished`."""
+    results = dict(map(lines.read, complete_lines(path)))
+    missing = [job for job in jobs if job not in results]
+    done, tell = len(jobs) - len(missing), progress or (lambda _done, _total: None)
+    tell(done, len(jobs))
+    with path.open("a") as file:
+        for job, result in finished(missing, run, threads):
+            file.write(lines.write(job, result) + "\n")
+            file.flush()
+            results[job] = result
+            done += 1
+            tell(done, len(jobs))
+    return {job: results[job] for job in jobs}
 
 
 def complete_lines(path: Path) -> list[str]:

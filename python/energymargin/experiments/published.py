@@ -7,11 +7,10 @@ written as soon as it is scored: stopped and started again, the study goes on wi
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -30,10 +29,10 @@ from energymargin._core import (
     force_score,
     stream,
 )
-from energymargin.evaluation import LabelledScores
+from energymargin.evaluation import LabelledScores, compared_states
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.foresight import learned, share_by_frame
-from energymargin.experiments.jobs import complete_lines, finished
+from energymargin.experiments.jobs import pairs, resumed
 from energymargin.experiments.published_sources import Source, source_of
 from energymargin.experiments.published_text import (
     EARLY,
@@ -96,7 +95,14 @@ def reproduce(
     folder.mkdir(parents=True, exist_ok=True)
     sources = {name: source_of(data, name, settings) for name in parts}
     jobs = [job for source in sources.values() for job in _jobs(source, settings)]
-    rows = _rows(jobs, sources, folder, thread_count(threads), progress or (lambda _d, _t: None))
+    rows = resumed(
+        folder / RUNS_FILE,
+        jobs,
+        partial(_run, sources),
+        thread_count(threads),
+        lines=pairs(Job, Row),
+        progress=progress,
+    )
     result = Published(settings, [_part(source, settings, rows) for source in sources.values()])
     (folder / "published.md").write_text(result.to_markdown())
     (folder / "published.csv").write_text(result.to_csv())
@@ -108,32 +114,6 @@ def _jobs(source: Source, settings: Settings) -> Iterator[Job]:
     program = version("energymargin")
     for index in source.numbers:
         yield Job(program, source.name, index, settings.nodes, settings.rollouts, settings.seed)
-
-
-def _rows(
-    jobs: Sequence[Job],
-    sources: Mapping[str, Source],
-    folder: Path,
-    threads: int,
-    advance: Callable[[int, int], None],
-) -> dict[Job, Row]:
-    """Those of the file, and what was missing, which is added to it."""
-    path = folder / RUNS_FILE
-    rows = {}
-    for line in complete_lines(path):
-        job, row = json.loads(line)
-        rows[Job(**job)] = Row(**row)
-    missing = [job for job in jobs if job not in rows]
-    done = len(jobs) - len(missing)
-    advance(done, len(jobs))
-    with path.open("a") as file:
-        for job, row in finished(missing, partial(_run, sources), threads):
-            file.write(json.dumps([asdict(job), asdict(row)]) + "\n")
-            file.flush()
-            rows[job] = row
-            done += 1
-            advance(done, len(jobs))
-    return {job: rows[job] for job in jobs}
 
 
 def _run(sources: Mapping[str, Source], job: Job, cancel: Cancel) -> tuple[Job, Row]:
@@ -192,15 +172,15 @@ def _part(source: Source, settings: Settings, rows: Mapping[Job, Row]) -> Part:
                 of_horizon[index] = row.shares[h - 1]
     lacking = np.ones(states, dtype=bool)
     lacking[[index for index, row in own.items() if row.error is None]] = False
-    theirs = _without(source.theirs, lacking)
+    theirs = {n: np.where(lacking, np.nan, own) for n, own in source.theirs.scores.items()}
     labels = {"recorded": source.theirs}
     if source.smoothed is not None:
-        labels["smoothed"] = _labelled(source.theirs, source.smoothed)
+        labels["smoothed"] = replace(source.theirs, captured=source.smoothed)
     return Part(
         name=source.name,
         horizons=tuple(horizons),
         complete=source.theirs,
-        theirs=theirs.scores,
+        theirs=theirs,
         ours=ours,
         probability=shares,
         labels=labels,
@@ -214,21 +194,6 @@ def _part(source: Source, settings: Settings, rows: Mapping[Job, Row]) -> Part:
     )
 
 
-def _without(labelled: LabelledScores, lacking: NDArray[np.bool_]) -> LabelledScores:
-    """The scores of those states alone that both sides have."""
-    scores = {name: np.where(lacking, np.nan, values) for name, values in labelled.scores.items()}
-    return LabelledScores(
-        labelled.task, labelled.trajectory, labelled.captured, labelled.success, scores
-    )
-
-
-def _labelled(labelled: LabelledScores, captured: NDArray[np.bool_]) -> LabelledScores:
-    """The same with other labels."""
-    return LabelledScores(
-        labelled.task, labelled.trajectory, captured, labelled.success, labelled.scores
-    )
-
-
 def _learned(
     source: Source,
     labelled: LabelledScores,
@@ -238,20 +203,15 @@ def _learned(
     """By horizon, a plain classifier of the raw states, five-fold by trajectory."""
     trajectories = source.dataset.trajectories
     states = np.concatenate([trajectory.states for trajectory in trajectories])
+    everyone = replace(labelled, scores={"one": np.zeros(len(states))})
     found = {}
     for horizon in horizons:
         if horizon == 0:
             continue
-        stays, whole = [], []
-        for own in labelled.by_trajectory():
-            captured = labelled.captured[own]
-            ends = np.arange(len(own)) + horizon
-            whole.append((ends < len(own)) & captured)
-            stays.append([bool(captured[k : k + horizon + 1].all()) for k in range(len(own))])
-        counts = np.concatenate(whole) & ~lacking
-        found[horizon] = learned(
-            states, np.concatenate(stays).astype(bool), labelled.trajectory, counts, 0
-        )
+        compared = compared_states(everyone, "one", horizon, among="captured")
+        counts, stays = np.zeros(len(states), dtype=bool), np.zeros(len(states), dtype=bool)
+        counts[compared.number], stays[compared.number] = True, compared.labels
+        found[horizon] = learned(states, stays, labelled.trajectory, counts & ~lacking, 0)
     return found
 
 
@@ -266,7 +226,7 @@ def _early_scores(source: Source, rows: Mapping[int, Row]) -> Early | None:
     for t, own in enumerate(members):
         for place, frame in enumerate(EARLY):
             if frame >= len(own):
-                continue
+                break
             row = rows.get(int(own[frame]))
             if row is not None and row.early is not None:
                 found[PROBABILITY][t, place] = row.early

@@ -19,10 +19,10 @@ from energymargin.published.reading import simulated_task
 from energymargin.published.recordings import (
     Track,
     measured_states,
-    parted,
     recent_rates,
     recorded_dataset,
     recorded_task,
+    separated,
     tracks,
 )
 
@@ -154,7 +154,7 @@ class Recorded(Source):
 
     def _held(self, t: int, k: int) -> NDArray[np.float64]:
         """The state with the velocities of the last half second."""
-        return parted(World(self._scene), self._recent[t][k])
+        return separated(World(self._scene), self._recent[t][k])
 
     def _ahead(self, state: NDArray[np.float64], later: NDArray[np.float64]) -> Problem | None:
         if not len(later):

@@ -20,7 +20,7 @@ from pathlib import Path
 from energymargin._core import Cancel, escape_effort
 from energymargin.executors.threads import thread_count
 from energymargin.experiments import cages, projectiles
-from energymargin.experiments.jobs import complete_lines, finished
+from energymargin.experiments.jobs import Lines, resumed
 from energymargin.plausibility import PlausibilityWarning
 from energymargin.tasks.base import whole_number
 
@@ -171,22 +171,13 @@ def reproduce(
 ) -> Walls:
     """Makes every search and shot that is not in the folder yet; writes walls.md and walls.csv."""
     folder.mkdir(parents=True, exist_ok=True)
-    advance = progress or (lambda _done, _total: None)
-    path = folder / RUNS_FILE
-    rows = dict(_from_json(line) for line in complete_lines(path))
-    wanted = list(_jobs(settings))
-    missing = [job for job in wanted if job not in rows]
-    done = len(wanted) - len(missing)
-    advance(done, len(wanted))
-    with warnings.catch_warnings(), path.open("a") as file:
+    path, wanted, lines = folder / RUNS_FILE, list(_jobs(settings)), Lines(_from_json, _to_json)
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)  # random scenes float and are heavy
-        for job, row in finished(missing, _run_job, thread_count(threads)):
-            file.write(json.dumps({**asdict(job), **asdict(row)}) + "\n")
-            file.flush()
-            rows[job] = row
-            done += 1
-            advance(done, len(wanted))
-    result = Walls([rows[job] for job in wanted])
+        rows = resumed(
+            *(path, wanted, _run_job, thread_count(threads)), lines=lines, progress=progress
+        )
+    result = Walls(list(rows.values()))
     (folder / "walls.md").write_text(result.to_markdown())
     (folder / "walls.csv").write_text(result.to_csv())
     return result
@@ -199,6 +190,10 @@ def _jobs(settings: Settings) -> Iterator[Job]:
             yield Job(program, planner, seed, settings.nodes)
     for seed in range(settings.seed, settings.seed + settings.shots):
         yield Job(program, SHOT, seed, 0)
+
+
+def _to_json(job: Job, row: Row) -> str:
+    return json.dumps({**asdict(job), **asdict(row)})
 
 
 def _from_json(line: str) -> tuple[Job, Row]:

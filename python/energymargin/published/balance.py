@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Contact, Problem, Region, Scene
-from energymargin.published.planar import COLUMNS, between, placed, swept
-from energymargin.published.task import PublishedTask
+from energymargin import regions
+from energymargin._core import Box, Region, Scene
+from energymargin.published.planar import COLUMNS, Sweep, SweptTask, placed
+from energymargin.published.task import SimulatedTask, Vector
 from energymargin.tasks.base import STEP, Params
 
 __all__ = ["PublishedBalance"]
 
 GRAVITY = (0.0, -9.81, 0.0)  # m/s^2; the slope is vertical
-FREE = {"linear_factor": (1.0, 1.0, 0.0), "angular_factor": (0.0, 0.0, 1.0)}
+FREE_AXES, FREE_TURNS = (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # x and y, yaw
 OBJECT_SIZE = (0.4, 0.4, 0.1)  # m
 OBJECT_MASS = 1.0  # kg
 SUPPORT_SIZE = (1.2, 0.2, 0.1)  # m
@@ -31,19 +30,18 @@ FLOOR_FRICTION = 1.0
 LIFT = 500.0  # N along y, the mean of the script; it meets the next frame of the support to 1 mm
 
 FORCE_BOUND = 5.0  # N
-LONGEST_EDGE = 0.5  # s
-RATE = 0.5  # 1/J
-HALF_WIDTH, AHEAD, LEAST_SPEED = 0.6, 1.0, 0.3  # m, s, m/s: of the capture set
 GOAL_Y = 6.5  # m, of the object; the authors' later code
 
 
-class PublishedBalance(PublishedTask):
+class PublishedBalance(SweptTask, SimulatedTask):
     """Carry a square on a support: the authors' simulated trajectories."""
 
     name = "published-balance"
     part = "balance"
     columns = COLUMNS
     interval = 0.3
+    duration, rate = 0.5, 0.5
+    sweep = Sweep(half_width=0.6, ahead=1.0, ends=0.0, least_speed=0.3, disc_radius=1.2)
 
     def scene(self, params: Params) -> Scene:
         """Floor, square and support, which is held against its weight and the square's."""
@@ -62,8 +60,8 @@ class PublishedBalance(PublishedTask):
             position=(5.0, 5.0, 0.0),
             friction=FRICTION,
             role="object",
-            linear_factor=FREE["linear_factor"],
-            angular_factor=FREE["angular_factor"],
+            linear_factor=FREE_AXES,
+            angular_factor=FREE_TURNS,
         )
         made.add_body(
             "effector",
@@ -72,8 +70,8 @@ class PublishedBalance(PublishedTask):
             position=(5.0, 4.7, 0.0),
             friction=FRICTION,
             role="effector",
-            linear_factor=FREE["linear_factor"],
-            angular_factor=FREE["angular_factor"],
+            linear_factor=FREE_AXES,
+            angular_factor=FREE_TURNS,
             force=(0.0, -(SUPPORT_MASS + OBJECT_MASS) * GRAVITY[1], 0.0),
         )
         return made
@@ -86,41 +84,10 @@ class PublishedBalance(PublishedTask):
         """A steady lift; the scene holds the square's weight already, the script does not."""
         return {"effector": (0.0, LIFT + OBJECT_MASS * GRAVITY[1], 0.0, 0.0, 0.0, 0.0)}
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
-        """What the support is about to sweep from where it is at this state, shape (26,)."""
-        support = self.scene(params).unpack(state)["effector"]
-        motion = {
-            "position": support["position"][:2],
-            "velocity": support["velocity"][:2],
-            "yaw_rate": support["angular_velocity"][2],
-        }
-        return swept(HALF_WIDTH, AHEAD, 0.0, LEAST_SPEED, motion)
-
-    def captured_throughout(self, params: Params) -> Region:
-        """What the support is about to sweep from where it has come to."""
-        return swept(HALF_WIDTH, AHEAD, 0.0, LEAST_SPEED, None)
-
     def succeeded(self, params: Params) -> Region:
         """The square is high."""
-        return between((0.0, 1.0, 0.0), GOAL_Y, 1e6)
+        return regions.HalfSpace("object", (0.0, -1.0, 0.0), -GOAL_Y)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (26,): forces act on the square."""
-        return Problem(
-            self.scene({}),
-            state,
-            force=(FORCE_BOUND, FORCE_BOUND, 0.0),
-            torque=(0.0, 0.0, 0.0),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, {}),
-            succeeded=self.succeeded({}),
-            effector="drive",
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """On x and y."""
+        return (FORCE_BOUND, FORCE_BOUND, 0.0), (0.0, 0.0, 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -11,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Problem, Region, Scene, World
-from energymargin.published.task import DEEPEST, PublishedTask
-from energymargin.tasks.base import STEP, Params
+from energymargin._core import Box, Region, Scene, World
+from energymargin.published.task import DEEPEST, SimulatedTask, Vector
+from energymargin.tasks.base import STEP, Params, drawn
 
 __all__ = ["PublishedGrasp"]
 
@@ -33,14 +32,12 @@ TARGETS = (0.39, 0.385, 0.4)  # rad, of each finger's joints
 STIFFNESS, DAMPING, TORQUE = 1000.0, 100.0, 10.0  # N m/rad, N m s/rad, N m
 
 ACCELERATION = 3.0  # m/s^2 on x and z
-LONGEST_EDGE = 0.1  # s
-RATE = 3.0  # 1/J
 LEAST_HEIGHT, FALL = 0.25, 0.5  # m, m/s
 
 OPENING, MOST_OPENED = 0.01, 40  # rad, by which a finger is opened at a time; how often
 
 
-class PublishedGrasp(PublishedTask):
+class PublishedGrasp(SimulatedTask):
     """Grasp a box from a sinking table: the authors' simulated trajectories."""
 
     name = "published-grasp"
@@ -55,6 +52,8 @@ class PublishedGrasp(PublishedTask):
         "vzt",
     )
     interval = 0.2
+    duration, rate = 0.1, 3.0
+    effector = "coast"
     drawn: ClassVar = {"friction": "lateral_friction_coef", "mass": "mass_object"}
 
     def __init__(self, data: str = ".") -> None:
@@ -76,7 +75,7 @@ class PublishedGrasp(PublishedTask):
     def _made(self, params: Params) -> Scene:
         from energymargin.scenes import from_urdf
 
-        friction = params["friction"]
+        friction = drawn("friction", params, None)
         made = Scene(gravity=GRAVITY, step=STEP)
         made.add_body(
             "table",
@@ -91,7 +90,7 @@ class PublishedGrasp(PublishedTask):
         made.add_body(
             "object",
             Box((OBJECT_EDGE,) * 3),
-            mass=params["mass"],
+            mass=drawn("mass", params, None),
             position=(-0.9, 0.0, TABLE_TOP + OBJECT_EDGE / 2),
             friction=friction,
             role="object",
@@ -144,7 +143,7 @@ class PublishedGrasp(PublishedTask):
             )
         )
 
-    def parted(self, world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
+    def separated(self, world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
         """The state, with fingers opened that are in the box by more than a centimetre."""
         opened = state.copy()
         for finger in FINGERS:
@@ -173,29 +172,10 @@ class PublishedGrasp(PublishedTask):
         """As captured."""
         return self.captured_throughout(params)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,), of these params: forces act on the
-        box."""
-        params = params or {}
-        bound = ACCELERATION * params["mass"]
-        return Problem(
-            self.scene(params),
-            state,
-            force=(bound, 0.0, bound),
-            torque=(0.0, 0.0, 0.0),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, params),
-            succeeded=self.succeeded(params),
-            effector="coast",
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """On x and z, no torque."""
+        force = ACCELERATION * drawn("mass", params, None)
+        return (force, 0.0, force), (0.0, 0.0, 0.0)
 
 
 def _orientation(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:

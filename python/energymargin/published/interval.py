@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import World
-from energymargin.published.task import PublishedTask
+from energymargin.published.task import SimulatedTask
 from energymargin.tasks.base import Params
 
 __all__ = ["matched_interval"]
@@ -16,7 +16,7 @@ __all__ = ["matched_interval"]
 LEAST, LONGEST = 10, 120  # steps; the longest trajectories have this interval
 
 
-def matched_interval(task: PublishedTask, params: Params, states: NDArray[np.float64]) -> float:
+def matched_interval(task: SimulatedTask, params: Params, states: NDArray[np.float64]) -> float:
     """The interval [s], in whole steps, after which the script's mean brings each state, shape
     (K, n), nearest to the next recorded one, in the mean of the free bodies' distances."""
     scene = task.scene(params)

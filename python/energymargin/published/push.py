@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Contact, Cylinder, Problem, Region, Scene
-from energymargin.published.planar import COLUMNS, between, placed, swept
-from energymargin.published.task import PublishedTask
+from energymargin._core import Box, Cylinder, Region, Scene
+from energymargin.published.planar import COLUMNS, Sweep, SweptTask, between, placed
+from energymargin.published.task import SimulatedTask, Vector
 from energymargin.tasks.base import STEP, Params
 
 __all__ = ["PublishedPush"]
@@ -27,19 +25,18 @@ WALL_Y = 9.0  # m, its near side
 PUSH = 10.5  # N along y
 
 FORCE_BOUND, TORQUE_BOUND = 2.0, 0.05  # N, N m
-LONGEST_EDGE = 0.5  # s
-RATE = 3.0  # 1/J
-HALF_WIDTH, AHEAD, ENDS, LEAST_SPEED = 0.57, 1.5, 0.057, 0.3  # m, s, m, m/s: of the capture set
 SUCCESS = (8.6, 9.0)  # m, of the object's y
 
 
-class PublishedPush(PublishedTask):
+class PublishedPush(SweptTask, SimulatedTask):
     """Push a box to a wall: the authors' simulated trajectories."""
 
     name = "published-push"
     part = "push"
     columns = COLUMNS
     interval = 0.25
+    duration, rate = 0.5, 3.0
+    sweep = Sweep(half_width=0.57, ahead=1.5, ends=0.057, least_speed=0.3, disc_radius=1.14)
 
     def scene(self, params: Params) -> Scene:
         """Table, wall, box and pusher."""
@@ -83,41 +80,10 @@ class PublishedPush(PublishedTask):
         """A steady force on the pusher."""
         return {"effector": (0.0, PUSH, 0.0, 0.0, 0.0, 0.0)}
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
-        """What the pusher is about to sweep from where it is at this state, shape (26,)."""
-        pusher = self.scene(params).unpack(state)["effector"]
-        motion = {
-            "position": pusher["position"][:2],
-            "velocity": pusher["velocity"][:2],
-            "yaw_rate": pusher["angular_velocity"][2],
-        }
-        return swept(HALF_WIDTH, AHEAD, ENDS, LEAST_SPEED, motion)
-
-    def captured_throughout(self, params: Params) -> Region:
-        """What the pusher is about to sweep from where it has come to."""
-        return swept(HALF_WIDTH, AHEAD, ENDS, LEAST_SPEED, None)
-
     def succeeded(self, params: Params) -> Region:
         """The box lies at the wall."""
         return between((0.0, 1.0, 0.0), *SUCCESS)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (26,): wrenches act on the box."""
-        return Problem(
-            self.scene({}),
-            state,
-            force=(FORCE_BOUND, FORCE_BOUND, 0.0),
-            torque=(0.0, 0.0, TORQUE_BOUND),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, {}),
-            succeeded=self.succeeded({}),
-            effector="drive",
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """On x and y, and about z."""
+        return (FORCE_BOUND, FORCE_BOUND, 0.0), (0.0, 0.0, TORQUE_BOUND)

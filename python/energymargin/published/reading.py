@@ -17,7 +17,7 @@ from energymargin.published.folder import SIMULATED, of_part
 from energymargin.published.interval import matched_interval
 from energymargin.published.recordings import recorded_dataset, recorded_scores
 from energymargin.published.tables import Columns, read_columns, require_same
-from energymargin.published.task import PublishedTask
+from energymargin.published.task import SimulatedTask
 from energymargin.store.given import add_scores as add_run
 from energymargin.tasks.base import Trajectory
 
@@ -42,11 +42,11 @@ def dataset(
     return _simulated(own, simulated_task(folder, part))
 
 
-def simulated_task(folder: str | os.PathLike[str], part: str) -> PublishedTask:
+def simulated_task(folder: str | os.PathLike[str], part: str) -> SimulatedTask:
     """The task of a simulated part."""
     parameters = {"data": str(Path(folder).resolve())} if part == "grasp" else {}
     task = tasks.make(f"published-{part}", **parameters)
-    assert isinstance(task, PublishedTask)  # those of this package are
+    assert isinstance(task, SimulatedTask)  # those of this package are
     return task
 
 
@@ -99,7 +99,7 @@ def _labels(own: Path) -> tuple[Columns, dict[float, bool]]:
     return labels, {number: bool(label) for number, label in by_trajectory.items()}
 
 
-def _simulated(own: Path, task: PublishedTask) -> Dataset:
+def _simulated(own: Path, task: SimulatedTask) -> Dataset:
     rows = read_columns(own / "viapoints.csv", (*NAMES, *task.columns))
     drawn = read_columns(own / "maneuver_labels.csv", (*NAMES, *task.drawn.values()))
     labels, success = _labels(own)
@@ -127,7 +127,7 @@ def _simulated(own: Path, task: PublishedTask) -> Dataset:
 
 
 def _trajectory(
-    task: PublishedTask,
+    task: SimulatedTask,
     rows: NDArray[np.float64],
     captured: NDArray[np.bool_],
     params: dict[str, float],
@@ -137,7 +137,7 @@ def _trajectory(
 ) -> Trajectory:
     scene = task.scene(params)
     world = World(scene)
-    states = np.stack([task.parted(world, task.state(scene, row)) for row in rows])
+    states = np.stack([task.separated(world, task.state(scene, row)) for row in rows])
     interval = task.interval or matched_interval(task, params, states)
     return Trajectory(
         times=interval * np.arange(len(states), dtype=np.float64),

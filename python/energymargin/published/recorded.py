@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Problem, Region, Scene
+from energymargin._core import Box, Region, Scene
+from energymargin.published.planar import Sweep, SweptTask
 from energymargin.published.shapes import outlines, prism
-from energymargin.tasks.base import STEP, Params, Trajectory, one_of
+from energymargin.published.task import Vector
+from energymargin.tasks.base import STEP, Params, one_of
 
 __all__ = ["OBJECTS", "TOOLS", "PublishedRecorded"]
 
@@ -40,12 +41,6 @@ TOLERANCE = 1e-9  # m^2/s^2, of the solver, as in push-real
 ACCELERATION = 2.5  # m/s^2, of the object
 TURN = 5.0  # rad/s^2; the authors' 0.5 at ten times the length
 INERTIA = 0.001  # m^2: of the object, by its mass
-LONGEST_EDGE = 0.3  # s
-RATE = 500.0  # 1/J; 0.05 at ten times the length, where energies are ten thousand times as large
-
-# The capture set of the labels.
-HALF_WIDTH, AHEAD, ENDS = 0.057, 1.5, 0.0057  # m, s, m
-LEAST_SPEED, DISC = 0.03, 0.0855  # m/s, m
 
 # What the observer called a success, as the authors' notes have it. The distances are of the tag to
 # the wall where the right side lies at it, from the meshes; at the last frames of the recordings
@@ -58,12 +53,13 @@ SLACK = dict.fromkeys(OBJECTS, 0.008) | {"rectangle": 0.02, "irregular": 0.015} 
 BINS = 36  # of the yaw
 
 
-class PublishedRecorded:
+class PublishedRecorded(SweptTask):
     """Push a printed object to a wall with a printed tool: the authors' recordings."""
 
     name = "published-recorded"
-    plane = ("x", "y")
-    step = STEP
+    duration = 0.3
+    rate = 500.0  # 0.05 at ten times the length, where energies are ten thousand times as large
+    sweep = Sweep(half_width=0.057, ahead=1.5, ends=0.0057, least_speed=0.03, disc_radius=0.0855)
 
     def __init__(self, data: str = ".", object: str = "rectangle", tool: str = "jaw") -> None:
         """A combination; raises ValueError on words that are none, OSError on a missing shape.
@@ -73,13 +69,6 @@ class PublishedRecorded:
         self.data = str(data)
         self.object = one_of("object", object, OBJECTS)
         self.tool = one_of("tool", tool, TOOLS)
-
-    def rollout(self, seed: int, frames: int = 10) -> Trajectory:
-        """Raises ValueError: there are the authors' recordings alone."""
-        raise ValueError(
-            f"task {self.name!r} makes no trajectories: it has those that its authors published, "
-            "which `energymargin import --published DIR` reads"
-        )
 
     @cached_property
     def _scene(self) -> Scene:
@@ -118,20 +107,6 @@ class PublishedRecorded:
     def scene(self, params: Params) -> Scene:
         """Table, wall, object and the arm's tool; the same for all recordings."""
         return self._scene
-
-    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
-        """What the tool is about to sweep from where it is at this state, shape (26,)."""
-        tool = self._scene.unpack(state)["effector"]
-        motion = {
-            "position": tool["position"][:2],
-            "velocity": tool["velocity"][:2],
-            "yaw_rate": tool["angular_velocity"][2],
-        }
-        return _swept(motion)
-
-    def captured_throughout(self, params: Params) -> Region:
-        """What the tool is about to sweep from where it has come to."""
-        return _swept(None)
 
     def margin(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """How far objects at x, y [m] and yaw [rad], shape (N, 3), are from success by the rule of
@@ -173,27 +148,11 @@ class PublishedRecorded:
         reach = float(self._reach(np.array([yaw]))[0])
         return turned & _below(WALL_Y + ALL_WITHIN + SLACK[self.object] - reach)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (26,): wrenches act on the object."""
+    def bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """On x and y, and about z."""
         mass = MASSES[self.object]
-        return Problem(
-            self._scene,
-            state,
-            force=(ACCELERATION * mass, ACCELERATION * mass, 0.0),
-            torque=(0.0, 0.0, TURN * INERTIA * mass),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, {}),
-            succeeded=self.succeeded({}),
-            effector="drive",
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+        force = ACCELERATION * mass
+        return (force, force, 0.0), (0.0, 0.0, TURN * INERTIA * mass)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -204,17 +163,3 @@ class PublishedRecorded:
 def _below(y: float) -> Region:
     """The tag is at most there along y [m]."""
     return regions.HalfSpace("object", (0.0, 1.0, 0.0), y)
-
-
-def _swept(at: dict[str, Any] | None) -> Region:
-    return regions.Swept(
-        "object",
-        by="effector",
-        half_width=HALF_WIDTH,
-        behind=ENDS,
-        ahead=AHEAD,
-        beyond=ENDS,
-        least_speed=LEAST_SPEED,
-        disc_radius=DISC,
-        at=at,
-    )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from energymargin._core import Scene, World
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
+from energymargin.published.planar import placed
 from energymargin.published.recorded import CLEARANCE, HEIGHT, PublishedRecorded
 from energymargin.published.tables import read_columns, require_same
 from energymargin.scenes import moved_apart
@@ -21,20 +22,21 @@ from energymargin.tasks.base import Trajectory
 __all__ = [
     "Track",
     "measured_states",
-    "parted",
     "recent_rates",
     "recorded_dataset",
     "recorded_scores",
     "recorded_task",
+    "separated",
     "steady",
     "tracks",
 ]
 
-FRAMES = 100  # the last of each recording; before, all is still
 RATE = 30.0  # frames/s
-WINDOW = 0.5  # s, of the smoothed labels' velocities, centred
+WINDOW = 0.5  # s, over which velocities are taken: around a frame, or before it
 BACK, FARTHEST = 0.0005, 0.03  # m, in which a tool is drawn back at a time, and at most
 STARTED = 0.005  # m: so far the tool has gone once it moves
+HARDLY = 5  # frames; a tool that moves for no longer has hardly begun
+LEAST_SPAN = 0.1  # s, for a velocity
 
 # Of the tool, and of the object: the tags are turned about an axis that points down.
 COLUMNS = {
@@ -120,7 +122,7 @@ def recorded_dataset(
     for track in tracks(own):
         rates = {b: _mean_rates(track, b) for b in COLUMNS} if smoothed else track.velocities
         measured = measured_states(scene, track, rates)
-        states = np.stack([parted(world, state) for state in measured])
+        states = np.stack([separated(world, state) for state in measured])
         moved = int((states != measured).any(axis=1).sum())
         if moved and notice is not None:
             notice(
@@ -163,25 +165,17 @@ def measured_states(
 ) -> NDArray[np.float64]:
     """Of the frames with these velocities (K, 3) of "object" and "effector", shape (K, n)."""
     heights = {"object": HEIGHT / 2, "effector": HEIGHT / 2 + CLEARANCE}
+    rows = {body: np.hstack([track.poses[body], rates[body]]) for body in heights}
+    frames = range(len(track.times))
     return np.stack(
         [
-            scene.pack(
-                **{
-                    body: {
-                        "position": (*track.poses[body][k, :2], heights[body]),
-                        "yaw": track.poses[body][k, 2],
-                        "velocity": (*rates[body][k, :2], 0.0),
-                        "angular_velocity": (0.0, 0.0, rates[body][k, 2]),
-                    }
-                    for body in COLUMNS
-                }
-            )
-            for k in range(len(track.times))
+            scene.pack(**{b: placed(rows[b][k], height) for b, height in heights.items()})
+            for k in frames
         ]
     )
 
 
-def parted(world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
+def separated(world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
     """A state, shape (n,), without overlaps.
 
     Where a tool embraces an object, and no place along the contacts is free, it is drawn back
@@ -212,8 +206,8 @@ def steady(track: Track, frame: int) -> NDArray[np.float64]:
     away = np.linalg.norm(poses[: frame + 1, :2] - poses[0, :2], axis=1)
     moved = np.flatnonzero(away > STARTED)
     half = int(WINDOW * RATE)
-    first = int(moved[0]) if len(moved) and moved[0] < frame - 5 else max(0, frame - half)
-    span = max(times[frame] - times[first], 0.1)
+    first = int(moved[0]) if len(moved) and moved[0] < frame - HARDLY else max(0, frame - half)
+    span = max(times[frame] - times[first], LEAST_SPAN)
     return np.asarray((poses[frame] - poses[first]) / span)
 
 

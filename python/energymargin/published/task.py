@@ -13,9 +13,11 @@ from energymargin._core import Contact, Plan, Problem, Region, Scene, World
 from energymargin.scenes import moved_apart
 from energymargin.tasks.base import STEP, Params, Trajectory
 
-__all__ = ["PublishedTask"]
+__all__ = ["DEEPEST", "PublishedTask", "SimulatedTask", "Vector"]
 
 DEEPEST = 0.01  # m; in the authors' simulator bodies sink into each other at impacts
+
+Vector = tuple[float, float, float]
 
 
 class PublishedTask(ABC):
@@ -25,14 +27,12 @@ class PublishedTask(ABC):
     plane: tuple[str, str] = ("x", "y")
     step: float = STEP
     """Of the simulation [s]."""
-    part: ClassVar[str]
-    """Its folder under simulated/."""
-    columns: ClassVar[tuple[str, ...]]
-    """Those of viapoints.csv that make a state."""
-    interval: ClassVar[float | None]
-    """Between frames [s]; None: each trajectory has one of its own, which is not recorded."""
-    drawn: ClassVar[dict[str, str]] = {}
-    """What was drawn for each trajectory: our name, and the column of maneuver_labels.csv."""
+    duration: ClassVar[float]
+    """Of the longest edge of a search [s]."""
+    rate: ClassVar[float]
+    """lambda [1/J]."""
+    effector: ClassVar[str] = "drive"
+    """As of a Problem."""
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -48,16 +48,12 @@ class PublishedTask(ABC):
 
     @abstractmethod
     def scene(self, params: Params) -> Scene:
-        """The scene in which a trajectory was recorded."""
+        """The scene in which a trajectory was recorded; ValueError on params that lack what was
+        drawn for it."""
 
     @abstractmethod
-    def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The state, shape (n,), of a row of `columns`."""
-
-    def parted(self, world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The state, with the object out of what it has sunk into deeply, as at an impact."""
-        depth = max((-contact.distance for contact in world.contacts(state)), default=0.0)
-        return state if depth < DEEPEST else moved_apart(world, state, ("object",))
+    def bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """The largest force [N] and torque [N m] on the object, on each axis."""
 
     @abstractmethod
     def captured(self, state: NDArray[np.float64], params: Params) -> Region:
@@ -71,18 +67,57 @@ class PublishedTask(ABC):
     def succeeded(self, params: Params) -> Region:
         """Z_suc."""
 
-    @abstractmethod
-    def script(self, params: Params) -> dict[str, tuple[float, ...]]:
-        """By body, the mean wrench (6,) [N, N m] of the script, beside what `scene` does."""
-
-    @abstractmethod
     def problem(
         self,
         state: NDArray[np.float64],
         params: Params | None = None,
         contacts: Sequence[Contact] | None = None,
     ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,), of these params."""
+        """The problem P of Section V-A at a state, shape (n,), of these params: wrenches act on
+        the object. Raises ValueError on params that lack what was drawn for the trajectory."""
+        drawn = params or {}
+        scene = self.scene(drawn)
+        force, torque = self.bounds(drawn)
+        return Problem(
+            scene,
+            state,
+            force=force,
+            torque=torque,
+            duration=self.duration,
+            captured=self.captured(state, drawn),
+            succeeded=self.succeeded(drawn),
+            effector=self.effector,
+            rate=self.rate,
+            contacts=contacts,
+            start_outside=True,
+        )
+
+
+class SimulatedTask(PublishedTask):
+    """A task of Table I, whose robot followed a script."""
+
+    part: ClassVar[str]
+    """Its folder under simulated/."""
+    columns: ClassVar[tuple[str, ...]]
+    """Those of viapoints.csv that make a state."""
+    interval: ClassVar[float | None]
+    """Between frames [s]; None: each trajectory has one of its own, which is not recorded."""
+    drawn: ClassVar[dict[str, str]] = {}
+    """What was drawn for each trajectory: our name, and the column of maneuver_labels.csv."""
+
+    @abstractmethod
+    def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The state, shape (n,), of a row of `columns`."""
+
+    def separated(self, world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The state, shape (n,), with the object out of what it has sunk into deeply, as at an
+        impact."""
+        depth = max((-contact.distance for contact in world.contacts(state)), default=0.0)
+        return state if depth < DEEPEST else moved_apart(world, state, ("object",))
+
+    @abstractmethod
+    def script(self, params: Params) -> dict[str, tuple[float, ...]]:
+        """By body, the mean wrench (6,) [N, N m] of the script, beside what `scene` does."""
 
     def plan(self, state: NDArray[np.float64], time: float, params: Params, horizon: float) -> Plan:
         """What the robot is about to do for `horizon` [s]: the mean of the authors' script, which

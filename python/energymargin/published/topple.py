@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import regions
-from energymargin._core import Box, Contact, Problem, Region, Scene, Sphere
-from energymargin.published.task import PublishedTask
-from energymargin.tasks.base import STEP, Params
+from energymargin._core import Box, Region, Scene, Sphere
+from energymargin.published.task import SimulatedTask, Vector
+from energymargin.tasks.base import STEP, Params, drawn
 
 __all__ = ["PublishedTopple"]
 
@@ -27,15 +26,13 @@ STIFFNESS, REST_LENGTH = 2.1, 3.0  # N/m, m; fitted to the base's motion, as the
 
 PUSH = 4.1  # N along x, on the base
 
-FORCE_BOUND = 1.0  # m/s^2 on x, times the mass
+ACCELERATION = 1.0  # m/s^2 on x, of the box
 TORQUE_BOUND = 0.8  # N m: 1 rad/s^2 times the inertia of the authors' settings
-LONGEST_EDGE = 0.1  # s
-RATE = 3.0  # 1/J
 PIVOT, PIVOT_SPEED = (2.0, 0.0, -2.0), 1.5  # m, m/s
 TOPPLED = math.pi / 2 - 0.052  # rad
 
 
-class PublishedTopple(PublishedTask):
+class PublishedTopple(SimulatedTask):
     """Topple a box with a springy fingertip: the authors' simulated trajectories."""
 
     name = "published-topple"
@@ -43,11 +40,12 @@ class PublishedTopple(PublishedTask):
     part = "topple"
     columns = ("xo", "yo", "thetao", "vxo", "vyo", "omegao", "xg1", "xg2", "vxg1", "vxg2")
     interval = None
+    duration, rate = 0.1, 3.0
     drawn: ClassVar = {"friction": "lateral_friction_coef"}
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction coefficient of ground and box."""
-        friction = params["friction"]
+        friction = drawn("friction", params, None)
         made = Scene(gravity=GRAVITY, step=STEP)
         made.add_plane("ground", friction=friction)
         made.add_body(
@@ -113,25 +111,6 @@ class PublishedTopple(PublishedTask):
         upright = (0.0, 0.0, 1.0)
         return ~regions.Tilt("object", upright, upright, TOPPLED)
 
-    def problem(
-        self,
-        state: NDArray[np.float64],
-        params: Params | None = None,
-        contacts: Sequence[Contact] | None = None,
-    ) -> Problem:
-        """The problem P of Section V-A at a state, shape (39,), of these params: wrenches act on
-        the box."""
-        params = params or {}
-        return Problem(
-            self.scene(params),
-            state,
-            force=(FORCE_BOUND * OBJECT_MASS, 0.0, 0.0),
-            torque=(0.0, TORQUE_BOUND, 0.0),
-            duration=LONGEST_EDGE,
-            captured=self.captured(state, params),
-            succeeded=self.succeeded(params),
-            effector="drive",
-            rate=RATE,
-            contacts=contacts,
-            start_outside=True,
-        )
+    def bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """On x, and about y."""
+        return (ACCELERATION * OBJECT_MASS, 0.0, 0.0), (0.0, TORQUE_BOUND, 0.0)

@@ -47,7 +47,7 @@ def tables(results: Iterable[Evaluation]) -> list[Table]:
 
 def _tables(result: Evaluation) -> list[Table]:
     among = _AMONG[result.among]
-    paper = result.has_paper
+    paper = result.shows_paper
     columns = [f"h = {horizon}" for horizon in result.horizons]
     columns += [f"paper, h = {PAPER_HORIZON}"] if paper else []
     rows = list(_rows(result, paper))

@@ -53,7 +53,6 @@ def worst(
     data: Data,
     every: Sequence[Judged],
     *,
-    horizon: int,
     each: int,
     progress: Callable[[float], None],
 ) -> Worst:
@@ -62,7 +61,7 @@ def worst(
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
     total, done = max(1, sum(len(places) for _, places in chosen)), 0
-    drawer = _Drawer(subject, data, horizon)
+    drawer = _Drawer(subject, data)
     found = []
     for one, places in chosen:
         cards = []
@@ -77,7 +76,7 @@ def worst(
 class _Drawer:
     """Makes the cards."""
 
-    def __init__(self, subject: Subject, data: Data, horizon: int) -> None:
+    def __init__(self, subject: Subject, data: Data) -> None:
         self._subject, self._data = subject, data
         self._grower: Grower | None = None
         self.lacking = data.lacking

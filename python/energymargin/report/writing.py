@@ -106,7 +106,6 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
         pictures=options.pictures,
         worst=worst(
             *(subject, data, every),
-            horizon=horizon,
             each=options.pictures,
             progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
         ),
