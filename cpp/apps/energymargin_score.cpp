@@ -27,8 +27,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* usage =
     R"(usage: energymargin_score PROBLEM.json [--metric capture|effort|probability|force|escape_energy]
-                          [--planner NAME] [--captured all|any] [--nodes M] [--samples N] [--rollouts N]
-                          [--strength X] [--seed S] [--trees R] [--threads T] [--tolerance E] [--timeout S]
+                          [--planner NAME] [--search improved|published] [--captured all|any] [--nodes M]
+                          [--samples N] [--rollouts N] [--strength X] [--seed S] [--trees R] [--threads T] [--tolerance E] [--timeout S]
        energymargin_score PROBLEM.json --save COPY.json [--meshes embedded|files]
        energymargin_score --schema
 
@@ -41,6 +41,7 @@ Scores a problem file and prints JSON. Of a problem with a horizon or a plan it 
               escape_energy: least potential energy of a quasi-static escape [J], null if none was found
   --planner   for --metric effort: the x of AO-x, est or rrt (default est); for --metric escape_energy: bit* or rrt*
               (default bit*)
+  --search    for --metric effort: improved (the default), or published, which is the paper's
   --captured  for --metric effort, of several objects: all, an escape is when one has left (the default), or any, when
               the last one has
   --nodes     nodes of the search tree (default 1000)
@@ -78,6 +79,7 @@ struct Arguments {
   int threads = 1;
   std::optional<double> tolerance;
   std::optional<double> timeout;
+  energymargin::Search search = energymargin::Search::improved;
   energymargin::Captured captured = energymargin::Captured::all;
   std::string copy;  // where to save to; empty: score
   std::optional<energymargin::Meshes> meshes;
@@ -159,6 +161,9 @@ Arguments parse(const std::vector<std::string>& words) {
     } else if (word == "--captured") {
       arguments.captured = choice<energymargin::Captured>(
           word, value, {{"all", energymargin::Captured::all}, {"any", energymargin::Captured::any}});
+    } else if (word == "--search") {
+      arguments.search = choice<energymargin::Search>(
+          word, value, {{"improved", energymargin::Search::improved}, {"published", energymargin::Search::published}});
     } else if (word == "--metric") {
       arguments.metric = value;
     } else if (word == "--planner") {
@@ -242,6 +247,7 @@ Json effort(const energymargin::Problem& problem, const Arguments& arguments) {
   if (!arguments.planner.empty()) options.planner = arguments.planner;
   options.nodes = arguments.nodes;
   options.seed = arguments.seed;
+  options.search = arguments.search;
   options.captured = arguments.captured;
   options.limit = energymargin::Limit(nullptr, arguments.timeout);
   const energymargin::Escape escape = energymargin::escape_effort(problem, options);

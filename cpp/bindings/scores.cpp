@@ -62,15 +62,22 @@ Sampling sampling_of(const std::string& name) {
   throw std::invalid_argument("sampling is '" + name + "', expected 'mixed' or 'uniform'");
 }
 
+Search search_of(const std::string& name) {
+  if (name == "published") return Search::published;
+  if (name == "improved") return Search::improved;
+  throw std::invalid_argument("search is '" + name + "', expected 'improved' or 'published'");
+}
+
 Escape effort(const Problem& problem, const std::string& planner, const WholeNumber& nodes,
-              const WholeNumber& seed_given, const std::string& captured, const std::string& sampling, bool shorten,
-              bool stop_at_escape, const TimeoutArgument& timeout, const CancelArgument& cancel,
-              const ProgressArgument& progress_call) {
+              const WholeNumber& seed_given, const std::string& captured, const std::string& search,
+              const std::optional<std::string>& sampling, std::optional<bool> shorten, bool stop_at_escape,
+              const TimeoutArgument& timeout, const CancelArgument& cancel, const ProgressArgument& progress_call) {
   const Limit given = limit_of(timeout, cancel);
   Progress progress(progress_call);
   EffortOptions options;
   options.made = progress.made();
-  options.sampling = sampling_of(sampling);
+  options.search = search_of(search);
+  if (sampling) options.sampling = sampling_of(*sampling);
   options.shorten = shorten;
   options.stop_at_escape = stop_at_escape;
   options.planner = planner;
@@ -288,18 +295,18 @@ void bind_batch(py::module_& module) {
   py::class_<Batch, HeldBatch>(module, "ScoreRun",
                                "A running batch on a pool of threads, to which problems can be added.")
       .def(py::init([](const std::vector<std::string>& metrics, int nodes, std::uint64_t seed, int threads,
-                       int nodes_per_edge, double least_likelihood, bool stop_at_escape, int rollouts, double strength,
-                       std::optional<int> objects, bool common_random_numbers) {
-             BatchOptions options{metrics,        nodes,    nodes_per_edge, least_likelihood,
+                       int nodes_per_edge, double least_likelihood, const std::string& search, bool stop_at_escape,
+                       int rollouts, double strength, std::optional<int> objects, bool common_random_numbers) {
+             BatchOptions options{metrics,        nodes,    nodes_per_edge, least_likelihood, search_of(search),
                                   stop_at_escape, rollouts, seed,           threads};
              options.disturbance = {strength, objects};
              options.common_random_numbers = common_random_numbers;
              return HeldBatch(new Batch(options));
            }),
            py::arg("metrics"), py::arg("nodes"), py::arg("seed"), py::arg("threads"), py::kw_only(),
-           py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("stop_at_escape") = false,
-           py::arg("rollouts") = 30, py::arg("strength") = 1.0, py::arg("objects") = py::none(),
-           py::arg("common_random_numbers") = false)
+           py::arg("nodes_per_edge") = 1, py::arg("least_likelihood") = 0.0, py::arg("search") = "improved",
+           py::arg("stop_at_escape") = false, py::arg("rollouts") = 30, py::arg("strength") = 1.0,
+           py::arg("objects") = py::none(), py::arg("common_random_numbers") = false)
       .def(
           "add",
           [](Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,
@@ -361,9 +368,9 @@ Warns, as PlausibilityWarning and once for a scene, where the score's resolution
 though the state leaves the capture set by itself within 1 s. `doubts` says the same of each score; with
 warn=False it alone does.)");
   module.def("escape_effort", &effort, py::arg("problem"), py::arg("planner") = "est", py::arg("nodes") = 1000,
-             py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("sampling") = "mixed",
-             py::arg("shorten") = true, py::arg("stop_at_escape") = false, py::arg("timeout") = py::none(),
-             py::arg("cancel") = py::none(), py::arg("progress") = py::none(),
+             py::arg("seed") = 0, py::arg("captured") = "all", py::kw_only(), py::arg("search") = "improved",
+             py::arg("sampling") = py::none(), py::arg("shorten") = py::none(), py::arg("stop_at_escape") = false,
+             py::arg("timeout") = py::none(), py::arg("cancel") = py::none(), py::arg("progress") = py::none(),
              R"(Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
 
 With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
@@ -373,11 +380,12 @@ With a horizon or a plan it has to be outside in time, at one of the looks (ever
 undisturbed future: what leaves by itself has effort 0, whatever the nodes, and be it through `within` or not. A state
 that is outside at the start has effort 0 too. A wrench lasts up to `duration`, a wait as long as it takes.
 
-sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
-bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
-cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. stop_at_escape:
-a rollout ends where it is seen outside of the capture set, every 4 steps, and not only if it is outside at its end. The
-metrics of em.score search as published: sampling='uniform', shorten=False.
+search: 'improved', or 'published', which is the paper's: em.score takes the same two. They differ in `sampling` and
+`shorten`, which are theirs unless given. sampling: how wrenches are drawn, 'uniform' (published; paper, Section V) or
+'mixed' (improved): nearly half of them so, the others at their bounds, along one axis, none, or that of the edge before.
+shorten: half of the nodes, once there is an escape, go into making it cheaper: edges are dropped, shortened, weakened,
+cut in two and merged, each change replayed in the World (improved). stop_at_escape: a rollout ends where it is seen
+outside of the capture set, every 4 steps, and not only if it is outside at its end.
 
 Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
 nodes. `complete` says so. progress(nodes) is called now and then with the nodes made so far; what it raises ends the

@@ -124,12 +124,11 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
   if (score.success_any) row.scores["success/any"] = *score.success_any;
 }
 
-// The search as published: of recorded states it tells better which are lost soon (docs/closed_forms.md).
 void add_effort(const Problem& problem, const EffortMetric& metric, const BatchOptions& options, std::uint64_t seed,
                 ScoreRow& row) {
-  EffortOptions published = as_published({metric.planner, options.nodes, seed, metric.captured, options.limit});
-  published.stop_at_escape = options.stop_at_escape;
-  const Escape escape = escape_effort(problem, published);
+  EffortOptions effort{metric.planner, options.nodes, seed, metric.captured, options.limit, options.search};
+  effort.stop_at_escape = options.stop_at_escape;
+  const Escape escape = escape_effort(problem, effort);
   if (!escape.complete) throw search::Stopped();
   row.scores[metric.name] = escape.effort;
 }

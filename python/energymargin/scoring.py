@@ -159,6 +159,7 @@ def score(
     executor: Executor | None = None,
     nodes_per_edge: int = 1,
     least_likelihood: float = 0.0,
+    search: str = "improved",
     stop_at_escape: bool = False,
     rollouts: int = 30,
     strength: float = 1.0,
@@ -175,8 +176,9 @@ def score(
     `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
     search tree, `threads` None takes all cores this process may use. `executor`, in place of
     `threads`, is of `em.executors`: Processes, or Dask. `nodes_per_edge` and `least_likelihood` go
-    to `capture_score`, `stop_at_escape` to `escape_effort`, `rollouts` to `capture_probability`,
-    whose disturbance is `em.disturbances.Uniform(strength, objects)`. With `common_random_numbers`
+    to `capture_score`, `search` and `stop_at_escape` to `escape_effort`, where they have the same
+    defaults, `rollouts` to `capture_probability`, whose disturbance is
+    `em.disturbances.Uniform(strength, objects)`. With `common_random_numbers`
     every probability draws from `seed` itself, so that problems meet the same disturbances.
     `progress(done, total)` and `on_rows(rows)` are called as scores come in; `row.curves` has the
     curves of the probabilities. `indices` are the problems' stream indices, 0 to
@@ -198,7 +200,7 @@ def score(
     check_metrics(metrics)
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        *(rollouts, strength, objects, common_random_numbers),
+        *(rollouts, strength, objects, common_random_numbers, search),
     )
     require_objects(problems, metrics, settings)
     if executor is not None and threads is not None:

@@ -2,28 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from energymargin.metrics import TIMED
-from energymargin.tasks.base import not_negative_number, whole_number, yes_or_no
+from energymargin.tasks.base import not_negative_number, one_of, whole_number, yes_or_no
 
-__all__ = ["ALGORITHM", "SearchSettings", "algorithm"]
+__all__ = [
+    "ALGORITHM",
+    "ALGORITHM_IMPROVED",
+    "SEARCHES",
+    "SearchSettings",
+    "algorithm",
+    "algorithm_of",
+]
 
-ALGORITHM = "0.9.2"
+ALGORITHM = "0.9.3"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
+
+ALGORITHM_IMPROVED = "0.9.3"
+"""The same of the efforts of search="improved", which more changes may move than the others."""
+
+SEARCHES = ("improved", "published")
 
 MOST_NODES = 10**9
 
 # Of each kind of metric, the settings that change its value.
 _OF_TREE = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
-_OF_EFFORT = ("nodes", "seed", "stop_at_escape")
+_OF_EFFORT = ("nodes", "seed", "search", "stop_at_escape")
 _OF_PROBABILITY = ("rollouts", "seed", "strength", "objects", "common_random_numbers")
 # Settings that came later: with these values, a question is the one that it was without them.
-LATER = {"strength": 1.0, "objects": None, "common_random_numbers": False}
+LATER = {
+    **{"search": "published", "strength": 1.0, "objects": None},
+    "common_random_numbers": False,
+}
 
 
 @dataclass(frozen=True)
@@ -49,6 +65,8 @@ class SearchSettings:
     common_random_numbers: bool = False
     """Of the probabilities: every problem draws from the seed itself, and not from its own stream,
     so that problems are compared under the same disturbances."""
+    search: str = "improved"
+    """Of the efforts, as of `escape_effort`: "improved", or "published", which is the paper's."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
@@ -57,6 +75,7 @@ class SearchSettings:
             "seed": whole_number("seed", self.seed, 0, 2**64 - 1),
             "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
             "least_likelihood": _share("least_likelihood", self.least_likelihood),
+            "search": one_of("search", self.search, SEARCHES),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
             "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
             "strength": not_negative_number("strength", self.strength),
@@ -86,9 +105,14 @@ class SearchSettings:
         return asdict(self)
 
 
+def algorithm_of(question: Mapping[str, Any]) -> str:
+    """The version of energymargin since which a metric of these settings has the same bits."""
+    return ALGORITHM_IMPROVED if question.get("search") == "improved" else ALGORITHM
+
+
 def algorithm() -> str:
-    """ALGORITHM, as a worker elsewhere is asked for it."""
-    return ALGORITHM
+    """ALGORITHM and ALGORITHM_IMPROVED, as a worker elsewhere is asked for them."""
+    return ALGORITHM if ALGORITHM == ALGORITHM_IMPROVED else f"{ALGORITHM}/{ALGORITHM_IMPROVED}"
 
 
 def _share(name: str, value: float) -> float:

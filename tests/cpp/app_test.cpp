@@ -162,6 +162,19 @@ TEST_F(App, EffortOfEachPlannerIsTheLibrarysToTheLastBit) {
   }
 }
 
+TEST_F(App, EffortOfEachSearchIsTheLibrarysToTheLastBit) {
+  save(drift(), problem);
+  std::map<std::string, double> efforts;
+  for (const auto& [word, search] : {std::pair{"improved", Search::improved}, {"published", Search::published}}) {
+    const Outcome outcome = run(problem + " --metric effort --nodes 300 --search " + word);
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    efforts[word] = Json::parse(outcome.out)["effort"].get<double>();
+    EXPECT_TRUE(same_bits(efforts[word], escape_effort(drift(), {"est", 300, 0, Captured::all, {}, search}).effort));
+  }
+  EXPECT_LT(efforts["improved"], efforts["published"]);
+  EXPECT_NE(run(problem + " --metric effort --search ours").error.find("--search is 'ours'"), std::string::npos);
+}
+
 // A pusher that goes on, for half of its plan, and disturbances that are strong enough to get the bar out in that time.
 Problem pushed_on() {
   Problem problem = push(Effector::coast);

@@ -74,7 +74,7 @@ TEST(Batch, OptionsOfTheRolloutsAreThoseOfTheMetrics) {
   capture.nodes_per_edge = 3;
   capture.seed = stream(11, 4);
   EXPECT_EQ(row.scores.at("capture"), capture_score(problem, capture).capture);
-  EffortOptions effort = as_published({"est", 30, stream(11, 4)});
+  EffortOptions effort = {"est", 30, stream(11, 4)};
   effort.stop_at_escape = true;
   EXPECT_EQ(row.scores.at("effort/est"), escape_effort(problem, effort).effort);
   EXPECT_NE(row.scores.at("capture"), score(problem, 4, options()).scores.at("capture"));
@@ -94,9 +94,24 @@ TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   EXPECT_EQ(row.error, "");
   EXPECT_TRUE(same_bits(row.scores.at("capture"), captured.capture));
   EXPECT_TRUE(same_bits(row.scores.at("success"), *captured.success));
-  EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, as_published({"est", 30, seed})).effort));
-  EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, as_published({"rrt", 30, seed})).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, {"est", 30, seed}).effort));
+  EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, {"rrt", 30, seed}).effort));
   EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
+}
+
+TEST(Batch, EffortIsThatOfEscapeEffortOfEitherSearchAndByDefault) {
+  const Problem problem = push();
+  BatchOptions asked{{"effort/est"}, 60};
+  asked.seed = 11;
+  const auto alone = [&](Search search) {
+    return escape_effort(problem, {"est", 60, stream(11, 4), Captured::all, {}, search}).effort;
+  };
+  EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone(EffortOptions{}.search)));
+  for (const Search search : {Search::published, Search::improved}) {
+    asked.search = search;
+    EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone(search)));
+  }
+  EXPECT_LT(alone(Search::improved), alone(Search::published));
 }
 
 TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveTheirCurves) {
@@ -124,7 +139,7 @@ TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveThei
   for (const std::size_t index : {0u, 4u}) {
     const ScoreRow common = score(problem, index, asked);
     EXPECT_TRUE(same_bits(common.scores.at("probability/success"), *capture_probability(problem, own).success));
-    const EffortOptions effort = as_published({"est", 30, stream(11, index)});  // of its own stream
+    const EffortOptions effort = {"est", 30, stream(11, index)};  // of its own stream
     EXPECT_TRUE(same_bits(common.scores.at("effort/est"), escape_effort(problem, effort).effort));
   }
 }

@@ -407,7 +407,7 @@ TEST(SeveralObjects, BatchHoldsWhatTheMetricsGiveForOneAndFourThreads) {
         options.seed = seed;
         const CaptureScore capture = capture_score(problem, options);
         const auto effort = [&](const std::string& planner, Captured captured) {
-          return escape_effort(problem, as_published({planner, 40, seed, captured})).effort;
+          return escape_effort(problem, {planner, 40, seed, captured}).effort;
         };
         const std::map<std::string, double> expected{{"capture", capture.capture},
                                                      {"success", *capture.success},

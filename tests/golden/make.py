@@ -1,8 +1,9 @@
 """Writes the golden problems and values anew: `.venv/bin/python tests/golden/make.py`.
 
 Do so only when a change of the physics, of a search or of a seed is meant, and say which in the
-commit. Then ALGORITHM in settings.py becomes the version that has the change, so that stores do not
-take old scores for new ones. Problems are made once: only with --problems are they made again from
+commit. Then ALGORITHM in settings.py, or ALGORITHM_IMPROVED if only efforts of the improved search
+have moved, becomes the version that has the change, so that stores do not take old scores for new
+ones. Problems are made once: only with --problems are they made again from
 the tasks.
 """
 
@@ -13,7 +14,7 @@ import sys
 from pathlib import Path
 
 import energymargin as em
-from energymargin.settings import ALGORITHM
+from energymargin.settings import ALGORITHM, ALGORITHM_IMPROVED, SEARCHES
 
 FOLDER = Path(__file__).parent
 # (seed, frame) of each task's problem: moments of which the scores have something to say.
@@ -46,10 +47,9 @@ def values(name: str, problem: em.Problem, threads: int = 1) -> dict[str, str]:
         found[f"{score}_stderr"] = getattr(cap, f"{score}_stderr")
     for planner in ("est", "rrt"):
         for captured in ("all", "any") if several else ("all",):
-            for search in ({}, {"sampling": "uniform", "shorten": False}):
-                key = f"effort/{planner}/{captured}/{'published' if search else 'ours'}"
-                found[key] = em.escape_effort(
-                    problem, planner=planner, nodes=NODES, seed=SEED, captured=captured, **search
+            for search in SEARCHES:
+                found[f"effort/{planner}/{captured}/{search}"] = em.escape_effort(
+                    *(problem, planner, NODES, SEED, captured), search=search
                 ).effort
     bodies = json.loads(problem.to_json())["scene"]["bodies"]
     first = next(body["name"] for body in bodies if body.get("role") == "object")
@@ -59,6 +59,14 @@ def values(name: str, problem: em.Problem, threads: int = 1) -> dict[str, str]:
         ).energy
     found["force"] = em.force_score(problem).force
     return {metric: value.hex() for metric, value in found.items() if value is not None}
+
+
+def part(golden: dict[str, dict[str, str]], improved: bool) -> dict[str, dict[str, str]]:
+    """The values of the improved search, or all the others."""
+    return {
+        name: {k: v for k, v in own.items() if k.endswith("/improved") == improved}
+        for name, own in golden.items()
+    }
 
 
 def main() -> None:
@@ -71,9 +79,13 @@ def main() -> None:
             problem.save(FOLDER / f"problem-{name}.json")
     golden = {path.stem: values(path.stem, em.Problem.load(path)) for path in problem_files()}
     before = json.loads((FOLDER / "values.json").read_text())
-    if golden != before["values"] and before["algorithm"] == ALGORITHM:
-        sys.exit(f"scores have moved, and ALGORITHM in settings.py is still {ALGORITHM}: raise it")
-    text = json.dumps({"algorithm": ALGORITHM, "values": golden}, indent=1)
+    algorithms = {"algorithm": ALGORITHM, "algorithm_improved": ALGORITHM_IMPROVED}
+    for name, improved in {"ALGORITHM": False, "ALGORITHM_IMPROVED": True}.items():
+        now = algorithms[name.lower()]
+        moved = part(golden, improved) != part(before["values"], improved)
+        if moved and before[name.lower()] == now:
+            sys.exit(f"scores have moved, and {name} in settings.py is still {now}: raise it")
+    text = json.dumps({**algorithms, "values": golden}, indent=1)
     (FOLDER / "values.json").write_text(text + "\n")
 
 

@@ -55,7 +55,9 @@ WRONG = {
         em.capture_score(p, problem=p)
     ),
     "planner is 3, expected a str": lambda s, p: em.escape_effort(p, planner=3),
-    "shorten is 'no', expected True or False": lambda s, p: em.escape_effort(p, shorten="no"),
+    "shorten is 'no', expected True or False or None": lambda s, p: em.escape_effort(
+        p, shorten="no"
+    ),
     "progress is 3, expected a function or None": lambda s, p: em.capture_score(p, progress=3),
     f"shape is 3, expected {SHAPES}": lambda s, p: s.add_body("x", 3, mass=1),
     "limits[1] is None, expected a number": lambda s, p: s.add_joint(

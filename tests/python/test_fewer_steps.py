@@ -39,9 +39,7 @@ def test_the_settings_of_a_batch_are_those_of_the_two_metrics(problem):
     table = em.score([problem], nodes=40, seed=5, nodes_per_edge=4, stop_at_escape=True)
     own = em.stream(5, 0)
     assert table["capture"][0] == em.capture_score(problem, 40, own, nodes_per_edge=4).capture
-    escape = em.escape_effort(
-        problem, nodes=40, seed=own, sampling="uniform", shorten=False, stop_at_escape=True
-    )
+    escape = em.escape_effort(problem, nodes=40, seed=own, stop_at_escape=True)
     assert table["effort/est"][0] == escape.effort
 
 

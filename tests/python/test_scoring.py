@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from energymargin import Problem, datasets, scoring
+from energymargin import Problem, datasets, escape_effort, scoring, stream
 
 
 @pytest.fixture(scope="module")
@@ -154,3 +154,12 @@ def test_an_interrupt_hands_over_all_that_was_finished_and_then_raises(problems)
         [many[i] for i in indices], ["capture"], nodes=30, seed=5, indices=indices
     )
     assert [row.scores["capture"] for row in kept] == again["capture"].tolist()
+
+
+def test_a_search_goes_on_after_an_escape_that_a_finer_simulation_does_not_confirm():
+    pushes = datasets.generate("push", trajectories=3, frames=10, seed=0)
+    (problem,) = pushes.problems([24])
+    escape = escape_effort(problem, nodes=100, seed=stream(0, 20))
+    assert escape.discarded > 0 and escape.complete and escape.nodes == 100
+    table = scoring.score([problem], ["effort/est"], 100, indices=[20])
+    assert table["effort/est"] == [escape.effort]

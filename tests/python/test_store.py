@@ -1,3 +1,4 @@
+import json
 import os
 import re
 import signal
@@ -21,7 +22,7 @@ from energymargin.store import ScoreStore, begin_run, schema, score_dataset, sco
 from energymargin.store.claims import Scorer
 
 NODES, SEED = 20, 3
-SETTINGS = SearchSettings(nodes=NODES, seed=SEED)
+SETTINGS = SearchSettings(nodes=NODES, seed=SEED, search="published")  # as older files
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def dataset():
 
 @pytest.fixture(scope="module")
 def table(dataset):
-    return scoring.score(dataset.problems(), nodes=NODES, seed=SEED)
+    return scoring.score(dataset.problems(), nodes=NODES, seed=SEED, search="published")
 
 
 class Stop(Exception):
@@ -146,7 +147,7 @@ def test_a_task_whose_code_was_changed_is_scored_anew(dataset, table, tmp_path, 
 
     monkeypatch.setattr(type(made), "problem", problem)
     score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
-    changed = em.score(dataset.problems(), ["effort/rrt"], NODES, SEED)
+    changed = em.score(dataset.problems(), ["effort/rrt"], NODES, SEED, search="published")
     assert np.array_equal(scores(path)["effort/rrt"], changed["effort/rrt"])
     assert not np.array_equal(changed["effort/rrt"], table["effort/rrt"])
     monkeypatch.undo()
@@ -210,6 +211,23 @@ def test_a_file_with_one_problem_a_state_is_migrated_and_goes_on(dataset, table,
     assert rows(path, "runs") == 1 and rows(path, "scores") == 6 * 5
 
 
+def test_efforts_of_a_file_that_names_no_search_are_of_the_published_one(dataset, table, tmp_path):
+    path = tmp_path / "s.db"
+    score_dataset(dataset, path, ["effort/est"], SETTINGS)
+    unnamed = json.dumps({k: v for k, v in SETTINGS.all().items() if k != "search"})
+    with sqlite3.connect(path) as file:
+        assert "search" not in file.execute("SELECT settings FROM questions").fetchone()[0]
+        file.execute("UPDATE runs SET settings = ?", (unnamed,))
+    improved = replace(SETTINGS, search="improved")
+    for settings in (SETTINGS, improved):
+        score_dataset(dataset, path, ["effort/est"], settings)
+    with ScoreStore(path) as store:
+        assert [run.settings for run in store.runs()] == [SETTINGS.all(), improved.all()]
+        assert all(run.up_to_date for run in store.runs())
+        old, new = (run.labelled_scores().scores["effort/est"] for run in store.runs())
+    assert np.array_equal(old, table["effort/est"]) and not np.array_equal(old, new)
+
+
 def test_a_probability_that_was_asked_before_its_disturbance_had_settings_is_known_again():
     assert SearchSettings().of("probability") == {"rollouts": 30, "seed": 0}
 
@@ -224,7 +242,7 @@ def test_a_migration_that_is_cut_short_leaves_the_older_file_as_it_was(
     def full(settings):
         raise OSError("no room")
 
-    monkeypatch.setattr(schema, "_with_those_before", full)
+    monkeypatch.setattr(schema, "with_those_before", full)
     with pytest.raises(OSError, match="no room"):
         ScoreStore(path)
     monkeypatch.undo()
@@ -310,6 +328,7 @@ def test_the_same_settings_in_other_types_are_the_same_run(dataset, tmp_path):
         {"least_likelihood": None},
         {"least_likelihood": float("nan")},
         {"stop_at_escape": "yes"},
+        {"search": "ours"},
         {"strength": -0.1},
         {"strength": float("inf")},
         {"strength": True},

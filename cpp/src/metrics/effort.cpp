@@ -16,12 +16,14 @@ constexpr std::uint64_t planner_stream = 0;
 constexpr std::uint64_t shortening_stream = 3;
 
 Escape search_for_escape(const Problem& problem, const EffortOptions& options, search::Confirm confirm) {
+  const bool improved = options.search == Search::improved;
+  const Sampling sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.limit, options.sampling);
+                                 options.limit, sampling);
   bounded.count_in(options.made);
   if (options.stop_at_escape) bounded.stop_at_escape();
   search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
-  search::Shortening* const polish = options.shorten ? &shortening : nullptr;
+  search::Shortening* const polish = options.shorten.value_or(improved) ? &shortening : nullptr;
   const std::uint64_t planner_seed = stream(options.seed, planner_stream);
   if (options.planner == "est") {
     search::Est est(bounded, planner_seed);
@@ -32,13 +34,6 @@ Escape search_for_escape(const Problem& problem, const EffortOptions& options, s
 }
 
 }  // namespace
-
-EffortOptions as_published(EffortOptions options) {
-  options.sampling = Sampling::uniform;
-  options.shorten = false;
-  options.stop_at_escape = false;
-  return options;
-}
 
 Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   if (options.planner != "est" && options.planner != "rrt") {

@@ -36,22 +36,20 @@ class Search {
     const int before = problem_.nodes();
     const bool take_turns = shortening_ && (!found_.empty() || problem_.horizon());
     planner_.solve(take_turns ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
-    ended_ = problem_.nodes() == before;  // the planner has nothing left to extend
+    ended_ = problem_.nodes() == before;
+    nothing_left_ = ended_ && !problem_.spent();  // to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
     if (!definition->hasExactSolution()) return;
     add(solution(*definition));
     definition->clearSolutionPaths();
-    prune();
   }
 
   void shorten() {
     if (!shortening_ || (found_.empty() && !problem_.horizon())) return;
     const int end = problem_.nodes() + shortening_turn;
-    const double before = effort();
     while (problem_.nodes() < end && !finished()) {
       if (found_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
     }
-    if (effort() < before) prune();
   }
 
   // The best escape counts if a finer simulation confirms it. Those before it need not: a bound that they lowered is
@@ -73,14 +71,20 @@ class Search {
     }
     problem_.lower_bound(effort());
     if (shortening_ && !found_.empty()) shortening_->start(found_.back().node);
-    prune();
+  }
+
+  // What an escape that counts has made useless: a bound that is discarded again would have taken too much.
+  void prune() {
+    if (effort() == pruned_) return;
+    pruned_ = effort();
+    if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(pruned_);
   }
 
   Escape result() {
     Escape escape;
     escape.effort = effort();
     for (const Found& found : found_) escape.history.emplace_back(found.nodes, problem_.cost(found.node));
-    escape.complete = counted_ < 0 && (problem_.nodes_are_spent() || escape.effort == 0.0);
+    escape.complete = counted_ < 0 && (problem_.nodes_are_spent() || escape.effort == 0.0 || nothing_left_);
     escape.discarded = discarded_;
     escape.diverged = problem_.diverged();
     escape.tree = problem_.take_tree(counted_ < 0 ? problem_.nodes() : counted_);
@@ -125,10 +129,6 @@ class Search {
     ended_ = true;
   }
 
-  void prune() {
-    if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(effort());
-  }
-
   BoundedProblem& problem_;
   ompl::base::Planner& planner_;
   Shortening* shortening_;
@@ -138,7 +138,9 @@ class Search {
   int futures_ = 0;            // nodes of the undisturbed future
   int next_confirmation_ = 0;  // nodes
   int discarded_ = 0;
+  double pruned_ = std::numeric_limits<double>::infinity();  // the effort above which nothing is left in the planner
   bool ended_ = false;
+  bool nothing_left_ = false;
   int counted_ = -1;  // nodes, if the limit was reached while an escape was confirmed; else all
 };
 
@@ -150,6 +152,7 @@ Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* sho
     search.plan();
     search.shorten();
     search.confirm();
+    search.prune();
   }
   return search.result();
 }

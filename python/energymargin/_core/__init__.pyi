@@ -1299,7 +1299,7 @@ class ScoreRun:
     """
     A running batch on a pool of threads, to which problems can be added.
     """
-    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, stop_at_escape: bool = False, rollouts: typing.SupportsInt | typing.SupportsIndex = 30, strength: typing.SupportsFloat | typing.SupportsIndex = 1.0, objects: typing.SupportsInt | typing.SupportsIndex | None = None, common_random_numbers: bool = False) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, search: str = 'improved', stop_at_escape: bool = False, rollouts: typing.SupportsInt | typing.SupportsIndex = 30, strength: typing.SupportsFloat | typing.SupportsIndex = 1.0, objects: typing.SupportsInt | typing.SupportsIndex | None = None, common_random_numbers: bool = False) -> None:
         ...
     def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """
@@ -1466,7 +1466,7 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
     though the state leaves the capture set by itself within 1 s. `doubts` says the same of each score; with
     warn=False it alone does.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, sampling: str = 'mixed', shorten: bool = True, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
     """
     Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
     
@@ -1477,11 +1477,12 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     undisturbed future: what leaves by itself has effort 0, whatever the nodes, and be it through `within` or not. A state
     that is outside at the start has effort 0 too. A wrench lasts up to `duration`, a wait as long as it takes.
     
-    sampling: how wrenches are drawn, 'uniform' (paper, Section V) or 'mixed': nearly half of them so, the others at their
-    bounds, along one axis, none, or that of the edge before. shorten: half of the nodes, once there is an escape, go into making it
-    cheaper: edges are dropped, shortened, weakened, cut in two and merged, each change replayed in the World. stop_at_escape:
-    a rollout ends where it is seen outside of the capture set, every 4 steps, and not only if it is outside at its end. The
-    metrics of em.score search as published: sampling='uniform', shorten=False.
+    search: 'improved', or 'published', which is the paper's: em.score takes the same two. They differ in `sampling` and
+    `shorten`, which are theirs unless given. sampling: how wrenches are drawn, 'uniform' (published; paper, Section V) or
+    'mixed' (improved): nearly half of them so, the others at their bounds, along one axis, none, or that of the edge before.
+    shorten: half of the nodes, once there is an escape, go into making it cheaper: edges are dropped, shortened, weakened,
+    cut in two and merged, each change replayed in the World (improved). stop_at_escape: a rollout ends where it is seen
+    outside of the capture set, every 4 steps, and not only if it is outside at its end.
     
     Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
     nodes. `complete` says so. progress(nodes) is called now and then with the nodes made so far; what it raises ends the

@@ -44,7 +44,7 @@ def demo(
     output.mkdir(parents=True, exist_ok=True)
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
     database = output / f"{TASK}-scores.db"
-    settings, executor = SearchSettings(nodes, seed), Threads(threads)
+    settings, executor = SearchSettings(nodes, seed, search="published"), Threads(threads)
     with scored_run(dataset, database, settings, executor=executor) as run:
         labelled = run.labelled_scores()
     print_evaluation(labelled, output / "table.md", output / "table.csv", seed)

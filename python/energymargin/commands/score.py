@@ -48,6 +48,13 @@ def score(
             "of the start's."
         ),
     ] = 0.0,
+    search: Annotated[
+        str,
+        typer.Option(
+            help="Of the efforts: improved finds cheaper escapes, published is the paper's search.",
+            metavar="improved|published",
+        ),
+    ] = "improved",
     stop_at_escape: Annotated[
         bool,
         typer.Option(
@@ -137,6 +144,7 @@ def score(
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
+        search=search,
         **given_settings(horizon, rollouts, strength, objects, common),
     )
     future = chosen_future(horizon, plan, check, dwell)

@@ -181,7 +181,9 @@ def reproduce(
             def count(done: int, _of: int, nodes: int = nodes, before: int = before) -> None:
                 advance(before + done * nodes, total)
 
-            run = begin_run(store, dataset, METRICS, SearchSettings(nodes, seed))
+            run = begin_run(
+                store, dataset, METRICS, SearchSettings(nodes, seed, search="published")
+            )
             score_run(dataset, run, executor=executor, progress=count)
             before += dataset.size * nodes
             runs.append(Run(nodes, seed, _values(run)))

@@ -138,7 +138,7 @@ def _score(
     progress: Callable[[int, int], None],
 ) -> None:
     """The paper's scores, as published."""
-    search = SearchSettings(settings.nodes, settings.seed)
+    search = SearchSettings(settings.nodes, settings.seed, search="published")
     path = folder / f"{dataset.task}-scores.db"
     score_dataset(dataset, path, PUBLISHED, search, executor=Threads(threads), progress=progress)
 
@@ -315,7 +315,12 @@ def _tree_steps(dataset: Dataset, settings: Settings, metric: str) -> float:
         if metric == "capture":
             tree = capture_score(problem, nodes=settings.nodes, seed=settings.seed, warn=False).tree
         else:
-            tree = escape_effort(problem, "est", nodes=settings.nodes, seed=settings.seed).tree
+            search: dict[str, Any] = {
+                "nodes": settings.nodes,
+                "seed": settings.seed,
+                "search": "published",
+            }
+            tree = escape_effort(problem, "est", **search).tree
         total += float(tree.durations.sum()) / problem.scene.step
     return total / len(np.unique(numbers))
 

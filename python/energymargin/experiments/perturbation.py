@@ -70,7 +70,7 @@ class Settings:
     @property
     def search(self) -> SearchSettings:
         """Those of the scores."""
-        return SearchSettings(self.nodes, self.seed)
+        return SearchSettings(self.nodes, self.seed, search="published")
 
 
 QUICK = Settings(trajectories=10, nodes=20, levels=(0.0, 0.5, 1.0), draws=2)

@@ -149,8 +149,7 @@ def _clockless(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> dict[
             planner,
             nodes=nodes,
             seed=seed,
-            sampling="uniform",
-            shorten=False,
+            search="published",
             cancel=cancel,
         ).effort
     scores["force"] = force_score(problem).force

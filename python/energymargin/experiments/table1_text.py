@@ -69,7 +69,7 @@ class Settings:
     @property
     def search(self) -> SearchSettings:
         """Those of the scores."""
-        return SearchSettings(self.nodes, self.seed)
+        return SearchSettings(self.nodes, self.seed, search="published")
 
     def command(self, folder: Path) -> str:
         """What to type to make the table again."""

@@ -219,7 +219,7 @@ def reproduce(
     advance = progress or (lambda _done, _total: None)
     folder.mkdir(parents=True, exist_ok=True)
     sets = {name: recorded(name) for name in settings.combinations}
-    search = SearchSettings(settings.nodes, settings.seed)
+    search = SearchSettings(settings.nodes, settings.seed, search="published")
     before, total = 0, sum(dataset.size for dataset in sets.values())
     rows = []
     with ScoreStore(folder / "scores.db", create=True) as store:

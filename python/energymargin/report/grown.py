@@ -101,8 +101,7 @@ class Grower:
             metric.split("/")[1],
             **grown,
             captured="any" if metric.endswith(ANY) else "all",
-            sampling="uniform",
-            shorten=False,
+            search=settings.search,
             stop_at_escape=settings.stop_at_escape,
         )
 

@@ -14,7 +14,7 @@ from energymargin.datasets import Future
 from energymargin.evaluation import SUCCESS, SUCCESSES, Evaluation
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.report.subject import Data, Subject
-from energymargin.settings import ALGORITHM, SearchSettings
+from energymargin.settings import SearchSettings, algorithm
 
 __all__ = ["Notice", "notices"]
 
@@ -105,10 +105,10 @@ def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
 
 
 def _other_algorithm(subject: Subject) -> Iterator[Notice]:
-    if subject.algorithm != ALGORITHM:
+    if not subject.up_to_date:
         yield Notice(
             f"The scores are of algorithm {subject.algorithm}, and this energymargin has "
-            f"{ALGORITHM}: the trees in the pictures are grown anew and may differ."
+            f"{algorithm()}: the trees in the pictures are grown anew and may differ."
         )
 
 

@@ -43,6 +43,7 @@ class Subject:
     future: Future | None
     """What is asked of each state's future; None: it is asked about as it is."""
     algorithm: str
+    up_to_date: bool
     seconds: dict[str, float]
     """Computing time of each metric, of all states [s]."""
     labelled: LabelledScores
@@ -114,6 +115,7 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             settings=run.settings,
             future=run.future,
             algorithm=run.algorithm,
+            up_to_date=run.up_to_date,
             seconds=run.times(),
             labelled=run.labelled_scores(),
         )

@@ -15,7 +15,7 @@ from typing import Any
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.interrupts import since_interrupt
-from energymargin.settings import ALGORITHM
+from energymargin.settings import algorithm_of
 from energymargin.store import schema
 from energymargin.store.place import OpenPlace
 from energymargin.store.run import Run
@@ -247,7 +247,7 @@ class ScoreStore(Closing):
         return row
 
     def _question(self, metric: str, settings: Mapping[str, Any]) -> int:
-        key = (metric, _json(settings), ALGORITHM)
+        key = (metric, _json(settings), algorithm_of(settings))
         self.database.execute(
             "INSERT INTO questions (metric, settings, algorithm) VALUES (?, ?, ?) "
             "ON CONFLICT DO NOTHING",

@@ -15,7 +15,8 @@ from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
 from energymargin.future_text import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
-from energymargin.store.schema import NO_FUTURE
+from energymargin.settings import algorithm_of
+from energymargin.store.schema import NO_FUTURE, with_those_before
 from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Run:
         ).fetchone()
         self.future = None if asks == NO_FUTURE else Future.from_json(asks)
         """What is asked of each state's future; None: it is asked about as it is."""
-        self.settings: dict[str, Any] = json.loads(settings)
+        self.settings: dict[str, Any] = with_those_before(json.loads(settings))
         self.task, self.states, self.digest, parameters = self._database.execute(
             "SELECT task, states, digest, parameters FROM datasets WHERE id = ?", (self.dataset,)
         ).fetchone()
@@ -81,11 +82,21 @@ class Run:
     @cached_property
     def algorithm(self) -> str:
         """The version of energymargin since which the scores have these bits."""
-        rows = self._database.execute(
-            "SELECT DISTINCT algorithm FROM asked JOIN questions ON question = id WHERE run = ?",
+        return max((algorithm for _, algorithm in self._algorithms), key=_numbers)
+
+    @cached_property
+    def up_to_date(self) -> bool:
+        """Whether this energymargin gives the same scores."""
+        return all(algorithm_of(json.loads(own)) == other for own, other in self._algorithms)
+
+    @property
+    def _algorithms(self) -> list[tuple[str, str]]:
+        """Of each question its settings (JSON) and its algorithm."""
+        return self._database.execute(
+            "SELECT DISTINCT settings, algorithm FROM asked JOIN questions ON question = id "
+            "WHERE run = ?",
             (self.number,),
-        )
-        return max((str(algorithm) for (algorithm,) in rows), key=_numbers)
+        ).fetchall()
 
     @cached_property
     def several(self) -> bool:

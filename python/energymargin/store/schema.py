@@ -41,6 +41,7 @@ __all__ = [
     "has_its_tables",
     "migrate",
     "state_digest",
+    "with_those_before",
 ]
 
 # Marks the file as ours in SQLite's own header: "EMsc".
@@ -176,7 +177,7 @@ def _migrate_one_problem_a_state(database: sqlite3.Connection) -> None:
         (future,),
     )
     for number, dataset, settings in database.execute("SELECT id, dataset, settings FROM old_runs"):
-        named = _with_those_before(json.loads(settings))
+        named = with_those_before(json.loads(settings))
         database.execute(
             "INSERT INTO runs VALUES (?, ?, ?, ?)", (number, dataset, future, _json(named))
         )
@@ -185,9 +186,10 @@ def _migrate_one_problem_a_state(database: sqlite3.Connection) -> None:
         database.execute(f"DROP TABLE old_{table}")
 
 
-def _with_those_before(settings: dict[str, Any]) -> dict[str, Any]:
+def with_those_before(settings: dict[str, Any]) -> dict[str, Any]:
     """The settings of a run, with those of a search that its file did not name."""
-    return _BEFORE | settings if "nodes" in settings else settings
+    named = _BEFORE | settings if "nodes" in settings else settings
+    return dict(sorted(named.items()))
 
 
 def _migrate_one_run(database: sqlite3.Connection, version: int) -> None:
@@ -237,7 +239,7 @@ def _move_scores(database: sqlite3.Connection, settings: dict[str, Any]) -> None
     """The one run, its questions, and the scores; the first metric has a state's whole time."""
     numbers = {name: value for name, value in settings.items() if name not in _OF_FILE}
     if set(settings["metrics"]) <= set(METRICS):
-        numbers = _with_those_before(numbers)
+        numbers = with_those_before(numbers)
     future = future_number(database, NO_FUTURE)
     database.execute("INSERT INTO runs VALUES (1, 1, ?, ?)", (future, _json(numbers)))
     for question, metric in enumerate(settings["metrics"], start=1):

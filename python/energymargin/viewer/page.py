@@ -52,6 +52,7 @@ class Page:
         frame: int = 0,
         nodes: int = 1000,
         seed: int = 0,
+        search: str = "improved",
         rollouts: int = ROLLOUTS,
         strength: float = 1.0,
         objects: int | None = None,
@@ -63,6 +64,7 @@ class Page:
         Raises ValueError if there is no such frame, or its state makes no problem.
         """
         self._server, self._source, self._stored, self._seed = server, source, stored, seed
+        self._search = search
         self._disturbance = disturbances.Uniform(strength, objects)
         self._common = common_random_numbers
         self._lock = threading.RLock()
@@ -326,6 +328,7 @@ class Page:
                     seed = recorded.search_seed(self._seed, frame)
                     scored = score_state(
                         *(problem, nodes, seed, cancel, told),
+                        search=self._search,
                         rollouts=rollouts,
                         disturbance=self._disturbance,
                         rollout_seed=self._seed if self._common else None,

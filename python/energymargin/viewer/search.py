@@ -131,6 +131,7 @@ def score_state(
     cancel: Cancel | None = None,
     progress: Told | None = None,
     *,
+    search: str = "improved",
     rollouts: int = ROLLOUTS,
     disturbance: Uniform | None = None,
     rollout_seed: int | None = None,
@@ -150,9 +151,8 @@ def score_state(
         return lambda made: report(begin + 0.5 * made / most)
 
     def escape() -> EscapeEffort:
-        return escape_effort(
-            problem, nodes=nodes, seed=seed, cancel=cancel, progress=told(0.5, nodes)
-        )
+        limits: dict[str, Any] = {"cancel": cancel, "progress": told(0.5, nodes)}
+        return escape_effort(problem, nodes=nodes, seed=seed, search=search, **limits)
 
     if problem.horizon is not None:
         model = disturbance or Uniform()

@@ -13,7 +13,10 @@ from energymargin.store import ScoreStore
 
 __all__ = ["StoredScores"]
 
-SEARCHED = ("nodes", "seed", "rollouts", "strength", "objects", "common_random_numbers")
+SEARCHED = (
+    *("nodes", "seed", "search", "rollouts"),
+    *("strength", "objects", "common_random_numbers"),
+)
 
 
 class StoredScores:
