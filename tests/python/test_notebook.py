@@ -148,7 +148,7 @@ def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_p
     dataset = datasets.generate("push", trajectories=1, frames=3, seed=0)
     settings = "common_random_numbers = False, least_likelihood = 0, nodes = 2, "
     settings += "nodes_per_edge = 1, objects = None, rollouts = 30, seed = {}, "
-    settings += "stop_at_escape = False, strength = 1"
+    settings += "search = improved, stop_at_escape = False, strength = 1"
     now = "the state as it is"
     with ScoreStore(tmp_path / "push.db", create=True) as empty:
         assert "There are no runs." in shown(empty).text

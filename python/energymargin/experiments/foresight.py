@@ -39,7 +39,7 @@ from energymargin.experiments.foresight_text import (
 )
 from energymargin.experiments.jobs import pairs, resumed
 from energymargin.settings import SearchSettings
-from energymargin.store import ScoreStore, score_dataset
+from energymargin.store import ScoreStore, add_scores, score_dataset
 from energymargin.tasks.base import ScriptedTask, Trajectory
 
 __all__ = ["FRAMES", "QUICK", "Settings", "learned", "nominal", "reproduce", "share_by_frame"]
@@ -254,11 +254,22 @@ def _result(
         h: learned(_states(dataset), labels[h], places[:, 0], counts[h], settings.seed)
         for h in HORIZONS
     }
+    _keep_learned(dataset, settings, folder, scores[LEARNED])
     steps[LEARNED] = 0.0
     failed = sum(row.error is not None for job, row in rows.items() if job.task == dataset.task)
     return TaskForesight(
         *(dataset.task, places[:, 0], labels, counts, scores, steps, failed), seed=settings.seed
     )
+
+
+def _keep_learned(
+    dataset: Dataset, settings: Settings, folder: Path, scores: Mapping[int, NDArray[np.float64]]
+) -> None:
+    """Puts the classifier's probabilities beside the paper's scores, as a run of its own, which the
+    report, the viewer and `evaluate` show as any other."""
+    of_horizons = {CAPTURED[h]: values for h, values in scores.items()}
+    source = {"source": LEARNED, "seed": settings.seed}
+    add_scores(folder / f"{dataset.task}-scores.db", dataset, of_horizons, source)
 
 
 def _is(job: Job, task: str, method: str) -> bool:
