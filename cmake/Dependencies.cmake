@@ -27,38 +27,14 @@ if(NOT CMAKE_FIND_PACKAGE_NAME STREQUAL energymargin)
   endif()
 endif()
 
-# Debian's OMPL links with -lompl alone; its own CMake files ask for parts of Boost that it does not bring.
-find_path(energymargin_OMPL_INCLUDE_DIR ompl/config.h PATH_SUFFIXES ompl-1.5 ompl-1.6 ompl-1.7)
-find_library(energymargin_OMPL_LIBRARY ompl)
-if(energymargin_OMPL_INCLUDE_DIR AND energymargin_OMPL_LIBRARY)
-  if(NOT TARGET energymargin::ompl)
-    add_library(energymargin::ompl INTERFACE IMPORTED)
-    set_target_properties(energymargin::ompl PROPERTIES
-      INTERFACE_INCLUDE_DIRECTORIES "${energymargin_OMPL_INCLUDE_DIR}"
-      INTERFACE_LINK_LIBRARIES "${energymargin_OMPL_LIBRARY}")
+foreach(energymargin_engine Bullet Ompl)
+  string(TOLOWER ${energymargin_engine} energymargin_name)
+  if(energymargin_name IN_LIST ENERGYMARGIN_BUNDLE)
+    include(${CMAKE_CURRENT_LIST_DIR}/Bundled${energymargin_engine}.cmake)
+  else()
+    include(${CMAKE_CURRENT_LIST_DIR}/Installed${energymargin_engine}.cmake)
   endif()
-else()
-  list(APPEND energymargin_missing libompl-dev)
-endif()
-
-# The double-precision build: mixing it with the float one corrupts memory without a word.
-find_path(energymargin_BULLET_INCLUDE_DIR btBulletDynamicsCommon.h PATH_SUFFIXES bullet)
-set(energymargin_bullet_libraries "")
-foreach(energymargin_part BulletDynamics BulletCollision LinearMath)
-  find_library(energymargin_${energymargin_part}_LIBRARY ${energymargin_part}-float64)
-  list(APPEND energymargin_bullet_libraries "${energymargin_${energymargin_part}_LIBRARY}")
 endforeach()
-if(energymargin_BULLET_INCLUDE_DIR AND NOT energymargin_bullet_libraries MATCHES "NOTFOUND")
-  if(NOT TARGET energymargin::bullet)
-    add_library(energymargin::bullet INTERFACE IMPORTED)
-    set_target_properties(energymargin::bullet PROPERTIES
-      INTERFACE_INCLUDE_DIRECTORIES "${energymargin_BULLET_INCLUDE_DIR}"
-      INTERFACE_LINK_LIBRARIES "${energymargin_bullet_libraries}"
-      INTERFACE_COMPILE_DEFINITIONS BT_USE_DOUBLE_PRECISION)
-  endif()
-else()
-  list(APPEND energymargin_missing libbullet-dev)
-endif()
 
 list(JOIN energymargin_missing " " energymargin_missing_message)
 string(CONCAT energymargin_missing_message

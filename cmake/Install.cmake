@@ -16,6 +16,11 @@ elseif(ENERGYMARGIN_APPS)
   install(TARGETS energymargin_score RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT development)
 endif()
 
+# A bundled part of a static library is none of its own: there is no package of such a build.
+if(ENERGYMARGIN_BUNDLE AND NOT BUILD_SHARED_LIBS)
+  return()
+endif()
+
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
 install(TARGETS energymargin EXPORT energymarginTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
@@ -26,5 +31,5 @@ configure_package_config_file(cmake/energymarginConfig.cmake.in ${CMAKE_CURRENT_
   INSTALL_DESTINATION ${config_dir})
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
-install(FILES cmake/Dependencies.cmake ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
+install(FILES cmake/Dependencies.cmake cmake/InstalledBullet.cmake cmake/InstalledOmpl.cmake ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
   ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake DESTINATION ${config_dir} COMPONENT development)
