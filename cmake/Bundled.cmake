@@ -1,4 +1,4 @@
-# Bullet and OMPL from their sources, for a wheel that needs nothing of the system at run time: as static libraries with
+# Libraries from their sources, for a wheel that needs nothing of the system at run time: those with code as static ones with
 # hidden symbols, so that no other Bullet or OMPL in the process is taken for them. The sources are those of Debian's
 # packages, whose bits the golden values are; -DFETCHCONTENT_SOURCE_DIR_ENERGYMARGIN_BULLET=DIR takes them from a folder.
 
@@ -9,7 +9,7 @@ set(energymargin_pool https://deb.debian.org/debian/pool/main)
 # Only unpacks: what is built is said below. ${energymargin_NAME_SOURCE_DIR} is where.
 function(energymargin_unpack name url hash)
   FetchContent_Declare(energymargin_${name} URL ${energymargin_pool}/${url} URL_HASH SHA256=${hash}
-    DOWNLOAD_EXTRACT_TIMESTAMP OFF SOURCE_SUBDIR none)
+    DOWNLOAD_EXTRACT_TIMESTAMP OFF SOURCE_SUBDIR none ${ARGN})
   FetchContent_MakeAvailable(energymargin_${name})
   set(energymargin_${name}_SOURCE_DIR ${energymargin_${name}_SOURCE_DIR} PARENT_SCOPE)
 endfunction()

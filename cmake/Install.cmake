@@ -23,7 +23,8 @@ endif()
 
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
 install(TARGETS energymargin EXPORT energymarginTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 install(DIRECTORY cpp/include/energymargin DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 install(FILES ${schema_file} DESTINATION ${CMAKE_INSTALL_DATADIR}/energymargin COMPONENT development)
 install(EXPORT energymarginTargets NAMESPACE energymargin:: DESTINATION ${config_dir} COMPONENT development)

@@ -1,0 +1,8 @@
+"""A state of a task, and its score."""
+
+import energymargin as em
+
+task = em.tasks.make("push")
+state = task.rollout(seed=0).states[3]
+score = em.capture_score(task.problem(state), nodes=100, warn=False)
+print(f"capture score {score.capture:.3f}")
