@@ -1,0 +1,96 @@
+import re
+from importlib.metadata import Distribution, version
+from pathlib import Path
+
+import pytest
+import yaml
+from scikit_build_core.build import prepare_metadata_for_build_wheel
+
+from energymargin.settings import ALGORITHM, ALGORITHM_IMPROVED
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text()
+PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
+MOST_LINES = {"README.md": 130, "CONTRIBUTING.md": 120}
+WIDEST = 160  # characters
+# Those that Citation File Format 1.2.0 asks of every file, and of every reference.
+OF_CITATION = {"cff-version", "message", "title", "authors"}
+OF_REFERENCE = {"type", "title", "authors"}
+
+
+def cmake_version():
+    text = (ROOT / "CMakeLists.txt").read_text()
+    return re.search(r"^project\(energymargin VERSION (\S+)", text, re.MULTILINE)[1]
+
+
+def changelog_versions():
+    return re.findall(r"^## \[(\d.*?)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+
+
+def citation():
+    return yaml.safe_load((ROOT / "CITATION.cff").read_text())
+
+
+def parts(number):
+    return tuple(int(part) for part in number.split("."))
+
+
+def test_the_version_stands_in_cmakelists_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    folder = prepare_metadata_for_build_wheel(str(tmp_path))
+    assert Distribution.at(tmp_path / folder).version == cmake_version()
+    assert cmake_version() not in (ROOT / "pyproject.toml").read_text()
+
+
+def test_the_installed_package_has_that_version():
+    assert version("energymargin") == cmake_version()
+
+
+def test_changelog_and_citation_have_that_version():
+    assert changelog_versions()[0] == cmake_version()
+    assert citation()["version"] == cmake_version()
+
+
+def test_the_changelog_has_each_version_once_the_newest_first():
+    found = [parts(number) for number in changelog_versions()]
+    assert found == sorted(set(found), reverse=True)
+
+
+def test_the_changelog_says_of_the_version_that_moved_scores_last_that_it_did():
+    sections = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)
+    for algorithm, name in ((ALGORITHM, "ALGORITHM"), (ALGORITHM_IMPROVED, "ALGORITHM_IMPROVED")):
+        (section,) = (text for text in sections if text.startswith(f"[{algorithm}]"))
+        assert f"`{name}`" in section
+
+
+def test_the_citation_has_the_keys_that_its_format_requires():
+    cited = citation()
+    assert cited["cff-version"] == "1.2.0"
+    assert cited.keys() >= OF_CITATION
+    assert cited["license"] == "BSD-3-Clause"
+    assert cited["preferred-citation"].keys() >= OF_REFERENCE
+    for author in (*cited["authors"], *cited["preferred-citation"]["authors"]):
+        assert "name" in author or {"family-names", "given-names"} <= author.keys()
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_is_short_and_its_lines_are(page):
+    lines = (ROOT / page).read_text().splitlines()
+    assert len(lines) <= MOST_LINES.get(page, len(lines))
+    assert [line for line in lines if len(line) >= WIDEST] == []
+
+
+def test_the_readme_names_the_two_commands_of_the_makefile():
+    makefile = (ROOT / "Makefile").read_text()
+    for target in ("demo", "test"):
+        assert re.search(rf"^make {target} ", README, re.MULTILINE)
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
+    assert "\nmake test\n" in (ROOT / ".ci" / "run").read_text()
+
+
+def test_the_readme_s_example_prints_what_it_says(tmp_path, monkeypatch, capsys):
+    (example,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+    (printed,) = re.findall(r"```text\n(.*?)```", README, flags=re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example, "README.md", "exec"), {})
+    assert capsys.readouterr().out == printed
