@@ -2,7 +2,7 @@
 
 import energymargin as em
 
-task = em.tasks.make("push")
-state = task.rollout(seed=0).states[3]
+task = em.tasks.make("push", friction=0.3)
+state = task.rollout(seed=9).states[3]
 score = em.capture_score(task.problem(state), nodes=100, warn=False)
 print(f"capture score {score.capture:.3f}")
