@@ -96,7 +96,7 @@ wheel: .venv/environment
 	@ls -lh dist
 
 # Debian 12's pybind11 is too old, so the source package has the one of .venv.
-VERSION = $(shell sed -n 's/^project(energymargin VERSION \([^ ]*\).*/\1/p' CMakeLists.txt)
+VERSION = $(shell sed -n 's/^project.energymargin VERSION \([^ ]*\).*/\1/p' CMakeLists.txt)
 DEB = build/deb/energymargin-$(VERSION)
 
 deb: .venv/environment .venv/debhelper

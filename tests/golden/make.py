@@ -41,7 +41,7 @@ def values(name: str, problem: em.Problem, threads: int = 1) -> dict[str, str]:
     """Every metric, to the last bit."""
     several = problem.captured_any is not None
     found: dict[str, float | None] = {}
-    cap = em.capture_score(problem, nodes=NODES, seed=SEED, trees=3, threads=threads)
+    cap = em.capture_score(problem, nodes=NODES, seed=SEED, trees=3, threads=threads, warn=False)
     for score in ("capture", "success", "capture_any", "success_any"):
         found[score] = getattr(cap, score)
         found[f"{score}_stderr"] = getattr(cap, f"{score}_stderr")

@@ -46,7 +46,9 @@ def main() -> None:
     pybullet.disconnect(client)
     if found != golden:
         sys.exit(f"beside {sys.argv[1:]}: {found}, expected {golden}")
-    print(f"loaded as {', '.join(sys.argv[1:])}: golden values, and a space of {space.getDimension()} dimensions")
+    print(
+        f"loaded as {', '.join(sys.argv[1:])}: golden values, and a space of {space.getDimension()} dimensions"
+    )
 
 
 if __name__ == "__main__":
