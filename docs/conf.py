@@ -32,8 +32,8 @@ myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4
 nb_execution_mode = "off"  # the outputs are stored in the notebooks; the tests run them
 
-# The interface in Python. A type of another library, or of a module within a public one, has no page
-# here; all other types have to have one.
+# The interface in Python. A type of another library, or of a module within a public one, has no
+# page here; all other types have to have one.
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(?!energymargin).*"),
@@ -42,7 +42,9 @@ nitpick_ignore_regex = [
 ]
 smartquotes = False  # "--option" is one
 default_role = "code"  # `x` is code in docstrings, as in Markdown
+autoclass_content = "both"  # constructors of the compiled module say their arguments themselves
 autodoc_member_order = "bysource"
+autodoc_default_options = {"undoc-members": True}  # a plain value may say it all by its name
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88

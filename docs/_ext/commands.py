@@ -79,7 +79,7 @@ def _name(parameter: Any, shown: str) -> str:
     names = ", ".join(f"`{name}`" for name in (*parameter.opts, *parameter.secondary_opts))
     if parameter.is_flag:
         return names
-    kind = shown.split()[-1].strip("<>")
+    kind = shown.rsplit(maxsplit=1)[-1].strip("<>")
     return f"{names} {_cell(kind.removeprefix('list[').strip('[]'))}"
 
 

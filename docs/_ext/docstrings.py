@@ -24,10 +24,22 @@ def _escaped(line: str) -> str:
     return "".join(parts)
 
 
-def _process(
-    app: Sphinx, what: str, name: str, thing: object, options: Any, lines: list[str]
-) -> None:
+BEFORE_NAPOLEON, AFTER_NAPOLEON = 400, 600
+_aside: dict[str, list[str]] = {}
+
+
+def _lay_aside(*event: Any) -> None:
+    """Napoleon takes what stands before a colon in the docstring of a value for its type."""
+    _app, what, name, _thing, _options, lines = event
+    if what in ("attribute", "data", "property"):
+        _aside[name] = lines.copy()
+        lines.clear()
+
+
+def _process(*event: Any) -> None:
     """A docstring's lines, in place."""
+    _app, _what, name, _thing, _options, lines = event
+    lines[:] = _aside.pop(name, lines)
     made: list[str] = []
     literal: int | None = None  # the indentation of the literal block that the line belongs to
     fence: str | None = None
@@ -50,31 +62,30 @@ def _process(
     lines[:] = made
 
 
-def _signature(
-    app: Sphinx,
-    what: str,
-    name: str,
-    thing: object,
-    options: Any,
-    arguments: str | None,
-    returned: str | None,
-) -> tuple[str | None, str | None]:
+def _signature(*event: Any) -> tuple[str | None, str | None]:
     """With the names that a reader knows."""
+    arguments, returned = event[-2:]
     return _short(arguments), _short(returned)
+
+
+LEFT_OUT = ("energymargin._core.", "collections.abc.", "numpy.typing.", "typing.")
+ARRAY = re.compile(r"~?(?:numpy\.)?ndarray\[.*?dtype\[(.*?)\]\]")
 
 
 def _short(text: str | None) -> str | None:
     if text is None:
         return None
-    text = text.replace("self: energymargin._core.", "self: ")
-    text = re.sub(r"^\(self: [\w.]+(, )?", "(", text)
-    for module in ("energymargin._core.", "collections.abc.", "numpy.typing.", "typing."):
+    text = re.sub(r"^\((?:self|cls)(?:: [\w.]+)?(?:, )?", "(", text)
+    text = ARRAY.sub(lambda found: f"NDArray[{found[1].lstrip('~').removeprefix('numpy.')}]", text)
+    text = re.sub(r"\bobject\b", "Any", text)
+    for module in LEFT_OUT:
         text = text.replace(module, "")
     return re.sub(r"<([\w.]+) object at 0x[0-9a-f]+>", r"\1()", text)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Connects both."""
-    app.connect("autodoc-process-docstring", _process)
+    """Connects them."""
+    app.connect("autodoc-process-docstring", _lay_aside, priority=BEFORE_NAPOLEON)
+    app.connect("autodoc-process-docstring", _process, priority=AFTER_NAPOLEON)
     app.connect("autodoc-process-signature", _signature)
     return {"parallel_read_safe": True}

@@ -72,7 +72,9 @@ def test_a_page_gets_its_results_and_the_pictures(folder, tmp_path):
     text = page.read_text()
     assert text.startswith(f"# before\n{BEGIN}") and text.endswith(f"{END}\nafter\n")
     assert "to be replaced" not in text and "| rectangle-jaw | " in text
-    assert f"Version {version('energymargin')}" in text and "`energymargin reproduce table2`" in text
+    assert (
+        f"Version {version('energymargin')}" in text and "`energymargin reproduce table2`" in text
+    )
     assert "![table2](table2.png)" in text and (tmp_path / "table2.png").stat().st_size > 10_000
     assert "as it was" in other.read_text()
 
