@@ -1,6 +1,7 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
 # make test   all tests, C++ and Python; C++ again with sanitizers, and a short fuzz
 # make check  formats and types        make format  put them right
+# make docs   this project's pages, into build/docs/index.html
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
 #                                                           BENCH='--parts throughput,cost' or --quick
 # make bench-view   how smoothly the viewer's page turns, into out/frames.md
@@ -8,7 +9,7 @@
 # make deb    Debian packages of the C++ library and of the Python package, into dist
 # make clean  forget everything built
 #
-# make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/safety.md
+# make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/engineering/safety.md
 # make fuzz SECONDS=600   new inputs for every door, each for so long
 # make bench BENCH=...    with options of python/bench/speed.py, as '--tasks push --rounds 5' or --quick
 #
@@ -40,16 +41,22 @@ SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState
 # Without a compiler a wheel in dist serves, if there is one.
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*.whl))))
 
-.PHONY: demo test sanitize fuzz bench bench-scale bench-view check format stubs wheel deb clean
+.PHONY: demo test docs sanitize fuzz bench bench-scale bench-view check format stubs wheel deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
 	$(BIN)/energymargin demo
 
-test: .venv/built .venv/browser build/asan/built
+test: .venv/built .venv/browser build/asan/built docs
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2 --exclude-regex '$(SLOW)'
+
+# Each time anew: a page that is not read again would not warn again. A broken link is an error.
+docs: .venv/built
+	@echo "Building the documentation"
+	@$(BIN)/sphinx-build -q -E -n -W --keep-going -b html docs build/docs
+	@echo "It is in build/docs/index.html"
 
 sanitize: .venv/built build/asan/built build/tsan/built
 	$(BIN)/ctest --test-dir build/asan --output-on-failure --parallel 2

@@ -1,4 +1,4 @@
-# Builds that stop at the first bad access, undefined operation or data race: docs/safety.md. All of one build has the
+# Builds that stop at the first bad access, undefined operation or data race: docs/engineering/safety.md. All of one build has the
 # same flags; Bullet, OMPL and GoogleTest come from Debian as they are.
 
 set(ENERGYMARGIN_SANITIZE "" CACHE STRING "Sanitizers to build with: \"address;undefined\" or \"thread\"")

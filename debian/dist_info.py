@@ -1,9 +1,10 @@
-"""Writes what an installed package says of itself, from pyproject.toml: dist_info.py DIST-PACKAGES."""
+"""Writes what an installed package says of itself: dist_info.py DIST-PACKAGES."""
 
 import re
 import sys
-import tomllib
 from pathlib import Path
+
+import tomllib
 
 project = tomllib.loads(Path("pyproject.toml").read_text())["project"]
 version = re.search(r"project\(energymargin VERSION (\S+)", Path("CMakeLists.txt").read_text())[1]

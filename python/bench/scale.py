@@ -1,6 +1,6 @@
 """What scoring millions of states takes: throughput of the executors, memory, and cost on paper.
 
-`make bench-scale` runs this. The tables are those of docs/scale.md.
+`make bench-scale` runs this. The tables are those of docs/engineering/scale.md.
 """
 
 from __future__ import annotations

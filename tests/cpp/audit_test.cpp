@@ -392,7 +392,7 @@ TEST(Audit, LeftoverOfFastMechanismsIsSmall) {
   EXPECT_LT(shares[shares.size() * 8 / 10], 0.03);
 }
 
-// ---- manipulation, with the solver's own settings: the bounds of docs/energy_audit.md
+// ---- manipulation, with the solver's own settings: the bounds of docs/engineering/energy_audit.md
 
 void expect_small_leftover(const Audit& found, double share) {
   EXPECT_GT(found.turnover(), 0.01);

@@ -64,7 +64,7 @@ TEST(Determinism, OfTenThousandRolloutsShuffledOverFourWorldsAndFourThreadsNoneD
   EXPECT_EQ(all, 10000);
 }
 
-// ENERGYMARGIN_ROLLOUTS asks for more of them than every run of the tests can pay for: docs/safety.md.
+// ENERGYMARGIN_ROLLOUTS asks for more of them than every run of the tests can pay for: docs/engineering/safety.md.
 int mechanisms_rollouts() {
   const char* const asked = std::getenv("ENERGYMARGIN_ROLLOUTS");
   return asked ? std::stoi(asked) : 2000;

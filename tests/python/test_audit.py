@@ -59,7 +59,7 @@ def test_the_repr_is_the_balance_as_a_table():
         assert unit == "J"
 
 
-# Bounds of docs/energy_audit.md.
+# Bounds of docs/engineering/energy_audit.md.
 @pytest.mark.parametrize("task", experiment.TASKS)
 def test_little_is_left_over_on_the_tasks(task: str):
     audits = experiment.reproduce(5, names=[task], trajectories=2)

@@ -11,7 +11,7 @@ import pytest
 import energymargin as em
 from energymargin.experiments import closed_forms, known_answers
 
-OWN_ERROR = 0.01  # of the simulation, at its default stepping (docs/closed_forms.md)
+OWN_ERROR = 0.01  # of the simulation, at its default stepping (docs/results/closed_forms.md)
 QUICK = {"nodes": 400, "seeds": 2, "gain_seeds": 1, "threads": 2}
 
 

@@ -1,5 +1,7 @@
 """Recorded pushes, and the page of all studies; small and real."""
 
+from importlib.metadata import version
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -7,7 +9,7 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.experiments import table2
-from energymargin.experiments.results_section import BEGIN, END, put_into
+from energymargin.experiments.results_pages import BEGIN, END, put_into
 from energymargin.settings import SearchSettings
 
 
@@ -62,14 +64,19 @@ def test_the_page_has_the_studies_that_were_made_with_their_times_and_pictures(f
     assert "<td>not yet</td>" in html and '<img src="table2/table2.png"' in html
 
 
-def test_the_readme_gets_its_section_and_the_pictures(folder, tmp_path):
-    readme = tmp_path / "README.md"
-    readme.write_text(f"# before\n{BEGIN}\nto be replaced\n{END}\nafter\n")
-    put_into(readme, folder)
-    text = readme.read_text()
+def test_a_page_gets_its_results_and_the_pictures(folder, tmp_path):
+    page, other = tmp_path / "table2.md", tmp_path / "walls.md"
+    page.write_text(f"# before\n{BEGIN}\nto be replaced\n{END}\nafter\n")
+    other.write_text(f"{BEGIN}\nas it was\n{END}\n")
+    assert put_into(tmp_path, folder) == [page]
+    text = page.read_text()
     assert text.startswith(f"# before\n{BEGIN}") and text.endswith(f"{END}\nafter\n")
-    assert "to be replaced" not in text and "| rectangle-jaw | **" in text
-    assert (tmp_path / "docs" / "table2.png").stat().st_size > 10_000
+    assert "to be replaced" not in text and "| rectangle-jaw | " in text
+    assert (
+        f"Version {version('energymargin')}" in text and "`energymargin reproduce table2`" in text
+    )
+    assert "![table2](table2.png)" in text and (tmp_path / "table2.png").stat().st_size > 10_000
+    assert "as it was" in other.read_text()
 
 
 @pytest.mark.parametrize(
@@ -78,7 +85,7 @@ def test_the_readme_gets_its_section_and_the_pictures(folder, tmp_path):
         (("table2", "--combinations", "cube-jaw"), "combinations has 'cube-jaw', expected some of"),
         (("table2", "--nodes", 0), "nodes is 0"),
         (("all", "--only", "table3"), "only has 'table3', expected some of table1"),
-        (("all", "--quick", "--readme", "README.md"), "expected no --quick with it"),
+        (("all", "--quick", "--pages", "docs/results"), "expected no --quick with them"),
         (("enlarged", "--frames", 101), "frames is 101, expected a whole number from 1 to 100"),
     ],
 )
@@ -89,10 +96,13 @@ def test_wrong_options_are_named_before_anything_is_written(words, message, tmp_
     assert not list(tmp_path.iterdir())
 
 
-def test_a_readme_without_the_lines_is_refused_before_anything_is_made(tmp_path):
-    readme = tmp_path / "README.md"
-    readme.write_text("nothing")
-    done = run("all", "--out", tmp_path / "all", "--readme", readme)
-    assert done.exit_code == 2 and "has no lines" in done.output
-    assert readme.read_text() == "nothing"
+@pytest.mark.parametrize(
+    ("text", "message"), [("nothing", "has no page with the lines"), (BEGIN, "expected both")]
+)
+def test_pages_without_the_lines_are_refused_before_anything_is_made(text, message, tmp_path):
+    page = tmp_path / "table1.md"
+    page.write_text(text)
+    done = run("all", "--out", tmp_path / "all", "--pages", tmp_path)
+    assert done.exit_code == 2 and message in " ".join(done.output.split())
+    assert page.read_text() == text
     assert not (tmp_path / "all").exists()

@@ -48,7 +48,7 @@ def tutorial(request):
 
 def test_there_are_three_tutorials_and_the_page_of_them_names_each():
     assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3"]
-    page = (FOLDER / "README.md").read_text()
+    page = (FOLDER / "index.md").read_text()
     assert all(f"({path.name})" in page for path in TUTORIALS)
 
 

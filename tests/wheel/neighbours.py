@@ -1,5 +1,8 @@
-"""Whether scores stay what they are with others' Bullet and OMPL in the process, loaded in the order of the arguments:
-bullet (Debian's, of single precision, for all to see), ompl, pybullet, energymargin."""
+"""Whether scores stay what they are with others' Bullet and OMPL in the process.
+
+They are loaded in the order of the arguments: bullet (Debian's, of single precision, for all to
+see), ompl, pybullet, energymargin.
+"""
 
 import ctypes
 import importlib
@@ -47,7 +50,8 @@ def main() -> None:
     if found != golden:
         sys.exit(f"beside {sys.argv[1:]}: {found}, expected {golden}")
     print(
-        f"loaded as {', '.join(sys.argv[1:])}: golden values, and a space of {space.getDimension()} dimensions"
+        f"loaded as {', '.join(sys.argv[1:])}: golden values, "
+        f"and a space of {space.getDimension()} dimensions"
     )
 
 

@@ -9,7 +9,8 @@
 namespace energymargin::search {
 namespace {
 
-// Steps between two looks at a rollout: more often takes time in small scenes, and tells no more (docs/fewer_steps.md).
+// Steps between two looks at a rollout: more often takes time in small scenes, and tells no more
+// (docs/results/fewer_steps.md).
 constexpr int look_every = 4;
 
 constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made

@@ -50,7 +50,8 @@ PUBLISHED = ("capture", "effort/est")
 SCRIPT, NOMINAL, FRESH, LEARNED = "script", "nominal", "fresh", "learned"
 
 # One rule for all tasks: how strong the disturbance is, as a share of the problem's bounds, and how
-# many objects each of its pieces meets. Fixed on trajectories of another seed: docs/foresight.md.
+# many objects each of its pieces meets. Fixed on trajectories of another seed, as
+# docs/results/foresight.md says.
 STRENGTH = 0.6
 OBJECTS = 2  # or as many as a task has
 

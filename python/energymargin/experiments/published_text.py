@@ -37,7 +37,7 @@ __all__ = [
     "Settings",
 ]
 
-STRENGTH, OBJECTS = 0.6, 1  # of the disturbance: the one rule of docs/foresight.md
+STRENGTH, OBJECTS = 0.6, 1  # of the disturbance: the one rule of docs/results/foresight.md
 SIMULATED_HORIZONS = (0, 1, 2, 3, 4, 5)  # frames
 RECORDED_HORIZONS = (0, 1, 2, 5, 10, 20)
 EARLY = tuple(range(9, 100, 10))  # frames of a recording's last 100

@@ -63,7 +63,7 @@ def read_csv(
 
     `columns`: a JSON file that says which column is what, and the units; None: the header is
     frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate, and the same of the
-    effector [m, rad, s]; the velocities may be missing. `docs/recordings.md` has the rules:
+    effector [m, rad, s]; the velocities may be missing. `docs/guides/recordings.md` has the rules:
 
     Frames that are missing, or in which a body was not seen, are interpolated over at most
     `longest_gap` [s]; so are outliers, that jump by at least `least_jump` [m] or `least_turn`

@@ -3,7 +3,7 @@
 The spline (`scipy.interpolate.make_smoothing_spline`) takes unequal steps as they are. It passes
 motion slower than 2 pi times its time scale, and little of what is faster; where it would leave a
 measured pose by more than its noise does, as at an impact, the time scale is shorter.
-docs/recordings.md has the measurements that chose it, and its time scale.
+docs/guides/recordings.md has the measurements that chose it, and its time scale.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ FRICTION = 27 / 68  # of the object with all else, measured; a fact
 CLEARANCE = 0.001  # m, of the arm's tool above the table
 ARM_MASS = 5.0  # kg that moves with the printed effector, so that its speed lasts over an edge
 ARM_INERTIA = 0.2  # kg m^2, the same about 0.2 m: the arm all but holds the effector's yaw
-TOLERANCE = 1e-9  # m^2/s^2, of the solver: a speed of 0.03 mm/s; docs/push_real.md
+TOLERANCE = 1e-9  # m^2/s^2, of the solver: a speed of 0.03 mm/s; docs/results/table2.md
 
 # The script of simulated pushes: a steady push from behind.
 OBJECT_Y = (0.0, 0.02)  # m

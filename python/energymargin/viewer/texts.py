@@ -50,7 +50,7 @@ NAMES = {
     "effort": "effort of escape",
     "force": "force score",
 }
-# The store's names of the same scores; the effort there is searched for as published.
+# The store's names of the same scores.
 STORED = {
     "probability": "probability",
     "probability/success": "probability/success",

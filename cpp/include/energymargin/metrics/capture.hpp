@@ -12,7 +12,8 @@
 
 namespace energymargin {
 
-//! With a tolerance: fewest trees, since a few may agree by chance (docs/uncertainty.md), and most, unless given.
+//! With a tolerance: fewest trees, since a few may agree by chance (docs/results/uncertainty.md), and most, unless
+//! given.
 inline constexpr int fewest_trees = 8;
 inline constexpr int most_trees = 1000;
 

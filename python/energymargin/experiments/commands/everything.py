@@ -116,9 +116,9 @@ def everything(
             "--out", help="Folder for all folders.", show_default="out/all, or out/all-quick"
         ),
     ] = None,
-    readme: Annotated[
+    pages: Annotated[
         Path | None,
-        typer.Option(help="A README, whose results section is made anew from the folder."),
+        typer.Option(help="A folder of pages (docs/results), whose results are made anew."),
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="A first picture of everything, in some minutes.")
@@ -134,7 +134,7 @@ def everything(
     """
     from energymargin.executors.threads import thread_count
     from energymargin.experiments.index_page import write_index
-    from energymargin.experiments.results_section import check_readme, put_into
+    from energymargin.experiments.results_pages import check_pages, put_into
     from energymargin.experiments.times import Times
 
     chosen = list(STUDIES) if only is None else split(only)
@@ -142,10 +142,10 @@ def everything(
     if wrong or not chosen:
         what = repr(wrong[0]) if wrong else "nothing"
         raise ValueError(f"only has {what}, expected some of {', '.join(STUDIES)}")
-    if readme is not None:
+    if pages is not None:
         if quick:
-            raise ValueError("readme is made from the full studies, expected no --quick with it")
-        check_readme(readme)
+            raise ValueError("pages are made from the full studies, expected no --quick with them")
+        check_pages(pages)
     output = folder_of(output, "all", quick)
     output.mkdir(parents=True, exist_ok=True)
     times = Times(output / "times.json")
@@ -159,7 +159,7 @@ def everything(
         finally:
             times.add(name, time.monotonic() - begun)
         write_index(output, shows, times, thread_count(threads))
-    if readme is not None:
-        put_into(readme, output)
-        say(f"The results of {escape(str(readme))} are made anew.")
+    if pages is not None:
+        made = put_into(pages, output)
+        say(f"Made anew: {', '.join(escape(str(page)) for page in made)}.")
     say(f"In {escape(str(output))}/: index.html, index.md, and a folder for each study")

@@ -1,0 +1,142 @@
+"""The documentation: it has every name and command, its links lead somewhere, its examples run."""
+
+import importlib
+import inspect
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import energymargin as em
+from energymargin.cli import app
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+
+API = "\n".join(page.read_text() for page in sorted((DOCS / "api/python").glob("*.md")))
+MODULES = re.findall(r"automodule:: (energymargin[\w.]*)\n   :members:", API)
+NAMED = set(re.findall(r"auto(?:class|function|exception):: (\w+)", API))
+EXTRAS = ("plots", "report", "viewer")  # of energymargin, imported when they are asked for
+
+# Pages whose Python runs from top to bottom as it is written.
+RUNNING = [
+    "index.md",
+    "ten_minutes.md",
+    "formats/datasets.md",
+    "guides/own_problem.md",
+    "guides/own_task.md",
+    "guides/plans_and_horizons.md",
+    "guides/robots.md",
+    "guides/several_objects.md",
+]
+SERVES = "energymargin view"  # until it is stopped
+
+
+@pytest.fixture
+def extensions(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    yield importlib.import_module
+    for name in ("commands", "headers", "problem_schema"):
+        sys.modules.pop(name, None)
+
+
+def documented(thing):
+    return bool((inspect.getdoc(thing) or "").strip())
+
+
+@pytest.mark.parametrize("name", sorted({*em.__all__, *EXTRAS}))
+def test_each_public_name_has_a_docstring_and_is_on_a_page_of_the_interface(name):
+    thing = getattr(em, name)
+    assert documented(thing)
+    on_a_page = f"energymargin.{name}" in MODULES if inspect.ismodule(thing) else name in NAMED
+    assert on_a_page, f"docs/api/python has no {name}"
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_each_public_name_of_a_module_has_a_docstring(name):
+    module = importlib.import_module(name)
+    assert documented(module)
+    things = [getattr(module, public) for public in module.__all__]
+    without = [t.__name__ for t in things if inspect.isroutine(t) or inspect.isclass(t)]
+    assert not [n for n in without if not documented(getattr(module, n, None))]
+
+
+def test_each_command_and_option_is_on_the_page_of_commands(extensions):
+    commands = extensions("commands")
+    page = commands.page()
+    assert "```{commands}" in (DOCS / "cli.md").read_text()
+    found = [command for name, command in commands.commands() if name != "energymargin"]
+    assert len(found) > 20
+    for name, command in commands.commands():
+        words = name.removeprefix("energymargin").strip()
+        assert not words or re.search(rf"(?m)^#+ {words}$", page), name
+        options = [p for p in command.params if p.name != "help"]
+        assert all(f"`{option}`" in page for p in options for option in p.opts if option[0] == "-")
+
+
+def test_each_header_is_on_a_page_with_all_that_it_declares(extensions):
+    headers = extensions("headers")
+    for folder in (".", "metrics", "search"):
+        assert f"{{headers}} {folder}\n" in "".join(
+            page.read_text() for page in (DOCS / "api/cpp").glob("*.md")
+        )
+        for path in headers.headers(folder):
+            text = path.read_text()
+            code = "\n".join(line for d in headers.declarations(text) for line in d.code)
+            declared = re.findall(r"(?m)^(?:struct|class|enum class) (\w+)\b(?!;)", text)
+            assert headers.introduction(text)
+            assert all(re.search(rf"\b{name}\b", code) for name in declared), path.name
+            assert "namespace energymargin" not in code
+
+
+def links(page):
+    """Relative ones, of a page's Markdown."""
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL)
+    found = re.findall(r"\]\(([^)\s]+)\)", text)
+    return [link for link in found if not re.match(r"[a-z]+:|#", link)]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_each_link_of_a_page_leads_to_a_file(page):
+    missing = [n for n in links(page) if not (page.parent / n.partition("#")[0]).exists()]
+    assert not missing
+
+
+def test_each_page_is_in_the_tree_and_each_picture_on_a_page():
+    trees = {
+        (page.parent / entry).with_suffix("")
+        for page in PAGES
+        for tree in re.findall(r"```{toctree}\n(.*?)```", page.read_text(), flags=re.DOTALL)
+        for entry in tree.split()
+        if not entry.startswith(":")
+    }
+    pages = {page.with_suffix("") for page in PAGES[1:]} - {DOCS / "index"}
+    assert pages <= trees
+    shown = {(page.parent / link).resolve() for page in PAGES[1:] for link in links(page)}
+    assert set(DOCS.rglob("*.png")) <= shown
+
+
+@pytest.mark.parametrize("page", RUNNING)
+def test_each_example_of_a_page_runs_as_it_is_written(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    names: dict = {"__name__": "example"}
+    blocks = re.findall(r"(?m)^```(python|sh)\n(.*?)^```", (DOCS / page).read_text(), re.DOTALL)
+    for language, text in blocks:
+        if language == "python":
+            exec(compile(text, page, "exec"), names)
+        elif page == "ten_minutes.md":
+            run(text)
+    pyplot.close("all")
+
+
+def run(text):
+    """Commands of a shell block, but for what serves a page."""
+    for line in text.splitlines():
+        if line.startswith("energymargin") and not line.startswith(SERVES):
+            done = CliRunner().invoke(app, shlex.split(line, comments=True)[1:])
+            assert done.exit_code == 0, done.output
