@@ -22,6 +22,7 @@ extensions = [
     "sphinx_design",
     "docstrings",
     "commands",
+    "constants",
     "headers",
     "problem_schema",
 ]

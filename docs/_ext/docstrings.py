@@ -25,6 +25,7 @@ def _escaped(line: str) -> str:
 
 
 BEFORE_NAPOLEON, AFTER_NAPOLEON = 400, 600
+MADE_BY_PYTHON = "Create new instance of "  # of a named tuple
 _aside: dict[str, list[str]] = {}
 
 
@@ -39,7 +40,8 @@ def _lay_aside(*event: Any) -> None:
 def _process(*event: Any) -> None:
     """A docstring's lines, in place."""
     _app, _what, name, _thing, _options, lines = event
-    lines[:] = _aside.pop(name, lines)
+    found = _aside.pop(name, lines)
+    lines[:] = [line for line in found if not line.startswith(MADE_BY_PYTHON)]
     made: list[str] = []
     literal: int | None = None  # the indentation of the literal block that the line belongs to
     fence: str | None = None
@@ -69,6 +71,7 @@ def _signature(*event: Any) -> tuple[str | None, str | None]:
 
 
 LEFT_OUT = ("energymargin._core.", "collections.abc.", "numpy.typing.", "typing.")
+ARRAY_LIKE = re.compile(r"[~\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 ARRAY = re.compile(r"~?(?:numpy\.)?ndarray\[.*?dtype\[(.*?)\]\]")
 
 
@@ -76,6 +79,7 @@ def _short(text: str | None) -> str | None:
     if text is None:
         return None
     text = re.sub(r"^\((?:self|cls)(?:: [\w.]+)?(?:, )?", "(", text)
+    text = ARRAY_LIKE.sub("ArrayLike", text)
     text = ARRAY.sub(lambda found: f"NDArray[{found[1].lstrip('~').removeprefix('numpy.')}]", text)
     text = re.sub(r"\bobject\b", "Any", text)
     for module in LEFT_OUT:

@@ -40,7 +40,7 @@ SERVES = "energymargin view"  # until it is stopped
 def extensions(monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS / "_ext"))
     yield importlib.import_module
-    for name in ("commands", "headers", "problem_schema"):
+    for name in ("commands", "constants", "headers"):
         sys.modules.pop(name, None)
 
 
@@ -63,6 +63,13 @@ def test_each_public_name_of_a_module_has_a_docstring(name):
     things = [getattr(module, public) for public in module.__all__]
     without = [t.__name__ for t in things if inspect.isroutine(t) or inspect.isclass(t)]
     assert not [n for n in without if not documented(getattr(module, n, None))]
+
+
+def test_each_module_has_its_public_values_on_its_page(extensions):
+    constants = extensions("constants").constants
+    for name in MODULES:
+        assert f"```{{constants}} {name}\n" in API
+    assert {"CAPTURED_COLOR", "LOST_COLOR"} <= set(constants("energymargin.plots"))
 
 
 def test_each_command_and_option_is_on_the_page_of_commands(extensions):
