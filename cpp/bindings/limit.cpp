@@ -5,7 +5,8 @@
 namespace energymargin::door {
 
 void bind_limit(py::module_& module) {
-  py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError);
+  py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError).attr("__doc__") =
+      "A long call was ended by its Cancel before there was anything to return.";
   py::register_exception_translator([](std::exception_ptr error) {
     try {
       if (error) std::rethrow_exception(error);
@@ -18,7 +19,8 @@ void bind_limit(py::module_& module) {
       .def(py::init<>())
       .def(
           "set", [](Cancel& cancel) { cancel.is_set = true; }, "Ends them, and those that come.")
-      .def_property_readonly("is_set", [](const Cancel& cancel) { return cancel.is_set.load(); })
+      .def_property_readonly(
+          "is_set", [](const Cancel& cancel) { return cancel.is_set.load(); }, "Whether `set` was called.")
       .def("__repr__", [](const Cancel& cancel) {
         return std::string("Cancel(is_set=") + (cancel.is_set ? "True" : "False") + ")";
       });

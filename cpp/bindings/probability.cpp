@@ -39,8 +39,8 @@ void bind_models(py::module_& module) {
       .def(py::init(&uniform), py::arg("strength") = 1.0, py::arg("objects") = py::none(), py::arg("hold") = py::none(),
            "strength: of the bounds. objects: how many of several objects each piece meets, drawn anew for each; by "
            "default all. hold: the longest piece [s]; by default the problem's duration.")
-      .def_readonly("strength", &Uniform::strength)
-      .def_readonly("objects", &Uniform::objects)
+      .def_readonly("strength", &Uniform::strength, "Share of the problem's bounds.")
+      .def_readonly("objects", &Uniform::objects, "How many objects it meets at a time; None: all.")
       .def_readonly("hold", &Uniform::hold, "[s]");
   with_repr(of_uniform, "Uniform", {"strength", "objects", "hold"});
   py::class_<Gaussian> of_gaussian(module, "Gaussian",
@@ -67,8 +67,11 @@ void bind_models(py::module_& module) {
            py::arg("rate"), py::arg("strength") = 1.0, py::arg("objects") = py::none(), py::arg("hold") = py::none(),
            "rate: lambda [1/J]; the others as of Uniform.")
       .def_readonly("rate", &Boltzmann::rate, "[1/J]")
-      .def_property_readonly("strength", [](const Boltzmann& model) { return model.proposal.strength; })
-      .def_property_readonly("objects", [](const Boltzmann& model) { return model.proposal.objects; })
+      .def_property_readonly(
+          "strength", [](const Boltzmann& model) { return model.proposal.strength; }, "Share of the problem's bounds.")
+      .def_property_readonly(
+          "objects", [](const Boltzmann& model) { return model.proposal.objects; },
+          "How many objects it meets at a time; None: all.")
       .def_property_readonly("hold", [](const Boltzmann& model) { return model.proposal.hold; }, "[s]");
   with_repr(of_boltzmann, "Boltzmann", {"rate", "strength", "objects", "hold"});
   py::class_<OfPlan> noise(module, "OfPlan", "Noise of the robot: an even draw is added to what its plan says.");

@@ -134,11 +134,14 @@ void bind_problem(py::module_& module) {
            py::arg("engage") = ForceWeights{}.engage, py::arg("stick") = ForceWeights{}.stick,
            py::arg("distance") = ForceWeights{}.distance, py::arg("ground_engage") = ForceWeights{}.ground_engage,
            py::arg("ground_stick") = ForceWeights{}.ground_stick)
-      .def_readonly("engage", &ForceWeights::engage)
-      .def_readonly("stick", &ForceWeights::stick)
-      .def_readonly("distance", &ForceWeights::distance)
-      .def_readonly("ground_engage", &ForceWeights::ground_engage)
-      .def_readonly("ground_stick", &ForceWeights::ground_stick);
+      .def_readonly("engage", &ForceWeights::engage, "Of the normal forces between object and effector.")
+      .def_readonly("stick", &ForceWeights::stick, "Of the distances to the friction cones' edges there.")
+      .def_readonly("distance", &ForceWeights::distance,
+                    "Of the distance between object and effector, which is taken off.")
+      .def_readonly("ground_engage", &ForceWeights::ground_engage,
+                    "Of the normal forces between the object and all else.")
+      .def_readonly("ground_stick", &ForceWeights::ground_stick,
+                    "Of the distances to the friction cones' edges there.");
   py::class_<Problem> type(module, "Problem", problem_doc);
   {
     py::options options;
@@ -192,7 +195,10 @@ void bind_problem(py::module_& module) {
       .def_readonly("captured_any", &Problem::captured_any, "Where at least one object is captured, or None.")
       .def_readonly("succeeded_any", &Problem::succeeded_any, "Where at least one object has succeeded, or None.")
       .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
-      .def_property_readonly("effector", [](const Problem& problem) { return effector_name(problem.effector); })
+      .def_property_readonly(
+          "effector", [](const Problem& problem) { return effector_name(problem.effector); },
+          "\"drive\" or \"coast\": whether each edge of a search starts with the effector at its velocity of the "
+          "start.")
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")
       .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
       .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")

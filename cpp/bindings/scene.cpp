@@ -199,24 +199,24 @@ void bind_shapes(py::module_& module) {
       .def_readonly("offset", &Plane::offset, "Of the surface along the normal [m].");
   py::class_<Box>(module, "Box", "A box with full edge lengths `size`, shape (3,) [m].")
       .def(py::init([](const ArrayLike& size) { return validated(Box{vector3("size", size)}); }), py::arg("size"))
-      .def_readonly("size", &Box::size);
+      .def_readonly("size", &Box::size, "Whole lengths of its edges, shape (3,) [m].");
   py::class_<Sphere>(module, "Sphere", "A sphere of `radius` [m].")
       .def(py::init([](const Number& radius) { return validated(Sphere{real("radius", radius)}); }), py::arg("radius"))
-      .def_readonly("radius", &Sphere::radius);
+      .def_readonly("radius", &Sphere::radius, "[m].");
   py::class_<Cylinder>(module, "Cylinder", "A cylinder about its own z axis, `radius` and full `length` [m].")
       .def(py::init([](const Number& radius, const Number& length) {
              return validated(Cylinder{real("radius", radius), real("length", length)});
            }),
            py::arg("radius"), py::arg("length"))
-      .def_readonly("radius", &Cylinder::radius)
-      .def_readonly("length", &Cylinder::length);
+      .def_readonly("radius", &Cylinder::radius, "[m].")
+      .def_readonly("length", &Cylinder::length, "Along z [m].");
   py::class_<Capsule>(module, "Capsule", "A capsule about its own z axis; `length` is that of its tube [m].")
       .def(py::init([](const Number& radius, const Number& length) {
              return validated(Capsule{real("radius", radius), real("length", length)});
            }),
            py::arg("radius"), py::arg("length"))
-      .def_readonly("radius", &Capsule::radius)
-      .def_readonly("length", &Capsule::length);
+      .def_readonly("radius", &Capsule::radius, "[m].")
+      .def_readonly("length", &Capsule::length, "Of the cylindrical part, along z [m].");
   py::class_<ConvexHull>(module, "ConvexHull", "The convex hull of points, shape (n, 3) [m], in the body's frame.")
       .def(py::init([](const ArrayLike& rows) { return validated(ConvexHull{points("points", rows)}); }),
            py::arg("points"))
@@ -228,7 +228,7 @@ void bind_shapes(py::module_& module) {
                  shape, {vector3("position", position), orientation("", turned, std::nullopt, Quaternion::Identity())}};
            }),
            py::arg("shape"), py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("orientation") = py::none())
-      .def_readonly("shape", &Part::shape)
+      .def_readonly("shape", &Part::shape, "What it is.")
       .def_property_readonly(
           "position", [](const Part& part) { return part.pose.position; }, "In the body's frame, shape (3,) [m].")
       .def_property_readonly(
@@ -237,15 +237,17 @@ void bind_shapes(py::module_& module) {
   bind_mass(module);
   py::class_<Compound>(module, "Compound", compound_doc)
       .def(py::init(&compound), py::arg("parts"), py::arg("solid") = py::none())
-      .def_readonly("parts", &Compound::parts)
-      .def_readonly("solid", &Compound::solid);
+      .def_readonly("parts", &Compound::parts, "Convex, each with its place.")
+      .def_readonly("solid", &Compound::solid,
+                    "Mass properties of a body of 1 kg, where the parts stand for another solid, as of a mesh; None: "
+                    "those of the parts.");
   bind_mass_properties(module);
 }
 
 void bind_body(py::module_& module) {
   py::class_<Body>(module, "Body", "One body of a scene.")
-      .def_readonly("name", &Body::name)
-      .def_readonly("shape", &Body::shape)
+      .def_readonly("name", &Body::name, "By which it is known in its scene.")
+      .def_readonly("shape", &Body::shape, "What it is made of.")
       .def_readonly("mass", &Body::mass, "[kg]; 0: fixed.")
       .def_readonly("friction", &Body::friction, "A contact's coefficient is the product of its two bodies'.")
       .def_property_readonly(
@@ -263,7 +265,7 @@ void bind_body(py::module_& module) {
       .def_readonly("angular_factor", &Body::angular_factor, "1: free about the axis, 0: locked; shape (3,).")
       .def_readonly("inertial", &Body::inertial, "How its mass is spread, or None: as its shape is.")
       .def_readonly("force", &Body::force, "Acts all the time, in the world's axes, shape (3,) [N].")
-      .def_property_readonly("fixed", &Body::fixed);
+      .def_property_readonly("fixed", &Body::fixed, "Whether it has no mass, and never moves.");
 }
 
 void bind_joints(py::module_& module) {
@@ -279,15 +281,15 @@ void bind_joints(py::module_& module) {
              return Mimic{std::move(joint), real("multiplier", multiplier), real("offset", offset)};
            }),
            py::arg("joint"), py::arg("multiplier") = 1.0, py::arg("offset") = 0.0)
-      .def_readonly("joint", &Mimic::joint)
-      .def_readonly("multiplier", &Mimic::multiplier)
+      .def_readonly("joint", &Mimic::joint, "The joint that is followed.")
+      .def_readonly("multiplier", &Mimic::multiplier, "Of that joint's position.")
       .def_readonly("offset", &Mimic::offset, "[rad] or [m].");
   py::class_<Joint>(module, "Joint", "A joint of a scene; for a prismatic one read m for rad and N for N m.")
-      .def_readonly("name", &Joint::name)
+      .def_readonly("name", &Joint::name, "By which it is known in its scene.")
       .def_property_readonly(
           "type", [](const Joint& joint) { return joint_type_name(joint.type); }, "'revolute', 'prismatic' or 'fixed'.")
-      .def_readonly("parent", &Joint::parent)
-      .def_readonly("child", &Joint::child)
+      .def_readonly("parent", &Joint::parent, "The body that carries it.")
+      .def_readonly("child", &Joint::child, "The body that it moves.")
       .def_property_readonly("origin", position_of(&Joint::in_parent), "In the parent's frame, shape (3,) [m].")
       .def_property_readonly("orientation", orientation_of(&Joint::in_parent), "Unit quaternion x, y, z, w.")
       .def_property_readonly("child_origin", position_of(&Joint::in_child), "In the child's frame, shape (3,) [m].")
@@ -307,8 +309,8 @@ void bind_joints(py::module_& module) {
       .def_readonly("torque_limit", &Joint::torque_limit, "[N m].")
       .def_readonly("mimic", &Joint::mimic, "The Mimic by which it follows another joint, or None.");
   py::class_<Spring>(module, "Spring", "A spring between two bodies.")
-      .def_readonly("body_a", &Spring::body_a)
-      .def_readonly("body_b", &Spring::body_b)
+      .def_readonly("body_a", &Spring::body_a, "One of its ends is on this body.")
+      .def_readonly("body_b", &Spring::body_b, "The other one is on this body.")
       .def_readonly("point_a", &Spring::point_a, "In the frame of body_a, shape (3,) [m].")
       .def_readonly("point_b", &Spring::point_b, "In the frame of body_b, shape (3,) [m].")
       .def_readonly("stiffness", &Spring::stiffness, "[N/m].")
@@ -519,16 +521,25 @@ void bind_scene(py::module_& module) {
                                         {"joints", py::cast(scene.joints().size())},
                                         {"dimension", py::cast(StateLayout(scene).dimension())}});
            })
-      .def_property_readonly("bodies", [](const Scene& scene) { return scene.bodies(); })
-      .def_property_readonly("joints", [](const Scene& scene) { return scene.joints(); })
-      .def_property_readonly("springs", [](const Scene& scene) { return scene.springs(); })
-      .def_property_readonly("gravity", [](const Scene& scene) { return scene.gravity(); })
+      .def_property_readonly(
+          "bodies", [](const Scene& scene) { return scene.bodies(); }, "In the order in which they were added.")
+      .def_property_readonly(
+          "joints", [](const Scene& scene) { return scene.joints(); }, "In the order in which they were added.")
+      .def_property_readonly(
+          "springs", [](const Scene& scene) { return scene.springs(); }, "In the order in which they were added.")
+      .def_property_readonly(
+          "gravity", [](const Scene& scene) { return scene.gravity(); }, "Shape (3,) [m/s^2].")
       .def_property_readonly(
           "step", [](const Scene& scene) { return scene.stepping().step; }, "[s]")
-      .def_property_readonly("solver_iterations", [](const Scene& scene) { return scene.stepping().iterations; })
-      .def_property_readonly("friction_directions",
-                             [](const Scene& scene) { return scene.stepping().friction_directions; })
-      .def_property_readonly("solver_tolerance", [](const Scene& scene) { return scene.stepping().tolerance; })
+      .def_property_readonly(
+          "solver_iterations", [](const Scene& scene) { return scene.stepping().iterations; },
+          "Most iterations of the contact solver a step.")
+      .def_property_readonly(
+          "friction_directions", [](const Scene& scene) { return scene.stepping().friction_directions; },
+          "Of a contact: 1, along its sliding, or 2.")
+      .def_property_readonly(
+          "solver_tolerance", [](const Scene& scene) { return scene.stepping().tolerance; },
+          "Squared change of speed at which the contact solver stops [m^2/s^2].")
       .def_property_readonly("margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");
 }
 

@@ -194,7 +194,7 @@ Wilson's, which holds what a few trees cannot see. Raises ValueError on a single
             return py::array_t<int>(static_cast<py::ssize_t>(escape.path.size()), escape.path.data());
           },
           "Rows of the tree from the root to the escape; empty if none was found.")
-      .def_readonly("tree", &Escape::tree)
+      .def_readonly("tree", &Escape::tree, "All rollouts of the search.")
       .def_readonly("complete", &Escape::complete,
                     "Whether all nodes are grown, or nothing is left to gain: False if the timeout or the cancel came "
                     "first.")

@@ -184,8 +184,8 @@ void bind_contact(py::module_& module) {
            }),
            py::kw_only(), py::arg("body_a"), py::arg("body_b"), py::arg("position"), py::arg("normal"),
            py::arg("distance"), py::arg("normal_force"), py::arg("tangential_force"), py::arg("friction"))
-      .def_readonly("body_a", &Contact::body_a)
-      .def_readonly("body_b", &Contact::body_b)
+      .def_readonly("body_a", &Contact::body_a, "The first body of the pair.")
+      .def_readonly("body_b", &Contact::body_b, "The second one.")
       .def_readonly("position", &Contact::position, "On body_b, shape (3,) [m].")
       .def_readonly("normal", &Contact::normal, "Unit vector from body_b to body_a, shape (3,).")
       .def_readonly("distance", &Contact::distance, "Negative in penetration [m].")
@@ -204,7 +204,7 @@ void bind_world(py::module_& module) {
       .def_readonly("effort", &Rollout::effort, "Integral of |f . v + tau . omega| dt, eq. 2 and 3 [J].")
       .def_readonly("work", &Rollout::work, "The same with its sign [J].")
       .def_readonly("energy", &Rollout::energy, "Mechanical energy at the end [J].")
-      .def_readonly("steps", &Rollout::steps)
+      .def_readonly("steps", &Rollout::steps, "Simulation steps, fewer than were asked for if it ended early.")
       .def_readonly("audit", &Rollout::audit, "Where the energy went; None unless it was asked for.");
   py::class_<Recording>(module, "Simulation", "A recorded simulation of K frames.")
       .def_readonly("times", &Recording::times, "Shape (K,) [s].")
@@ -275,7 +275,8 @@ void bind_world(py::module_& module) {
           },
           py::arg("state"), py::arg("body_a"), py::arg("body_b"),
           "Least distance between two bodies, negative in penetration [m].")
-      .def_property_readonly("scene", [](const SharedWorld& shared) { return shared.world().scene(); });
+      .def_property_readonly(
+          "scene", [](const SharedWorld& shared) { return shared.world().scene(); }, "What it simulates.");
 }
 
 }  // namespace energymargin::door

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import energymargin as em
+from energymargin import _core
 from energymargin.cli import app
 
 ROOT = Path(__file__).parents[2]
@@ -63,6 +64,17 @@ def test_each_public_name_of_a_module_has_a_docstring(name):
     things = [getattr(module, public) for public in module.__all__]
     without = [t.__name__ for t in things if inspect.isroutine(t) or inspect.isclass(t)]
     assert not [n for n in without if not documented(getattr(module, n, None))]
+
+
+@pytest.mark.parametrize("module", [_core, _core.regions, _core.disturbances])
+def test_each_member_of_a_compiled_class_has_a_docstring(module):
+    without = [
+        f"{kind.__name__}.{name}"
+        for _, kind in inspect.getmembers(module, inspect.isclass)
+        for name, member in vars(kind).items()
+        if not name.startswith("_") and not documented(member)
+    ]
+    assert without == []
 
 
 def test_each_module_has_its_public_values_on_its_page(extensions):

@@ -10,7 +10,9 @@ from . import regions
 from . import disturbances
 __all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
 class Cancelled(RuntimeError):
-    pass
+    """
+    A long call was ended by its Cancel before there was anything to return.
+    """
 class Cancel:
     """
     Ends the long calls that it is given to, from any thread. Once set it stays so.
@@ -25,7 +27,9 @@ class Cancel:
         """
     @property
     def is_set(self) -> bool:
-        ...
+        """
+        Whether `set` was called.
+        """
 class Plane:
     """
     The half space below a plane: {x : normal . x <= offset}.
@@ -48,7 +52,9 @@ class Box:
         ...
     @property
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        ...
+        """
+        Whole lengths of its edges, shape (3,) [m].
+        """
 class Sphere:
     """
     A sphere of `radius` [m].
@@ -57,7 +63,9 @@ class Sphere:
         ...
     @property
     def radius(self) -> float:
-        ...
+        """
+        [m].
+        """
 class Cylinder:
     """
     A cylinder about its own z axis, `radius` and full `length` [m].
@@ -66,10 +74,14 @@ class Cylinder:
         ...
     @property
     def length(self) -> float:
-        ...
+        """
+        Along z [m].
+        """
     @property
     def radius(self) -> float:
-        ...
+        """
+        [m].
+        """
 class Capsule:
     """
     A capsule about its own z axis; `length` is that of its tube [m].
@@ -78,10 +90,14 @@ class Capsule:
         ...
     @property
     def length(self) -> float:
-        ...
+        """
+        Of the cylindrical part, along z [m].
+        """
     @property
     def radius(self) -> float:
-        ...
+        """
+        [m].
+        """
 class ConvexHull:
     """
     The convex hull of points, shape (n, 3) [m], in the body's frame.
@@ -113,7 +129,9 @@ class Part:
         """
     @property
     def shape(self) -> Box | Sphere | Cylinder | Capsule | ConvexHull:
-        ...
+        """
+        What it is.
+        """
 class MassProperties:
     """
     How a solid of even density resists to motion.
@@ -176,10 +194,14 @@ class Compound:
         ...
     @property
     def parts(self) -> list[Part]:
-        ...
+        """
+        Convex, each with its place.
+        """
     @property
     def solid(self) -> MassProperties | None:
-        ...
+        """
+        Mass properties of a body of 1 kg, where the parts stand for another solid, as of a mesh; None: those of the parts.
+        """
 class Body:
     """
     One body of a scene.
@@ -196,7 +218,9 @@ class Body:
         """
     @property
     def fixed(self) -> bool:
-        ...
+        """
+        Whether it has no mass, and never moves.
+        """
     @property
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -224,7 +248,9 @@ class Body:
         """
     @property
     def name(self) -> str:
-        ...
+        """
+        By which it is known in its scene.
+        """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -242,7 +268,9 @@ class Body:
         """
     @property
     def shape(self) -> Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound:
-        ...
+        """
+        What it is made of.
+        """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -256,10 +284,14 @@ class Mimic:
         ...
     @property
     def joint(self) -> str:
-        ...
+        """
+        The joint that is followed.
+        """
     @property
     def multiplier(self) -> float:
-        ...
+        """
+        Of that joint's position.
+        """
     @property
     def offset(self) -> float:
         """
@@ -276,7 +308,9 @@ class Joint:
         """
     @property
     def child(self) -> str:
-        ...
+        """
+        The body that it moves.
+        """
     @property
     def child_orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -309,7 +343,9 @@ class Joint:
         """
     @property
     def name(self) -> str:
-        ...
+        """
+        By which it is known in its scene.
+        """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -322,7 +358,9 @@ class Joint:
         """
     @property
     def parent(self) -> str:
-        ...
+        """
+        The body that carries it.
+        """
     @property
     def start(self) -> float:
         """
@@ -364,10 +402,14 @@ class Spring:
     """
     @property
     def body_a(self) -> str:
-        ...
+        """
+        One of its ends is on this body.
+        """
     @property
     def body_b(self) -> str:
-        ...
+        """
+        The other one is on this body.
+        """
     @property
     def damping(self) -> float:
         """
@@ -475,7 +517,9 @@ class Scene:
         """
     @property
     def bodies(self) -> list[Body]:
-        ...
+        """
+        In the order in which they were added.
+        """
     @property
     def dimension(self) -> int:
         """
@@ -488,13 +532,19 @@ class Scene:
         """
     @property
     def friction_directions(self) -> int:
-        ...
+        """
+        Of a contact: 1, along its sliding, or 2.
+        """
     @property
     def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        ...
+        """
+        Shape (3,) [m/s^2].
+        """
     @property
     def joints(self) -> list[Joint]:
-        ...
+        """
+        In the order in which they were added.
+        """
     @property
     def margin(self) -> float | None:
         """
@@ -502,13 +552,19 @@ class Scene:
         """
     @property
     def solver_iterations(self) -> int:
-        ...
+        """
+        Most iterations of the contact solver a step.
+        """
     @property
     def solver_tolerance(self) -> float:
-        ...
+        """
+        Squared change of speed at which the contact solver stops [m^2/s^2].
+        """
     @property
     def springs(self) -> list[Spring]:
-        ...
+        """
+        In the order in which they were added.
+        """
     @property
     def step(self) -> float:
         """
@@ -592,10 +648,14 @@ class Contact:
         ...
     @property
     def body_a(self) -> str:
-        ...
+        """
+        The first body of the pair.
+        """
     @property
     def body_b(self) -> str:
-        ...
+        """
+        The second one.
+        """
     @property
     def distance(self) -> float:
         """
@@ -718,7 +778,9 @@ class Rollout:
         """
     @property
     def steps(self) -> int:
-        ...
+        """
+        Simulation steps, fewer than were asked for if it ended early.
+        """
     @property
     def work(self) -> float:
         """
@@ -771,7 +833,9 @@ class World:
         """
     @property
     def scene(self) -> Scene:
-        ...
+        """
+        What it simulates.
+        """
 class Region:
     """
     A set of states; combine with & | ~. Built by the functions of em.regions.
@@ -800,19 +864,29 @@ class ForceWeights:
         ...
     @property
     def distance(self) -> float:
-        ...
+        """
+        Of the distance between object and effector, which is taken off.
+        """
     @property
     def engage(self) -> float:
-        ...
+        """
+        Of the normal forces between object and effector.
+        """
     @property
     def ground_engage(self) -> float:
-        ...
+        """
+        Of the normal forces between the object and all else.
+        """
     @property
     def ground_stick(self) -> float:
-        ...
+        """
+        Of the distances to the friction cones' edges there.
+        """
     @property
     def stick(self) -> float:
-        ...
+        """
+        Of the distances to the friction cones' edges there.
+        """
 class Problem:
     """
     One question: how robust is this state against these disturbances?
@@ -911,7 +985,9 @@ class Problem:
         """
     @property
     def effector(self) -> str:
-        ...
+        """
+        "drive" or "coast": whether each edge of a search starts with the effector at its velocity of the start.
+        """
     @property
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -1176,7 +1252,9 @@ class EscapeEffort:
         """
     @property
     def tree(self) -> Tree:
-        ...
+        """
+        All rollouts of the search.
+        """
 class EscapeEnergy:
     """
     Escape energy, Definitions 1 and 2.

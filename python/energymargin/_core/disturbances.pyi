@@ -23,10 +23,14 @@ class Uniform:
         """
     @property
     def objects(self) -> int | None:
-        ...
+        """
+        How many objects it meets at a time; None: all.
+        """
     @property
     def strength(self) -> float:
-        ...
+        """
+        Share of the problem's bounds.
+        """
 class Gaussian:
     """
     Normal in each step, on the axes whose bounds are not 0, with a correlation that fades as exp(-t / correlation_time).
@@ -69,7 +73,9 @@ class Boltzmann:
         """
     @property
     def objects(self) -> int | None:
-        ...
+        """
+        How many objects it meets at a time; None: all.
+        """
     @property
     def rate(self) -> float:
         """
@@ -77,7 +83,9 @@ class Boltzmann:
         """
     @property
     def strength(self) -> float:
-        ...
+        """
+        Share of the problem's bounds.
+        """
 class OfPlan:
     """
     Noise of the robot: an even draw is added to what its plan says.
