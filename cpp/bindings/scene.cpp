@@ -220,7 +220,8 @@ void bind_shapes(py::module_& module) {
   py::class_<ConvexHull>(module, "ConvexHull", "The convex hull of points, shape (n, 3) [m], in the body's frame.")
       .def(py::init([](const ArrayLike& rows) { return validated(ConvexHull{points("points", rows)}); }),
            py::arg("points"))
-      .def_property_readonly("points", [](const ConvexHull& hull) { return point_array(hull.points); })
+      .def_property_readonly(
+          "points", [](const ConvexHull& hull) { return point_array(hull.points); }, "Shape (n, 3) [m].")
       .def("centered", &centered, "The hull with its centre of mass moved to the origin.");
   py::class_<Part>(module, "Part", "A solid at its place in a Compound: position [m] and orientation (x, y, z, w).")
       .def(py::init([](const Solid& shape, const ArrayLike& position, const std::optional<ArrayLike>& turned) {
