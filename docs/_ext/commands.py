@@ -28,8 +28,9 @@ def _walk(name: str, command: Any) -> Iterator[tuple[str, Any]]:
 
 
 def page() -> str:
-    """As Markdown, a heading a command."""
-    return "\n".join(_text(name, command) for name, command in commands() if name != NAME)
+    """As Markdown, a heading a command, after the options of all."""
+    (_, whole), *others = commands()
+    return "\n".join([*_table(whole), *(_text(name, command) for name, command in others)])
 
 
 def _text(name: str, command: Any) -> str:

@@ -1,6 +1,7 @@
 """How robust is a manipulation, right now? An answer in joules."""
 
 from importlib import import_module
+from importlib.metadata import version
 from types import ModuleType
 
 from energymargin import (
@@ -115,6 +116,8 @@ __all__ = [
     "stream",
     "tasks",
 ]
+
+__version__ = version("energymargin")
 
 notebook.attach()
 

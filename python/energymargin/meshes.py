@@ -108,7 +108,7 @@ def needs_extra() -> Iterator[None]:
         yield
     except ImportError as error:
         raise ImportError(
-            f"meshes and URDF files need {error.name}: pip install energymargin[urdf]"
+            f"meshes and URDF files need {error.name}: pip install 'energymargin[urdf]'"
         ) from error
 
 

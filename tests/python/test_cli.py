@@ -12,6 +12,7 @@ import pytest
 from command_line import COMMAND, run
 from stores import await_scores, score_count
 
+import energymargin
 from energymargin import datasets
 from energymargin.store import ScoreStore
 
@@ -222,3 +223,8 @@ def test_ctrl_c_ends_a_command_while_a_library_loads_that_swallows_it(tmp_path):
         timeout=60,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "stopped\n")
+
+
+def test_the_version_is_that_of_the_package(tmp_path):
+    done = run("--version", cwd=tmp_path)
+    assert done.returncode == 0 and done.stdout == f"energymargin {energymargin.__version__}\n"

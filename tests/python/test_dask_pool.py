@@ -149,7 +149,7 @@ def test_what_is_no_cluster_is_refused(cluster):
 
 def test_without_distributed_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ImportError, match=r"pip install energymargin\[cluster\]"):
+    with pytest.raises(ImportError, match=r"pip install 'energymargin\[cluster\]"):
         DaskPool("tcp://127.0.0.1:8786")
 
 

@@ -138,6 +138,20 @@ def test_a_score_of_at_least_one_object_without_such_labels_is_refused(several):
         evaluate(replace(several, captured_any=None))
 
 
+def test_the_papers_efforts_stand_beside_those_of_its_own_search_alone(several):
+    scores = {"effort/est": several.scores["capture"], "capture": several.scores["capture"]}
+    data, shown = replace(several, task="push", scores=scores), {}
+    for search in (None, "published", "improved"):
+        result = evaluate(replace(data, search=search))
+        shown[search] = [result.paper("effort/est"), result.paper("capture")]
+        assert ("of the published search" in result.to_markdown()) == (search == "improved")
+        csv = result.to_csv().splitlines()
+        row = next(line for line in csv if line.startswith("effort/est,all,0,"))
+        assert row.endswith(",,") == (search == "improved")
+    assert shown[None] == shown["published"] == [(0.92, 0.98), (0.97, 0.99)]
+    assert shown["improved"] == [None, (0.97, 0.99)]
+
+
 def test_a_task_that_the_paper_does_not_have_gets_no_column_of_the_papers(several):
     result = evaluate(several)
     for text in (result.to_markdown(), result.to_csv()):

@@ -371,7 +371,7 @@ def test_a_missing_file_is_an_error_that_says_so():
 def test_without_the_extra_the_error_says_what_to_install(tmp_path, monkeypatch):
     file = angle(tmp_path)
     monkeypatch.setitem(sys.modules, "trimesh", None)
-    with pytest.raises(ImportError, match=r"pip install energymargin\[urdf\]"):
+    with pytest.raises(ImportError, match=r"pip install 'energymargin\[urdf\]"):
         Mesh(file)
 
 

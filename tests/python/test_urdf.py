@@ -769,7 +769,7 @@ def test_a_missing_file_is_an_error_that_says_so(tmp_path):
 
 def test_without_the_extra_the_error_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "yourdfpy", None)
-    with pytest.raises(ImportError, match=r"need yourdfpy: pip install energymargin\[urdf\]"):
+    with pytest.raises(ImportError, match=r"need yourdfpy: pip install 'energymargin\[urdf\]"):
         built(tmp_path)
 
 

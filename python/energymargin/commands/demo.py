@@ -40,7 +40,7 @@ def demo(
     from energymargin.settings import SearchSettings
 
     if find_spec("matplotlib") is None:  # said now, not after the scores
-        raise ImportError("the demo draws pictures: pip install energymargin[plots]")
+        raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
     output.mkdir(parents=True, exist_ok=True)
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
     database = output / f"{TASK}-scores.db"

@@ -64,7 +64,7 @@ def generate(
     from energymargin import tasks as registry
 
     if picture is not None and find_spec("matplotlib") is None:  # said now, not at the end
-        raise ImportError("--picture draws with matplotlib: pip install energymargin[plots]")
+        raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
     made = registry.make(task, **parsed(parameter or []))

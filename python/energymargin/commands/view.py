@@ -158,7 +158,7 @@ def _check_place(path: Path) -> None:
         raise ValueError(f"--screenshot is {path}, but there is no folder {path.parent}")
     if find_spec("playwright") is None:
         raise ImportError(
-            "--screenshot draws with Playwright: pip install energymargin[screenshot]"
+            "--screenshot draws with Playwright: pip install 'energymargin[screenshot]'"
         )
 
 

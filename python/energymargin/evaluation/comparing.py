@@ -77,6 +77,7 @@ def evaluate(
             _success_cell(labelled, PROBABLE_SUCCESS, weights, last) if of_all else None
         ),
         asks=labelled.asks,
+        search=labelled.search,
         among=among,
         clipped=clipped,
     )

@@ -68,6 +68,9 @@ class LabelledScores:
     asks: str | None = None
     """The question with a clock that the scores answer, as "horizon 5 frames, plan script"; None:
     one about the state as it is."""
+    search: str | None = None
+    """How the efforts were searched for, "improved" or "published"; None: there are none, or it is
+    not known."""
 
     def __post_init__(self) -> None:
         """Checks the lengths and the order."""

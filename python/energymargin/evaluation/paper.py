@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["DASH", "PAPER", "paper_value"]
+__all__ = ["DASH", "PAPER", "paper_text", "paper_value"]
 
 DASH = "—"
 
@@ -41,5 +41,9 @@ PAPER: dict[str, dict[str, tuple[float, float]]] = {
 
 def paper_value(task: str, score: str) -> str:
     """AUC/AP in the paper's Table I, or a dash."""
-    found = PAPER.get(task, {}).get(score)
+    return paper_text(PAPER.get(task, {}).get(score))
+
+
+def paper_text(found: tuple[float, float] | None) -> str:
+    """AUC/AP as it is shown; a dash for None."""
     return DASH if found is None else f"{found[0]:.2f}/{found[1]:.2f}".replace("0.", ".")

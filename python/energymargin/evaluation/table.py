@@ -15,7 +15,7 @@ from energymargin.evaluation.labelled import (
     SUCCESS,
     Among,
 )
-from energymargin.evaluation.paper import DASH, PAPER, paper_value
+from energymargin.evaluation.paper import DASH, PAPER, paper_text
 from energymargin.metrics import ANY
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ class Evaluation:
     """Which states are compared; of those that are captured now `success` is None."""
     clipped: bool = False
     """Whether a horizon ends with its trajectory; else such states are left out."""
+    search: str | None = None
+    """As of LabelledScores. The paper's efforts stand beside none of another search."""
 
     @property
     def has_paper(self) -> bool:
@@ -139,7 +141,13 @@ class Evaluation:
         if not self.has_paper:
             return ()
         at_its_horizon = horizon in (PAPER_HORIZON, "")
-        return PAPER[self.task].get(score, ("", "")) if at_its_horizon else ("", "")
+        found = self.paper(score) if at_its_horizon else None
+        return ("", "") if found is None else found
+
+    def paper(self, score: str) -> tuple[float, float] | None:
+        """AUC and AP in the paper's Table I; None if it has no such score."""
+        other = score.startswith("effort") and self.search not in (None, "published")
+        return None if other else PAPER.get(self.task, {}).get(score)
 
     def _several(self) -> bool:
         """Whether there are scores of at least one object."""
@@ -151,7 +159,7 @@ class Evaluation:
 
     def _paper(self, score: str) -> list[str]:
         """The cell of the paper's column, if there is one."""
-        return [paper_value(self.task, score)] if self.shows_paper else []
+        return [paper_text(self.paper(score))] if self.shows_paper else []
 
     def _sections(self) -> list[tuple[str, list[tuple[str, list[str]]]]]:
         """Titles, empty if there is one section alone, and rows: a score's name and its cells."""
@@ -176,6 +184,8 @@ class Evaluation:
             )
         if self.shows_paper:
             caption += f" The paper's values are at h = {PAPER_HORIZON}."
+        if self.shows_paper and self.search == "improved":
+            caption += " Its efforts are of the published search, these of the improved one."
         if self.missing:
             caption += f" {self.missing} states have no score yet and are left out."
         return " ".join(caption.split())

@@ -191,7 +191,7 @@ def _scheduler(cluster: str | distributed.Client) -> tuple[str, Any]:
         from distributed import Client
     except ImportError as error:
         raise ImportError(
-            "a Dask cluster needs dask and distributed: pip install energymargin[cluster]"
+            "a Dask cluster needs dask and distributed: pip install 'energymargin[cluster]'"
         ) from error
     if isinstance(cluster, Client) and cluster.scheduler is not None:
         return str(cluster.scheduler.address), cluster.security

@@ -17,7 +17,7 @@ try:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
     from scipy.spatial import ConvexHull as Hull
 except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 __all__ = ["figure_bowl"]
 

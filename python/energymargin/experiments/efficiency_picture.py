@@ -9,7 +9,7 @@ try:
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 __all__ = ["figure_efficiency"]
 

@@ -20,7 +20,7 @@ try:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 __all__ = ["figure_foresight"]
 

@@ -8,7 +8,7 @@ from energymargin.experiments.perturbation_errors import KINDS
 try:
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 __all__ = ["figure_perturbation"]
 

@@ -13,7 +13,7 @@ try:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 __all__ = ["figure_published"]
 

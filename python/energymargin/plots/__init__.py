@@ -9,7 +9,7 @@ Each `plot_...` takes and returns an Axes; without one it makes a figure of pypl
 try:
     import matplotlib  # noqa: F401
 except ImportError as error:
-    raise ImportError("pictures need matplotlib: pip install energymargin[plots]") from error
+    raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.efforts import plot_effort

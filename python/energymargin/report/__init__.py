@@ -9,7 +9,7 @@ try:
     import matplotlib  # noqa: F401
     import plotly  # noqa: F401
 except ImportError as error:
-    raise ImportError(f"a report needs {error.name}: pip install energymargin[report]") from error
+    raise ImportError(f"a report needs {error.name}: pip install 'energymargin[report]'") from error
 
 from energymargin.report.options import Options
 from energymargin.report.writing import write

@@ -12,7 +12,7 @@ from energymargin.evaluation import (
     PAPER_HORIZON,
     Cell,
     Evaluation,
-    paper_value,
+    paper_text,
 )
 from energymargin.metrics import ANY
 
@@ -63,16 +63,16 @@ def _tables(result: Evaluation) -> list[Table]:
 
 def _rows(result: Evaluation, paper: bool) -> Iterator[tuple[str, list[Entry]]]:
     for score, cells in result.states.items():
-        yield score, [*map(_entry, cells.values()), *_paper(result.task, score, paper)]
+        yield score, [*map(_entry, cells.values()), *_paper(result, score, paper)]
     for score, cell in result.trajectories.items():
         below = (*cell.intervals(), "of whole trajectories")
         entry = Entry(cell.value(), below, columns=len(result.horizons))
-        yield score, [entry, *_paper(result.task, score, paper)]
+        yield score, [entry, *_paper(result, score, paper)]
 
 
 def _entry(cell: Cell | None) -> Entry:
     return Entry(DASH) if cell is None else Entry(cell.value(), cell.intervals())
 
 
-def _paper(task: str, score: str, paper: bool) -> list[Entry]:
-    return [Entry(paper_value(task, score))] if paper else []
+def _paper(result: Evaluation, score: str, paper: bool) -> list[Entry]:
+    return [Entry(paper_text(result.paper(score)))] if paper else []

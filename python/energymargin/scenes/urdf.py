@@ -76,7 +76,7 @@ def from_urdf(
 
     joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness, which
     go before what the file says: limits, effort as torque_limit, damping. A joint starts at 0, or
-    at the limit that is nearest. A mimic joint follows the joint that it follows at last; its
+    at the limit that is nearest. A mimic joint of a mimic joint follows what that one follows; its
     damping acts there, and its limits have to hold wherever the other joint may go.
 
     inertia: "file", or "shapes" to spread the file's masses evenly over the collision shapes.

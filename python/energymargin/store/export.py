@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["curves_path", "export", "load"]
 
 BLOCK = 10000  # rows in memory
-NEEDS = "pip install energymargin[tables]"
+NEEDS = "pip install 'energymargin[tables]'"
 SUFFIXES = (".csv", ".parquet")
 
 

@@ -225,6 +225,7 @@ class Run:
             captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
             asks=self._asks(),
+            search=self.settings.get("search"),
         )
 
     def _asks(self) -> str | None:

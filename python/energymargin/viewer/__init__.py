@@ -6,7 +6,9 @@ try:
     import trimesh  # noqa: F401
     import viser  # noqa: F401
 except ImportError as error:
-    raise ImportError(f"the viewer needs {error.name}: pip install energymargin[viewer]") from error
+    raise ImportError(
+        f"the viewer needs {error.name}: pip install 'energymargin[viewer]'"
+    ) from error
 
 from energymargin.viewer.view import Viewer, view
 

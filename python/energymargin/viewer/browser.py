@@ -38,7 +38,7 @@ def headless_page(size: tuple[int, int] = (1400, 900)) -> Iterator[Page]:
         from playwright.sync_api import Error, sync_playwright
     except ImportError as error:
         raise ImportError(
-            "pictures of the page need Playwright: pip install energymargin[screenshot]"
+            "pictures of the page need Playwright: pip install 'energymargin[screenshot]'"
         ) from error
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []

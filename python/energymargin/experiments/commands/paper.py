@@ -308,7 +308,7 @@ def table2(
 def _draw_tasks(names: Sequence[str], folder: Path, seed: int) -> str:
     """A picture of each task beside its dataset, and what there is to say of them."""
     if find_spec("matplotlib") is None:
-        return "and no pictures: they need pip install energymargin[plots]"
+        return "and no pictures: they need pip install 'energymargin[plots]'"
     from energymargin import datasets
     from energymargin.experiments import pictures
 

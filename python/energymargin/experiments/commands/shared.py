@@ -88,6 +88,6 @@ def show(output: Path, name: str, draw: Callable[[], Any] | None, *more: str) ->
 def picture(path: Path, draw: Callable[[], Any]) -> str:
     """Saves the figure that `draw` makes, and gives its name; or says why there is none."""
     if find_spec("matplotlib") is None:
-        return "and no picture: it needs pip install energymargin[plots]"
+        return "and no picture: it needs pip install 'energymargin[plots]'"
     draw().savefig(path)
     return path.name
