@@ -21,6 +21,20 @@ run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -DCMAKE_PREFI
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 
+# The examples print what stands beside them, in C++ as in Python (tests/python/test_examples.py).
+set(root ${CMAKE_CURRENT_LIST_DIR}/../../..)
+foreach(example 01_capture 02_effort 03_own_scene)
+  set(problem ${root}/tests/golden/problem-balance.json)
+  if(example STREQUAL 03_own_scene)
+    set(problem "")
+  endif()
+  execute_process(COMMAND ${WORK}/build/${example} ${problem} OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
+  file(READ ${root}/examples/${example}.txt expected)
+  if(NOT printed STREQUAL expected)
+    message(FATAL_ERROR "${example} prints:\n${printed}\nexpected:\n${expected}")
+  endif()
+endforeach()
+
 set(missing "sudo apt-get install libeigen3-dev nlohmann-json3-dev\n")
 configure_incomplete(QUIET result output)
 if(NOT result EQUAL 0 OR NOT output MATCHES "without energymargin: .*${missing}" OR output MATCHES "Warning")
