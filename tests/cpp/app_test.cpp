@@ -324,6 +324,38 @@ TEST_F(App, HelpNamesEveryOption) {
   }
 }
 
+TEST_F(App, EveryDisturbanceIsTheLibrarysToTheLastBit) {
+  Problem pushed = push();
+  pushed.horizon = 0.3;
+  pushed.effector = Effector::coast;
+  pushed.plan = hold(pushed.scene, pushed.state, 0.3);
+  save(pushed, problem);
+  const std::map<std::string, DisturbanceModel> models{
+      {"uniform --strength 2 --hold 0.1", disturbances::Uniform{2.0, std::nullopt, 0.1}},
+      {"gaussian --force 3 --torque 0.5 --correlation-time 0.05", disturbances::Gaussian{3.0, 0.5, 0.05}},
+      {"boltzmann --rate 2 --strength 3", disturbances::Boltzmann{2.0, {3.0}}},
+      {"plan --force 5 --hold 0.1", disturbances::OfPlan{Vector3::Constant(5.0), Vector3::Zero(), 0.0, 0.1}}};
+  for (const auto& [words, model] : models) {
+    const Outcome outcome = run(problem + " --metric probability --rollouts 20 --disturbance " + words);
+    ASSERT_EQ(outcome.code, 0) << outcome.error;
+    ProbabilityOptions options;
+    options.rollouts = 20;
+    options.disturbance = model;
+    const double expected = capture_probability(pushed, options).all.captured();
+    EXPECT_TRUE(same_bits(Json::parse(outcome.out)["captured"].get<double>(), expected)) << words;
+  }
+}
+
+TEST_F(App, AnOptionOfAnotherMetricIsRefused) {
+  save(push(), problem);
+  expect_error(problem + " --rollouts 9", {"--rollouts", "--metric capture", "it is of probability"});
+  expect_error(problem + " --metric effort --trees 2", {"--trees", "effort", "capture"});
+  expect_error(problem + " --metric force --nodes 2", {"--nodes", "force", "capture, effort"});
+  expect_error(problem + " --metric probability --disturbance gaussian --strength 2", {"--strength", "gaussian"});
+  expect_error(problem + " --metric probability --objects 1 --disturbance plan", {"--objects", "plan"});
+  expect_error(problem + " --metric probability --disturbance wind", {"--disturbance", "wind", "gaussian"});
+}
+
 TEST_F(App, WrongArgumentsAreOneClearLine) {
   save(push(), problem);
   expect_error("", {"no problem file"});
