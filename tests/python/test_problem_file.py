@@ -18,8 +18,11 @@ def problem():
     return full_problem()
 
 
+SEED, SEARCH = ("--seed", 7), ("--seed", 7, "--nodes", 80)
+
+
 def scored(*arguments):
-    outcome = run(*arguments, "--nodes", 80, "--seed", 7)
+    outcome = run(*arguments)
     assert outcome.returncode == 0, outcome.stderr
     return json.loads(outcome.stdout)
 
@@ -42,14 +45,15 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
     file = tmp_path / "problem.json"
     problem.save(file, meshes=meshes)
     capture = em.capture_score(problem, nodes=80, seed=7, trees=2)
-    printed = scored(file, "--trees", 2)
+    printed = scored(file, *SEARCH, "--trees", 2)
     for name in ("capture", "success"):
         assert tuple(printed.pop(f"{name}_interval")) == capture.interval(name)
     assert printed.pop("trees") == len(capture.trees)
     assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
         effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
-        printed = scored(file, "--metric", "effort", "--planner", planner, "--captured", captured)
+        asked = ("--metric", "effort", "--planner", planner, "--captured", captured)
+        printed = scored(file, *SEARCH, *asked)
         assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
         assert [(at["nodes"], at["effort"]) for at in printed["history"]] == effort.history
     assert scored(file, "--metric", "force")["force"] == em.force_score(problem).force
@@ -72,10 +76,8 @@ def test_the_executable_has_pythons_escape_energy_to_the_last_bit(tmp_path):
     made.save(tmp_path / "p.json", meshes="files")
     energy = em.escape_energy(made, samples=200, seed=7).energy
     assert np.isfinite(energy)
-    assert (
-        scored(tmp_path / "p.json", "--metric", "escape_energy", "--samples", 200)["energy"]
-        == energy
-    )
+    printed = scored(tmp_path / "p.json", "--metric", "escape_energy", "--samples", 200, *SEED)
+    assert printed["energy"] == energy
 
 
 def test_the_effort_that_is_compared_is_one(problem):
@@ -170,7 +172,8 @@ def test_the_executable_has_pythons_effort_of_a_horizon_and_a_plan_to_the_last_b
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
         effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
         printed = scored(
-            tmp_path / "p.json", "--metric", "effort", "--planner", planner, "--captured", captured
+            *(tmp_path / "p.json", "--metric", "effort"),
+            *("--planner", planner, "--captured", captured, *SEARCH),
         )
         assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
         assert [(at["nodes"], at["effort"]) for at in printed["history"]] == effort.history
