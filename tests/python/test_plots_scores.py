@@ -277,7 +277,8 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
         begin_run(store, dataset, ["capture"], SearchSettings(6, 0))
         for scores in (store, path):
             with pytest.raises(
-                ValueError, match=r"has 2 runs, choose one by its number \(--run\): run 1: .*; run 2: "
+                ValueError,
+                match=r"has 2 runs, choose one by its number \(--run\): run 1: .*; run 2: ",
             ):
                 plots.plot_roc(scores, ax)
     for plot in (plots.plot_roc, plots.plot_precision_recall, lambda it: plots.along(it, 0)):

@@ -537,6 +537,10 @@ def test_the_command_says_in_one_line_what_is_wrong_and_what_it_wrote(own):
     assert done.returncode == 2 and line.startswith("error: push.h5 is not a file of scores")
     done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, cwd=own)
     assert done.returncode == 0 and "Wrote push-scores.html, " in done.stderr
+    (own / "push.h5").rename(own / "elsewhere.h5")
+    done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, cwd=own)
+    said = " ".join(done.stderr.split())
+    assert "It says: Without the dataset there are no pictures" in said and "--data" in said
 
 
 def files_of(folder):

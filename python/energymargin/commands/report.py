@@ -80,6 +80,8 @@ def report(
         seed=seed,
     )
     with share_bar(err) as progress:
-        write(scores, output, run, options, data=data, progress=progress)
+        lacking = write(scores, output, run, options, data=data, progress=progress)
     size = output.stat().st_size / 1e6
     say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")
+    for text in lacking:
+        say(f"[yellow]It says:[/] {escape(text)}")

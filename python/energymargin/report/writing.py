@@ -43,8 +43,9 @@ def write(
     *,
     data: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
-) -> None:
-    """Writes a report of a file of scores: one HTML file that needs no network.
+) -> list[str]:
+    """Writes a report of a file of scores: one HTML file that needs no network. Returns what the
+    page lacks, a text each, as it says at its top.
 
     `run` is its number, None the only one. `options` None is Options(). `data` is the dataset of
     the run, for the times and the pictures; None takes the one beside the scores (push.h5 of
@@ -74,6 +75,7 @@ def write(
             page = _page(subject, found, chosen, output, tell)
         file.write_text(rendered(page), encoding="utf-8")
         raise_if_interrupted()
+    return [" ".join(filter(None, (n.text, n.command))) for n in page.notices]
 
 
 def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Progress) -> Page:

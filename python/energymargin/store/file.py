@@ -79,7 +79,9 @@ class ScoreStore(Closing):
             return found[0]
         there = "; ".join(map(str, runs)) or "none"
         if number is None:
-            raise ValueError(f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}")
+            raise ValueError(
+                f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}"
+            )
         raise ValueError(f"run is {number}, and {self.path} has {there}")
 
     def begin(
