@@ -110,7 +110,9 @@ class ConvexHull:
         """
     @property
     def points(self) -> numpy.typing.NDArray[numpy.float64]:
-        ...
+        """
+        Shape (n, 3) [m].
+        """
 class Part:
     """
     A solid at its place in a Compound: position [m] and orientation (x, y, z, w).
