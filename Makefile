@@ -39,7 +39,8 @@ SANITIZED := door scoring problem_errors problem_file problem_schema mesh urdf t
 SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState|Capture.Tolerance|ValueOfAnotherTypeIsRefused|BatchHoldsWhat|FirstOneIsOutForTheWeight
 
 # Without a compiler a wheel in dist serves, if there is one.
-WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*.whl))))
+PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
+WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
 .PHONY: demo test docs sanitize fuzz bench bench-scale bench-view check format stubs wheel deb clean
 .DELETE_ON_ERROR:
@@ -117,7 +118,7 @@ deb: .venv/environment .venv/debhelper
 	@cp build/deb/*.deb build/deb/*.dsc build/deb/*.tar.* dist && ls -lh dist
 
 clean:
-	rm -rf .venv build
+	rm -rf .venv build dist
 
 # clang, for the sanitizers alone: one build serves the tests and the fuzz targets. Without NDEBUG, so that Eigen checks
 # sizes and indices too.

@@ -6,7 +6,7 @@ include_guard()
 include(FetchContent)
 set(energymargin_pool https://deb.debian.org/debian/pool/main)
 
-# Only unpacks: what is built is said below. ${energymargin_NAME_SOURCE_DIR} is where.
+# Unpacks a package's source into ${energymargin_NAME_SOURCE_DIR}; it builds nothing of it.
 function(energymargin_unpack name url hash)
   FetchContent_Declare(energymargin_${name} URL ${energymargin_pool}/${url} URL_HASH SHA256=${hash}
     DOWNLOAD_EXTRACT_TIMESTAMP OFF SOURCE_SUBDIR none ${ARGN})

@@ -13,7 +13,7 @@ endforeach()
 list(FILTER energymargin_sources EXCLUDE REGEX
   "/(benchmark|experience|lightning|ltl|multilevel|quotientspace|thunder|xxl)/|/(PlannerData|PlannerDataStorage|StateStorage)\\.cpp$")
 
-# Of a planner's data the one function that stores states on disk, which nobody here calls.
+# PlannerData.cpp without the one function that needs the state storage, and so Boost's serialization.
 set(energymargin_planner_data ${CMAKE_CURRENT_BINARY_DIR}/bundled/PlannerData.cpp)
 file(READ ${energymargin_root}/base/src/PlannerData.cpp energymargin_text)
 string(FIND "${energymargin_text}" "ompl::base::StateStoragePtr ompl::base::PlannerData::extractStateStorage" energymargin_begin)

@@ -80,9 +80,9 @@ app = typer.Typer(
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        from energymargin import __version__
 
-        typer.echo(f"energymargin {version('energymargin')}")
+        typer.echo(f"energymargin {__version__}")
         raise typer.Exit
 
 

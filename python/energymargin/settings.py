@@ -36,8 +36,10 @@ _OF_TREE = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
 _OF_EFFORT = ("nodes", "seed", "search", "stop_at_escape")
 _OF_PROBABILITY = ("rollouts", "seed", "strength", "objects", "common_random_numbers")
 # Settings that came later: with these values, a question is the one that it was without them.
-LATER = {
-    **{"search": "published", "strength": 1.0, "objects": None},
+LATER: dict[str, Any] = {
+    "search": "published",
+    "strength": 1.0,
+    "objects": None,
     "common_random_numbers": False,
 }
 

@@ -32,7 +32,7 @@ from energymargin.evaluation.labelled import (
     state_metrics,
     trajectory_score,
 )
-from energymargin.evaluation.paper import DASH, PAPER, paper_text, paper_value
+from energymargin.evaluation.paper import DASH, PAPER, paper_text
 from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Evaluation
 
 __all__ = [
@@ -62,7 +62,6 @@ __all__ = [
     "csv_fields",
     "evaluate",
     "paper_text",
-    "paper_value",
     "ranked",
     "short",
     "state_metrics",

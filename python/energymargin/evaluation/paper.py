@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["DASH", "PAPER", "paper_text", "paper_value"]
+__all__ = ["DASH", "PAPER", "paper_text"]
 
 DASH = "—"
 
@@ -39,11 +39,6 @@ PAPER: dict[str, dict[str, tuple[float, float]]] = {
 }
 
 
-def paper_value(task: str, score: str) -> str:
-    """AUC/AP in the paper's Table I, or a dash."""
-    return paper_text(PAPER.get(task, {}).get(score))
-
-
-def paper_text(found: tuple[float, float] | None) -> str:
+def paper_text(value: tuple[float, float] | None) -> str:
     """AUC/AP as it is shown; a dash for None."""
-    return DASH if found is None else f"{found[0]:.2f}/{found[1]:.2f}".replace("0.", ".")
+    return DASH if value is None else f"{value[0]:.2f}/{value[1]:.2f}".replace("0.", ".")

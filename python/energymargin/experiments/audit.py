@@ -103,8 +103,8 @@ class Audits:
         """The errors as a table."""
         columns = [f"{entry}, {name}" for entry, shares in SHARES.items() for name, _ in shares]
         lines = [
-            "What the balance leaves over, and what the steps and the parting of overlapping "
-            "bodies are known to change, as shares of the energy that a rollout turned over.",
+            "What the balance leaves over, and what the steps and the penetration recovery "
+            "are known to change, as shares of the energy that a rollout turned over.",
             "",
             f"| task | step | iterations | {' | '.join(columns)} | leftover, worst, mJ |",
             "| --- " * (4 + len(columns)) + "|",

@@ -83,8 +83,7 @@ def effort(*, shorten: bool, stop_at_escape: bool) -> Score:
                 problem,
                 nodes=rollouts,
                 seed=seed,
-                sampling="mixed" if shorten else "uniform",
-                shorten=shorten,
+                search="improved" if shorten else "published",
                 stop_at_escape=stop_at_escape,
             )
             found.append(

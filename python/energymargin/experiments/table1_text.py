@@ -22,7 +22,7 @@ from energymargin.evaluation import (
     Cell,
     Evaluation,
     csv_fields,
-    paper_value,
+    paper_text,
 )
 from energymargin.experiments.ceiling import (
     CEILING,
@@ -178,7 +178,7 @@ class Table1:
                     *(
                         _lines(
                             _cell(result.readings[effectors[result.task]], score),
-                            f"paper {paper_value(result.task, score)}",
+                            f"paper {_paper(result, score)}",
                         )
                         for score in NAMES
                     ),
@@ -234,10 +234,14 @@ def _below(result: TaskResult, effector: str) -> list[str]:
             notes.append(
                 f"{result.task}, {name}: {' and '.join(below)} below the paper's; "
                 f"{cell.value()} ({', '.join(cell.intervals())}), "
-                f"the paper {paper_value(result.task, score)}, "
+                f"the paper {_paper(result, score)}, "
                 f"ceiling {DASH if most is None else most.value()}."
             )
     return notes
+
+
+def _paper(result: TaskResult, score: str) -> str:
+    return paper_text(PAPER.get(result.task, {}).get(score))
 
 
 def _cell(evaluation: Evaluation, score: str) -> Cell | None:
