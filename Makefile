@@ -24,7 +24,7 @@ DEBIAN := debhelper dh-python dpkg-dev
 SANITIZERS := clang libclang-rt-14-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
-SOURCES := $(shell find cpp cmake tests/cpp tests/fuzz -type f) CMakeLists.txt python/energymargin/problem.schema.json
+SOURCES := $(shell find cpp cmake tests/cpp tests/fuzz -type f) CMakeLists.txt
 
 # An installation in place knows its packages: a new one is installed again.
 PYTHON_PACKAGES := $(shell find python/energymargin -name __init__.py)

@@ -7,6 +7,7 @@ include(GNUInstallDirs)
 
 if(ENERGYMARGIN_PYTHON)
   install(TARGETS _core DESTINATION energymargin COMPONENT python)
+  install(FILES cpp/src/problem_io/problem.schema.json DESTINATION energymargin COMPONENT python)
   install(FILES data/three_finger_gripper.urdf DESTINATION energymargin/data COMPONENT python)
   install(DIRECTORY data/push_real DESTINATION energymargin/data COMPONENT python FILES_MATCHING PATTERN "*.json" PATTERN "*.csv")
 endif()
@@ -21,16 +22,17 @@ if(ENERGYMARGIN_BUNDLE AND NOT BUILD_SHARED_LIBS)
   return()
 endif()
 
-set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
+set(energymargin_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/energymargin)
 install(TARGETS energymargin EXPORT energymarginTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 install(DIRECTORY cpp/include/energymargin DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
-install(FILES ${schema_file} DESTINATION ${CMAKE_INSTALL_DATADIR}/energymargin COMPONENT development)
-install(EXPORT energymarginTargets NAMESPACE energymargin:: DESTINATION ${config_dir} COMPONENT development)
+install(FILES cpp/src/problem_io/problem.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/energymargin
+  COMPONENT development)
+install(EXPORT energymarginTargets NAMESPACE energymargin:: DESTINATION ${energymargin_config_dir} COMPONENT development)
 configure_package_config_file(cmake/energymarginConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
-  INSTALL_DESTINATION ${config_dir})
+  INSTALL_DESTINATION ${energymargin_config_dir})
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES cmake/Dependencies.cmake cmake/InstalledBullet.cmake cmake/InstalledOmpl.cmake ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfig.cmake
-  ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake DESTINATION ${config_dir} COMPONENT development)
+  ${CMAKE_CURRENT_BINARY_DIR}/energymarginConfigVersion.cmake DESTINATION ${energymargin_config_dir} COMPONENT development)

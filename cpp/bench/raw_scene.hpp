@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "bullet/articulation.hpp"
-#include "bullet/shapes.hpp"
-#include "bullet/simulation.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/world.hpp"
+#include "physics/articulated/articulation.hpp"
+#include "physics/shapes.hpp"
+#include "physics/simulation.hpp"
 
 namespace energymargin {
 
@@ -34,7 +34,7 @@ class RawScene {
  private:
   struct Free {
     std::size_t body;
-    Inertial spread;
+    Inertial inertial;
     btRigidBody* rigid;
     btVector3 force;  // that acts all the time
   };
@@ -107,10 +107,10 @@ inline void RawScene::configure() {
 
 inline void RawScene::add_rigid(std::size_t index) {
   const Body& body = scene_.bodies()[index];
-  const Inertial spread = body.spread();
+  const Inertial inertial = body.principal_inertial();
   btRigidBody::btRigidBodyConstructionInfo info(body.mass, nullptr, shapes_[index].shape.get(),
-                                                to_bullet(spread.moments));
-  info.m_startWorldTransform = bullet_pose(spread, body.state);
+                                                to_bullet(inertial.moments));
+  info.m_startWorldTransform = bullet_pose(inertial, body.state);
   info.m_friction = body.friction;
   rigids_[index] = std::make_unique<btRigidBody>(info);
   btRigidBody& rigid = *rigids_[index];
@@ -120,7 +120,7 @@ inline void RawScene::add_rigid(std::size_t index) {
   if (!body.fixed()) rigid.setActivationState(DISABLE_DEACTIVATION);
   world_->addRigidBody(&rigid);
   if (body.fixed()) return;
-  free_.push_back({index, spread, &rigid, to_bullet(body.force)});
+  free_.push_back({index, inertial, &rigid, to_bullet(body.force)});
   if (body.role == Role::object) objects_.push_back(free_.back());
 }
 
@@ -143,8 +143,8 @@ inline void RawScene::add_articulations() {
 inline void RawScene::set(const State& state) {
   for (const Free& free : free_) {
     const BodyState frame = StateLayout::read(state.data() + layout_.offset(free.body));
-    const BodyState center = moved_to(free.spread.center, frame);
-    free.rigid->setCenterOfMassTransform(bullet_pose(free.spread, frame));
+    const BodyState center = moved_to(free.inertial.center, frame);
+    free.rigid->setCenterOfMassTransform(bullet_pose(free.inertial, frame));
     free.rigid->setLinearVelocity(to_bullet(center.velocity));
     free.rigid->setAngularVelocity(to_bullet(center.angular_velocity));
   }
@@ -163,10 +163,10 @@ inline void RawScene::step(const Disturbance& wrenches) {
 
 inline void RawScene::add_springs() {
   const auto end = [this](const std::string& name, const Vector3& point) {
-    const Inertial spread = scene_.body(name).spread();
+    const Inertial inertial = scene_.body(name).principal_inertial();
     btRigidBody* rigid = rigids_[scene_.index(name)].get();
     if (!rigid) throw std::invalid_argument("no floor for a spring on a link: '" + name + "'");
-    return std::pair(rigid, to_bullet(Vector3(spread.axes.conjugate() * (point - spread.center))));
+    return std::pair(rigid, to_bullet(Vector3(inertial.axes.conjugate() * (point - inertial.center))));
   };
   for (const Spring& spring : scene_.springs()) {
     springs_.push_back({spring, end(spring.body_a, spring.point_a), end(spring.body_b, spring.point_b)});
@@ -189,8 +189,8 @@ inline void RawScene::pull(const Pulling& ends) {
 inline Vector3 RawScene::position(std::size_t object) const {
   const Free& free = objects_[object];
   const Vector3 center = from_bullet(free.rigid->getCenterOfMassPosition());
-  const Quaternion orientation = from_bullet(free.rigid->getOrientation()) * free.spread.axes.conjugate();
-  return center - orientation * free.spread.center;
+  const Quaternion orientation = from_bullet(free.rigid->getOrientation()) * free.inertial.axes.conjugate();
+  return center - orientation * free.inertial.center;
 }
 
 }  // namespace energymargin

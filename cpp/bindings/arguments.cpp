@@ -4,7 +4,7 @@
 
 namespace py = pybind11;
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 using Dispatch = PyObject* (*)(PyObject*, PyObject* const*, Py_ssize_t, PyObject*);
@@ -91,4 +91,4 @@ void name_refused_arguments(py::module_& module) {
   }
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-namespace energymargin::door {
+namespace energymargin::binding {
 
 //! As Type(name=value, ...), each value as Python shows it.
 inline std::string described(const std::string& type,
@@ -19,4 +19,4 @@ inline std::string described(const std::string& type,
   return type + "(" + text + ")";
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

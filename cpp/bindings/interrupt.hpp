@@ -8,11 +8,11 @@
 #include <optional>
 #include <system_error>
 
-#include "door.hpp"
+#include "base/threads.hpp"
+#include "convert.hpp"
 #include "energymargin/limit.hpp"
-#include "threads.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 
 //! What `cancel` is in Python.
 struct Cancel {
@@ -104,4 +104,4 @@ auto interruptible(const Limit& limit, const Search& search, Progress* progress 
   return result.get();
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -2,7 +2,7 @@
 
 #include "interrupt.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 
 void bind_limit(py::module_& module) {
   py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError).attr("__doc__") =
@@ -26,4 +26,4 @@ void bind_limit(py::module_& module) {
       });
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -2,11 +2,11 @@
 
 #include "energymargin/plan.hpp"
 
+#include "convert.hpp"
 #include "described.hpp"
-#include "door.hpp"
 #include "energymargin/problem_io.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 constexpr const char* plan_doc =
@@ -117,4 +117,4 @@ void bind_plan(py::module_& module) {
                       [](const py::str& text) { return plan_from_json(text); }));
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

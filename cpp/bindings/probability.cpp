@@ -2,11 +2,11 @@
 
 #include "energymargin/metrics/probability.hpp"
 
+#include "convert.hpp"
 #include "described.hpp"
-#include "door.hpp"
 #include "interrupt.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 using namespace disturbances;
@@ -271,4 +271,4 @@ after timeout [s], or once cancel is set: the rollouts that are complete count, 
 says so. Without any it raises TimeoutError or Cancelled. progress(rollouts) is called now and then.)");
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

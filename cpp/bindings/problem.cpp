@@ -2,12 +2,12 @@
 
 #include "energymargin/problem.hpp"
 
+#include "convert.hpp"
 #include "described.hpp"
-#include "door.hpp"
 #include "energymargin/problem_io.hpp"
 #include "warnings.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 constexpr const char* problem_doc = R"(One question: how robust is this state against these disturbances?
@@ -271,4 +271,4 @@ void bind_problem(py::module_& module) {
                       [](const py::str& text) { return from_json(text); }));
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

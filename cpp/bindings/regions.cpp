@@ -1,12 +1,12 @@
 // Sets of states for Python.
 
-#include "check.hpp"
-#include "door.hpp"
+#include "base/check.hpp"
+#include "convert.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/region.hpp"
 #include "warnings.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 using Frame = std::optional<std::string>;
@@ -195,4 +195,4 @@ void bind_regions(py::module_& module) {
   bind_primitives(primitives);
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -2,12 +2,12 @@
 
 #include "energymargin/scene.hpp"
 
+#include "convert.hpp"
 #include "described.hpp"
-#include "door.hpp"
 #include "energymargin/state.hpp"
 #include "warnings.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 double yaw_of(const Quaternion& q) {
@@ -25,7 +25,7 @@ parts: Parts, or solids that stand at the body's frame; without any there is not
 properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
 together. Raises ValueError on values that no solid can have.)";
 
-constexpr const char* inertial_doc = R"(How a body's mass is spread, in the body's frame.
+constexpr const char* inertial_doc = R"(How a body's mass is inertial, in the body's frame.
 
 center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
 default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.)";
@@ -182,7 +182,7 @@ void bind_mass(py::module_& module) {
       .def_readonly("center", &Inertial::center, "Centre of mass, shape (3,) [m].")
       .def_readonly("moments", &Inertial::moments, "Principal moments about the centre, shape (3,) [kg m^2].")
       .def_property_readonly(
-          "axes", [](const Inertial& spread) { return Eigen::Vector4d(spread.axes.coeffs()); },
+          "axes", [](const Inertial& inertial) { return Eigen::Vector4d(inertial.axes.coeffs()); },
           "Unit quaternion x, y, z, w that turns the principal axes into the body's.");
 }
 
@@ -264,7 +264,7 @@ void bind_body(py::module_& module) {
           "angular_velocity", [](const Body& body) { return body.state.angular_velocity; }, "Shape (3,) [rad/s].")
       .def_readonly("linear_factor", &Body::linear_factor, "1: free along the axis, 0: locked; shape (3,).")
       .def_readonly("angular_factor", &Body::angular_factor, "1: free about the axis, 0: locked; shape (3,).")
-      .def_readonly("inertial", &Body::inertial, "How its mass is spread, or None: as its shape is.")
+      .def_readonly("inertial", &Body::inertial, "How its mass is inertial, or None: as its shape is.")
       .def_readonly("force", &Body::force, "Acts all the time, in the world's axes, shape (3,) [N].")
       .def_property_readonly("fixed", &Body::fixed, "Whether it has no mass, and never moves.");
 }
@@ -355,7 +355,7 @@ constexpr const char* add_body_doc = R"(Add a body.
 position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
 shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
 density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
-act, and how the mass is spread; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
+act, and how the mass is inertial; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
 'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
 angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
 or a motor does. Raises ValueError on bad values.)";
@@ -544,4 +544,4 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("margin", [](const Scene& scene) { return scene.stepping().margin; }, "[m]");
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

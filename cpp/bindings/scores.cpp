@@ -1,7 +1,7 @@
 // The metrics and the batch for Python. The GIL is released around every search, and Ctrl-C ends it.
 
+#include "convert.hpp"
 #include "described.hpp"
-#include "door.hpp"
 #include "energymargin/batch.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
@@ -13,7 +13,7 @@
 #include "interrupt.hpp"
 #include "warnings.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 CaptureScore capture(const Problem& problem, const WholeNumber& nodes, const WholeNumber& seed_given,
@@ -412,4 +412,4 @@ Ends early after timeout [s], or once cancel is set, with the lowest barrier so 
       "weights: by default the problem's.");
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

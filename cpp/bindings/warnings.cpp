@@ -1,6 +1,6 @@
 #include "warnings.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 void warn_once(const std::vector<Doubt>& doubts, const std::string& fingerprint) {
@@ -23,4 +23,4 @@ void warn_of_density(const std::string& name, double density) {
   if (const auto doubt = implausible_density(name, density)) warn_once({*doubt}, doubt->text);
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "door.hpp"
+#include "convert.hpp"
 #include "energymargin/plausibility.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 
 //! Warns of each doubt, once for all states of a scene. Throws what a filter makes an error.
 void warn(const std::vector<Doubt>& doubts, const Scene& scene);
@@ -18,4 +18,4 @@ void warn_of_angle(const std::string& name, double angle);
 //! Warns of a density that looks like one in g/cm^3.
 void warn_of_density(const std::string& name, double density);
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <mutex>
 
-#include "door.hpp"
+#include "convert.hpp"
 #include "interrupt.hpp"
 #include "warnings.hpp"
 
-namespace energymargin::door {
+namespace energymargin::binding {
 namespace {
 
 // A rollout of so many steps is over before Ctrl-C is missed; a thread would take a share of its time.
@@ -151,7 +151,7 @@ void bind_audit(py::module_& module) {
       .def_readonly("drives", &Audit::drives,
                     "Work of drives to a target velocity: damping * target velocity, within the torque limit [J].")
       .def_readonly("overlap", &Audit::overlap,
-                    "Work of moving free bodies that overlap apart, against gravity, constant forces and springs; it "
+                    "Work of penetration recovery (split impulses) against gravity, constant forces and springs; it "
                     "takes no impulse [J].")
       .def_readonly(
           "integration", &Audit::integration,
@@ -279,4 +279,4 @@ void bind_world(py::module_& module) {
           "scene", [](const SharedWorld& shared) { return shared.world().scene(); }, "What it simulates.");
 }
 
-}  // namespace energymargin::door
+}  // namespace energymargin::binding

@@ -10,7 +10,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-SCHEMA = Path(__file__).parents[2] / "python/energymargin/problem.schema.json"
+SCHEMA = Path(__file__).parents[2] / "cpp/src/problem_io/problem.schema.json"
 WORDS = {"array": "list", "object": "object", "boolean": "true or false"}
 
 

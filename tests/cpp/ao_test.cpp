@@ -7,9 +7,9 @@
 #include <ompl/control/planners/kpiece/KPIECE1.h>
 #include <ompl/control/planners/rrt/RRT.h>
 
-#include "energymargin/search/est.hpp"
-#include "energymargin/search/rrt.hpp"
 #include "scenes.hpp"
+#include "search/est.hpp"
+#include "search/rrt.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin::search {

@@ -10,7 +10,8 @@
 #include <set>
 #include <thread>
 
-#include "check.hpp"
+#include "base/check.hpp"
+#include "base/threads.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
@@ -21,7 +22,6 @@
 #include "expect.hpp"
 #include "few_threads.hpp"
 #include "scenes.hpp"
-#include "threads.hpp"
 
 namespace energymargin {
 namespace {

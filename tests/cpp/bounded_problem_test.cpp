@@ -6,10 +6,10 @@
 
 #include <type_traits>
 
-#include "energymargin/search/est.hpp"
-#include "energymargin/search/quasistatic_problem.hpp"
 #include "expect.hpp"
+#include "quasistatic/quasistatic_problem.hpp"
 #include "scenes.hpp"
+#include "search/est.hpp"
 
 namespace energymargin::search {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "bullet/rigid_motions.hpp"
-#include "bullet/simulation.hpp"
+#include "physics/free_bodies/rigid_motions.hpp"
+#include "physics/simulation.hpp"
 #include "rollouts.hpp"
 
 namespace energymargin {

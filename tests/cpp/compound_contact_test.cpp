@@ -267,7 +267,7 @@ TEST(CompoundContact, CornerOfACubeStandsOnItsSlantedFaceInAnyFrame) {
   Body cut = body("object", corner, 1.0, {0.0, 0.0, 0.1 / std::sqrt(3.0)}, Role::object);
   cut.state.orientation = Quaternion::FromTwoVectors(Vector3::Ones(), -Vector3::UnitZ());
   Body same = cut;  // with the body's axes as its principal ones
-  same.inertial = Inertial{cut.spread().center, Vector3::Constant(2e-4)};
+  same.inertial = Inertial{cut.principal_inertial().center, Vector3::Constant(2e-4)};
   for (const Body& block : {cut, same}) {
     for (const Shape& shape : {Shape(corner), Shape(Compound{{{corner}}})}) {
       Scene scene;

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <thread>
 
-#include "energymargin/free_space.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
+#include "physics/free_space.hpp"
 #include "scenes.hpp"
 
 namespace energymargin {

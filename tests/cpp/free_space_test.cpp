@@ -1,6 +1,6 @@
 // Where an object may be.
 
-#include "energymargin/free_space.hpp"
+#include "physics/free_space.hpp"
 
 #include <gtest/gtest.h>
 

@@ -81,14 +81,14 @@ TEST(Inertial, TumblingKeepsAngularMomentumAndEnergyTheBetterTheShorterTheStep) 
 
 // Euler's equations for a body without load, by small steps of Runge and Kutta: the turn after `time`.
 Quaternion tumbled(const Body& block, double time) {
-  const Inertial spread = block.spread();
-  const Vector3& moments = spread.moments;
+  const Inertial inertial = block.principal_inertial();
+  const Vector3& moments = inertial.moments;
   const auto rate = [&](const Vector3& spin) -> Vector3 {
     return moments.cwiseInverse().cwiseProduct(-spin.cross(moments.cwiseProduct(spin)));
   };
   const int steps = 20000;
   const double h = time / steps;
-  Quaternion at = block.state.orientation * spread.axes;
+  Quaternion at = block.state.orientation * inertial.axes;
   Vector3 spin = at.conjugate() * block.state.angular_velocity;
   for (int i = 0; i < steps; ++i) {
     const Vector3 a = rate(spin);
@@ -98,7 +98,7 @@ Quaternion tumbled(const Body& block, double time) {
     spin += h / 6.0 * (a + 2.0 * b + 2.0 * c + rate(spin + h * c));
     at = (at * turn(h * middle.norm(), middle.normalized())).normalized();
   }
-  return at * spread.axes.conjugate();
+  return at * result.axes.conjugate();
 }
 
 TEST(Inertial, BodyTumblesAsEulersEquationsSay) {
@@ -184,10 +184,10 @@ TEST(Inertial, TorqueTurnsABodyByItsGivenInertiaWithProducts) {
 TEST(Inertial, InertiaMatrixComesBackFromItsMomentsAndAxes) {
   Eigen::Matrix3d inertia;
   inertia << 0.03, 0.004, -0.002, 0.004, 0.05, 0.003, -0.002, 0.003, 0.06;
-  const Inertial spread = inertial({0.1, 0.2, 0.3}, inertia);
-  const Eigen::Matrix3d axes = spread.axes.toRotationMatrix();
-  EXPECT_EQ(spread.center, Vector3(0.1, 0.2, 0.3));
-  EXPECT_TRUE((axes * spread.moments.asDiagonal() * axes.transpose()).isApprox(inertia, 1e-12));
+  const Inertial result = inertial({0.1, 0.2, 0.3}, inertia);
+  const Eigen::Matrix3d axes = result.axes.toRotationMatrix();
+  EXPECT_EQ(result.center, Vector3(0.1, 0.2, 0.3));
+  EXPECT_TRUE((axes * result.moments.asDiagonal() * axes.transpose()).isApprox(inertia, 1e-12));
   const Inertial plain = inertial(Vector3::Zero(), Vector3(3.0, 1.0, 2.5).asDiagonal().toDenseMatrix());
   EXPECT_EQ(plain.moments, Vector3(3.0, 1.0, 2.5));
   EXPECT_EQ(plain.axes.coeffs(), Quaternion::Identity().coeffs());
@@ -295,7 +295,7 @@ TEST(Inertial, PlanarBodyThatSpinsKeepsItsSpinItsPlaneAndItsState) {
   spinning.orientation = oblique.conjugate();
   spinning.angular_velocity.z() = 5.0;
   Body block = planar(spinning);
-  const Vector3 arm = spinning.orientation * block.spread().center;
+  const Vector3 arm = spinning.orientation * block.principal_inertial().center;
   block.state.velocity = -spinning.angular_velocity.cross(arm);  // the centre is at rest
   const Scene scene = alone(block);
   World world(scene);
@@ -318,7 +318,7 @@ TEST(Inertial, LockedAxesAreThoseOfTheCentreOfMass) {
   pinned.linear_factor.setZero();
   pinned.state.angular_velocity = {0.0, 0.0, 2.0};
   EXPECT_TRUE(rejects([&] { Scene().add_body(pinned); }, {"'object'", "velocity", "(0, 0, 0)", "locked"}));
-  pinned.state.velocity = -pinned.state.angular_velocity.cross(pinned.spread().center);
+  pinned.state.velocity = -pinned.state.angular_velocity.cross(pinned.principal_inertial().center);
   EXPECT_NO_THROW(Scene().add_body(pinned));
 }
 

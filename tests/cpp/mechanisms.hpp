@@ -66,13 +66,15 @@ inline Drive steady(const std::string& body, const Vector3& force, const Vector3
 }
 
 //! A body's centre of mass, and how it moves.
-inline BodyState center_of(const Body& body, const BodyState& frame) { return moved_to(body.spread().center, frame); }
+inline BodyState center_of(const Body& body, const BodyState& frame) {
+  return moved_to(body.principal_inertial().center, frame);
+}
 
 //! Moments of inertia about the centre of mass, in the world's axes.
 inline Eigen::Matrix3d inertia_of(const Body& body, const Quaternion& orientation) {
-  const Inertial spread = body.spread();
-  const Eigen::Matrix3d axes = (orientation * spread.axes).toRotationMatrix();
-  return axes * spread.moments.asDiagonal() * axes.transpose();
+  const Inertial inertial = body.principal_inertial();
+  const Eigen::Matrix3d axes = (orientation * inertial.axes).toRotationMatrix();
+  return axes * inertial.moments.asDiagonal() * axes.transpose();
 }
 
 //! Of all bodies that move.
@@ -116,9 +118,9 @@ inline Body described_from(const Pose& frame, const Body& body) {
     for (Part& part : moved.parts) part.pose = seen_from(frame, part.pose);
     same.shape = moved;
   }
-  const Inertial spread = body.spread();
-  const Pose center = seen_from(frame, {spread.center, spread.axes});
-  if (!body.fixed()) same.inertial = Inertial{center.position, spread.moments, center.orientation};
+  const Inertial inertial = body.principal_inertial();
+  const Pose center = seen_from(frame, {inertial.center, inertial.axes});
+  if (!body.fixed()) same.inertial = Inertial{center.position, inertial.moments, center.orientation};
   same.state = moved_to(frame.position, body.state);
   same.state.orientation = body.state.orientation * frame.orientation;
   return same;
@@ -195,9 +197,9 @@ inline Scene hand(double friction = 1.0, bool lifted = false, const Stepping& st
     Vector3 place = outward * out + side * aside + Vector3(0.0, 0.0, half + above[0]) - palm;
     if (knuckle) {
       const Vector3 top(0.0, 0.0, 0.02);
-      Joint spread = joint(name + " 0", JointType::revolute, parent, name + " 0", outward, place + top, top);
-      spread.stiffness = 5.0;
-      add(name + " 0", Sphere{radius}, 0.02, spread);
+      Joint inertial = joint(name + " 0", JointType::revolute, parent, name + " 0", outward, place + top, top);
+      inertial.stiffness = 5.0;
+      add(name + " 0", Sphere{radius}, 0.02, inertial);
       parent = name + " 0";
       place.setZero();
     }

@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
+#include "base/threads.hpp"
 #include "expect.hpp"
 #include "few_threads.hpp"
-#include "threads.hpp"
 
 namespace energymargin {
 namespace {

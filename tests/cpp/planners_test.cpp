@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "energymargin/search/est.hpp"
-#include "energymargin/search/rrt.hpp"
 #include "scenes.hpp"
+#include "search/est.hpp"
+#include "search/rrt.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin::search {

@@ -1,6 +1,6 @@
 // The potential energy of one body.
 
-#include "energymargin/potential.hpp"
+#include "quasistatic/potential.hpp"
 
 #include <gtest/gtest.h>
 

@@ -123,7 +123,7 @@ TEST(ProblemIoMesh, SolidOfAMeshIsReadFromTheProblemFile) {
   const Json solid = {
       {"volume", 0.5}, {"center", {0.1, 0.2, 0.3}}, {"moments", {1.0, 1.1, 1.2}}, {"axes", {0.0, 0.0, 0.0, 1.0}}};
   const Problem read = from_json(with_shape({{"type", "mesh"}, {"file", "cup.obj"}, {"solid", solid}}), folder / "");
-  EXPECT_EQ(read.scene.body("mug").spread().center, Vector3(0.1, 0.2, 0.3));
+  EXPECT_EQ(read.scene.body("mug").principal_inertial().center, Vector3(0.1, 0.2, 0.3));
 }
 
 TEST(ProblemIoMesh, MeshThatIsNoneIsRejectedByItsNameAndLine) {

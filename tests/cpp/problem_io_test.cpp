@@ -48,8 +48,8 @@ TEST(ProblemIo, RoundTripKeepsHowMassIsSpread) {
   const Problem given = everything();
   const Problem read = from_json(to_json(given));
   for (const Body& body : given.scene.bodies()) {
-    const Inertial one = read.scene.body(body.name).spread();
-    const Inertial two = body.spread();
+    const Inertial one = read.scene.body(body.name).principal_inertial();
+    const Inertial two = body.principal_inertial();
     EXPECT_TRUE(same_bits(one.center, two.center)) << body.name;
     EXPECT_TRUE(same_bits(one.moments, two.moments)) << body.name;
     EXPECT_TRUE(same_bits(one.axes.coeffs(), two.axes.coeffs())) << body.name;

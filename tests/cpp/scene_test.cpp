@@ -58,7 +58,7 @@ TEST(Scene, HullNeedNotBeAboutItsCentreOfMass) {
   const Vector3 away(0.0, 0.0, 0.1);
   const Body cup = body("cup", brick({0.2, 0.2, 0.2}, Quaternion::Identity(), away), 1.0, Vector3::Zero());
   EXPECT_NO_THROW(Scene().add_body(cup));
-  EXPECT_TRUE(cup.spread().center.isApprox(away, 1e-12));
+  EXPECT_TRUE(cup.principal_inertial().center.isApprox(away, 1e-12));
 }
 
 TEST(Scene, SteppingThatCannotBeIsRejected) {

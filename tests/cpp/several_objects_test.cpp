@@ -14,9 +14,9 @@
 #include "energymargin/random.hpp"
 #include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/cost_space.hpp"
-#include "energymargin/search/est.hpp"
 #include "energymargin/search/propagator.hpp"
 #include "mechanisms.hpp"
+#include "search/est.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin {

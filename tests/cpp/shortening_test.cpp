@@ -1,6 +1,6 @@
 // Small changes that make an escape cheaper.
 
-#include "energymargin/search/shortening.hpp"
+#include "search/shortening.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 // Steps that are cut into parts, where bodies would pass into each other.
 
-#include "bullet/simulation.hpp"
+#include "physics/simulation.hpp"
 
 namespace energymargin::scenes {
 

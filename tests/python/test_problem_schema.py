@@ -2,7 +2,7 @@
 
 import copy
 import json
-from importlib import resources
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -11,6 +11,7 @@ from problem_files import at_path, full_problem, planned_problem, run
 
 import energymargin as em
 
+CORE = Path(__file__).parents[2] / "cpp/src"
 SCHEMA = jsonschema.Draft7Validator(em.Problem.schema())
 
 
@@ -21,7 +22,7 @@ def problem():
 
 def test_the_schema_is_the_one_that_is_shipped_and_a_valid_one():
     jsonschema.Draft7Validator.check_schema(em.Problem.schema())
-    shipped = resources.files("energymargin").joinpath("problem.schema.json").read_text()
+    shipped = (CORE / "problem_io/problem.schema.json").read_text()
     assert json.loads(shipped) == em.Problem.schema()
     assert run("--schema").stdout == shipped
 

@@ -20,7 +20,7 @@ struct Audit {
   double joints = 0.0;
   double damping = 0.0;  //!< of the damping of joints and springs; negative [J]
   double drives = 0.0;   //!< of drives to a target velocity: damping * target velocity, within the torque limit [J]
-  //! Of moving free bodies that overlap apart, against gravity, constant forces and springs; it takes no impulse [J].
+  //! Of penetration recovery (split impulses) against gravity, constant forces and springs; it takes no impulse [J].
   double overlap = 0.0;
   //! What the steps of the simulation are known to change, of the order of their length h: velocities are h / 2 behind
   //! the positions, which counts the power P of gravity, constant forces and springs as -h / 2 (P at the end - P at the

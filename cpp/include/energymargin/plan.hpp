@@ -10,6 +10,9 @@
 
 namespace energymargin {
 
+//! Longest rollout [steps].
+inline constexpr int most_steps = 1000000;
+
 //! Wrenches on one body, shape (K, 6) [N, N m], in the world's axes, at its centre of mass.
 struct Drive {
   std::string body;

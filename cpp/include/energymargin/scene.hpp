@@ -22,7 +22,7 @@ enum class Role {
   effector,  ///< a part of the robot
 };
 
-//! How a body's mass is spread, in the body's frame.
+//! How a body's mass is inertial, in the body's frame.
 struct Inertial {
   Vector3 center = Vector3::Zero();          //!< centre of mass [m]
   Vector3 moments = Vector3::Ones();         //!< principal moments about the centre [kg m^2]
@@ -52,7 +52,7 @@ struct Body {
   bool fixed() const { return mass == 0.0; }
 
   //! Centre of mass and principal axes in the body's frame; for a fixed body the frame itself, with moments of 0.
-  Inertial spread() const;
+  Inertial principal_inertial() const;
 };
 
 enum class JointType {

@@ -17,9 +17,6 @@
 
 namespace energymargin {
 
-//! Longest rollout [steps].
-inline constexpr int most_steps = 1000000;
-
 //! A simulation whose numbers are not finite any more.
 class Diverged : public std::runtime_error {
  public:

@@ -7,11 +7,11 @@
 #include <mutex>
 #include <utility>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
-#include "energymargin/search/est.hpp"
+#include "search/est.hpp"
 
 namespace energymargin {
 namespace {

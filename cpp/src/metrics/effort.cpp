@@ -2,11 +2,11 @@
 
 #include <stdexcept>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/search/ao.hpp"
-#include "energymargin/search/est.hpp"
-#include "energymargin/search/rrt.hpp"
+#include "search/est.hpp"
+#include "search/rrt.hpp"
 
 namespace energymargin {
 namespace {

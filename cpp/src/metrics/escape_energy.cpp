@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../check.hpp"
-#include "energymargin/search/bit_star.hpp"
-#include "energymargin/search/rrt_star.hpp"
+#include "base/check.hpp"
+#include "quasistatic/bit_star.hpp"
+#include "quasistatic/rrt_star.hpp"
 
 namespace energymargin {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 
 namespace energymargin {
 

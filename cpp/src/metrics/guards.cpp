@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 #include "energymargin/search/horizon.hpp"
 #include "energymargin/world.hpp"
 

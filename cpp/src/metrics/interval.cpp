@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 
 namespace energymargin {
 namespace {

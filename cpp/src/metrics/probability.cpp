@@ -8,7 +8,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/search/exit.hpp"

@@ -1,4 +1,4 @@
-#include "files.hpp"
+#include "problem_io/files.hpp"
 
 #include <cerrno>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "mesh.hpp"
+#include "problem_io/mesh.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "../hull_faces.hpp"
-#include "text.hpp"
+#include "problem_io/text.hpp"
+#include "scene/hull_faces.hpp"
 
 namespace energymargin::problem_io {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t longest_line = 4096;
 
 // What they say is of no use here: faces, looks, and which texture is where.
-constexpr std::array<std::string_view, 7> ignored{"f", "vn", "vt", "s", "usemtl", "mtllib", "l"};
+constexpr std::array<std::string_view, 7> skipped{"f", "vn", "vt", "s", "usemtl", "mtllib", "l"};
 
 template <typename Vector>
 bool same_bits(const Vector& a, const Vector& b) {
@@ -67,7 +67,7 @@ class MeshReader {
         parts_.push_back({rest(found), line_, {}});
       } else if (found[0] == "v") {
         add_point(found);
-      } else if (std::find(ignored.begin(), ignored.end(), found[0]) == ignored.end()) {
+      } else if (std::find(skipped.begin(), skipped.end(), found[0]) == skipped.end()) {
         throw std::invalid_argument("a line that begins with o, v, vn, vt, f, l, s, usemtl, mtllib or #");
       }
     } catch (const std::invalid_argument& error) {

@@ -1,4 +1,4 @@
-#include "packed.hpp"
+#include "problem_io/packed.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,11 +1,11 @@
-#include "parse.hpp"
+#include "problem_io/parse.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <stdexcept>
 #include <vector>
 
-#include "text.hpp"
+#include "problem_io/text.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "energymargin/types.hpp"
-#include "json.hpp"
-#include "text.hpp"
+#include "problem_io/json.hpp"
+#include "problem_io/text.hpp"
 
 namespace energymargin::problem_io {
 

@@ -1,9 +1,9 @@
 // A Problem from JSON.
 
-#include "read.hpp"
+#include "problem_io/read.hpp"
 
 #include "energymargin/problem_io.hpp"
-#include "names.hpp"
+#include "problem_io/names.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "place.hpp"
+#include "problem_io/place.hpp"
 
 namespace energymargin::problem_io {
 

@@ -1,7 +1,7 @@
 // Plans from JSON.
 
-#include "packed.hpp"
-#include "read.hpp"
+#include "problem_io/packed.hpp"
+#include "problem_io/read.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -1,6 +1,6 @@
 // Regions from JSON.
 
-#include "read.hpp"
+#include "problem_io/read.hpp"
 
 namespace energymargin::problem_io {
 namespace {

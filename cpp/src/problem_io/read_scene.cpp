@@ -1,7 +1,7 @@
 // Scenes from JSON.
 
-#include "names.hpp"
-#include "read.hpp"
+#include "problem_io/names.hpp"
+#include "problem_io/read.hpp"
 
 namespace energymargin::problem_io {
 namespace {

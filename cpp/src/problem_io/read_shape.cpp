@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "energymargin/problem_io.hpp"
-#include "files.hpp"
-#include "mesh.hpp"
-#include "read.hpp"
+#include "problem_io/files.hpp"
+#include "problem_io/mesh.hpp"
+#include "problem_io/read.hpp"
 
 namespace energymargin::problem_io {
 namespace {

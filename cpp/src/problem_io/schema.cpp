@@ -1,4 +1,4 @@
-#include "schema.hpp"
+#include "problem_io/schema.hpp"
 
 #include <stdexcept>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 // The second net under a problem file: the JSON Schema that comes with the package.
 
-#include "json.hpp"
+#include "problem_io/json.hpp"
 
 namespace energymargin::problem_io {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "json.hpp"
+#include "problem_io/json.hpp"
 
 namespace energymargin::problem_io {
 

@@ -1,9 +1,9 @@
 // A Problem as JSON.
 
-#include "write.hpp"
+#include "problem_io/write.hpp"
 
 #include "energymargin/problem_io.hpp"
-#include "names.hpp"
+#include "problem_io/names.hpp"
 
 namespace energymargin::problem_io {
 namespace {

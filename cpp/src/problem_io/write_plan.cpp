@@ -1,7 +1,7 @@
 // Plans as JSON.
 
-#include "json.hpp"
-#include "packed.hpp"
+#include "problem_io/json.hpp"
+#include "problem_io/packed.hpp"
 
 namespace energymargin::problem_io {
 

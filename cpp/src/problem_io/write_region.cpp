@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "write.hpp"
+#include "problem_io/write.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -1,6 +1,6 @@
 // Shapes as JSON.
 
-#include "write.hpp"
+#include "problem_io/write.hpp"
 
 namespace energymargin::problem_io {
 namespace {

@@ -5,7 +5,7 @@
 #include <ompl/base/ValidStateSampler.h>
 #include <ompl/util/Console.h>
 
-#include "../check.hpp"
+#include "base/check.hpp"
 #include "energymargin/random.hpp"
 
 namespace energymargin::search {

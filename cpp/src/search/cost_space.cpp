@@ -98,12 +98,12 @@ Scales::Scales(const Problem& problem, std::size_t index) {
   speed += start.velocity.norm();
   const double time = problem.duration;
   const double acceleration = problem.force.norm() / object.mass;
-  const double inertia = object.spread().moments.maxCoeff();
+  const double inertia = object.principal_inertial().moments.maxCoeff();
   const double angular_acceleration = problem.torque.norm() / inertia;
-  const double spread = std::sqrt(inertia / object.mass);
+  const double inertial = std::sqrt(inertia / object.mass);
   const double extent = smallest_half_extent(object.shape);
-  const double radius = std::isfinite(extent) ? extent : spread;  // without parts it has none
-  const double gyration = std::max(spread, radius);
+  const double radius = std::isfinite(extent) ? extent : inertial;  // without parts it has none
+  const double gyration = std::max(inertial, radius);
   position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
   velocity = std::max(speed + acceleration * time, position / time);
   angular_velocity = start.angular_velocity.norm() + velocity / gyration + angular_acceleration * time;

@@ -1,4 +1,4 @@
-#include "energymargin/search/est.hpp"
+#include "search/est.hpp"
 
 #include <ompl/base/ProjectionEvaluator.h>
 

@@ -1,4 +1,4 @@
-#include "energymargin/search/rrt.hpp"
+#include "search/rrt.hpp"
 
 #include <ompl/datastructures/NearestNeighborsGNAT.h>
 

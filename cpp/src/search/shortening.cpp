@@ -1,4 +1,4 @@
-#include "energymargin/search/shortening.hpp"
+#include "search/shortening.hpp"
 
 #include <algorithm>
 #include <cmath>

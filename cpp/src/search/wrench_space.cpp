@@ -12,14 +12,14 @@
 namespace energymargin::search {
 namespace {
 
-constexpr int wrench_axes = 6;        // of one object
-constexpr double single_share = 0.5;  // of the draws disturb one object alone, where there are several
+constexpr int wrench_axes = 6;            // of one object
+constexpr double one_object_share = 0.5;  // of the draws disturb one object alone, where there are several
 
 // Shares of the mixed draws; the rest is drawn evenly, which keeps AO-x asymptotically optimal.
 constexpr double repeated_share = 0.15;  // the wrench of the edge before
 constexpr double coasting_share = 0.15;  // no wrench: what moves costs nothing
 constexpr double ends_share = 0.15;      // each axis at a bound or at zero: least-effort pushes are often bang-bang
-constexpr double axis_share = 0.15;      // one axis alone
+constexpr double one_axis_share = 0.15;  // one axis alone
 
 constexpr double wait_share =
     0.5;  // with a horizon, of the draws without a wrench: even up to all the time that is left
@@ -85,7 +85,7 @@ class WrenchSampler : public ompl::control::ControlSampler {
       for (unsigned int i = 0; i < axes_; ++i) {
         if (values[i] != 0.0) values[i] = rng_.uniformInt(-1, 1) * bounds_.high[i];
       }
-    } else if ((share -= axis_share) < 0.0) {
+    } else if ((share -= one_axis_share) < 0.0) {
       const unsigned int kept = drawn_axis(values);
       for (unsigned int i = 0; i < axes_; ++i) values[i] = i == kept ? values[i] : 0.0;
     }
@@ -101,7 +101,7 @@ class WrenchSampler : public ompl::control::ControlSampler {
 
   // The one that is disturbed alone, or the number of objects for all.
   unsigned int drawn_object() {
-    if (objects() == 1 || rng_.uniform01() >= single_share) return objects();
+    if (objects() == 1 || rng_.uniform01() >= one_object_share) return objects();
     return static_cast<unsigned int>(rng_.uniformInt(0, static_cast<int>(objects()) - 1));
   }
 

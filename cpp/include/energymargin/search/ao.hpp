@@ -5,7 +5,7 @@
 
 #include "energymargin/search/bounded_problem.hpp"
 #include "energymargin/search/escape.hpp"
-#include "energymargin/search/shortening.hpp"
+#include "search/shortening.hpp"
 
 namespace energymargin::search {
 

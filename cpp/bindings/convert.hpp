@@ -1,0 +1,145 @@
+#pragma once
+// Python's values as C++ ones; an error names the argument.
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/typing.h>
+
+#include <string>
+#include <vector>
+
+#include "energymargin/problem.hpp"
+#include "energymargin/types.hpp"
+
+namespace py = pybind11;
+
+namespace energymargin::binding {
+
+//! Anything that numpy.asarray takes.
+struct ArrayLike {
+  py::object value;
+};
+
+//! Anything that says it is a whole number.
+struct WholeNumber {
+  py::object value;
+};
+
+//! Anything that says it is a real number.
+struct Number {
+  py::object value;
+};
+
+//! A function of states (N, n) that answers with N truth values.
+struct StatesPredicate {
+  py::function value;
+};
+
+//! Bodies by name, each a dict of position, orientation, yaw, velocity and angular_velocity; joints under "joints".
+struct BodyDicts {
+  py::dict value;
+};
+
+//! A value as Python shows it, cut to 60 characters.
+std::string shown(const py::handle& value);
+
+//! What numpy makes of a value, null if it cannot; KeyboardInterrupt and its like go through.
+py::array array_of(const py::handle& value);
+
+//! Throws std::invalid_argument that says `what` it is unless it is text, and UTF-8 knows it.
+std::string word(const std::string& what, const py::handle& value);
+
+//! Throws std::invalid_argument that names the argument unless it is a real number.
+double real(const std::string& name, const Number& number);
+std::optional<double> real(const std::string& name, const std::optional<Number>& number);
+
+//! Throws std::invalid_argument that names the argument unless it is a whole number from 0 to 2^64 - 1.
+std::uint64_t seed(const std::string& name, const WholeNumber& number);
+
+//! The same for a whole number from `least` to 2^31 - 1.
+int count(const std::string& name, const WholeNumber& number, int least = 1);
+
+//! (rows, columns) numbers; -1 accepts any size. Throws std::invalid_argument that names the argument, the shape and
+//! what was expected.
+States matrix(const std::string& name, const ArrayLike& array, Eigen::Index rows, Eigen::Index columns);
+
+Eigen::VectorXd vector(const std::string& name, const ArrayLike& array, Eigen::Index size);
+Vector2 vector2(const std::string& name, const ArrayLike& array);
+Vector3 vector3(const std::string& name, const ArrayLike& array);
+Quaternion quaternion(const std::string& name, const ArrayLike& array);
+std::vector<Vector3> points(const std::string& name, const ArrayLike& array);
+
+//! (6,) for one object, (objects, 6) for several.
+Disturbance wrenches(const std::string& name, const ArrayLike& array, std::size_t objects);
+
+//! True for a single state, false for a table of states; throws for anything else.
+bool is_single(const std::string& name, const ArrayLike& array);
+
+Role role(const std::string& name);
+std::string role_name(Role role);
+JointType joint_type(const std::string& name);
+std::string joint_type_name(JointType type);
+Effector effector(const std::string& name);
+std::string effector_name(Effector effector);
+
+//! Orientation from a quaternion or from a yaw angle about z, at most one of them.
+Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>& quaternion_xyzw,
+                       std::optional<double> yaw, const Quaternion& otherwise);
+
+void bind_limit(py::module_& module);
+void bind_scene(py::module_& module);
+void bind_world(py::module_& module);
+void bind_regions(py::module_& module);
+void bind_plan(py::module_& module);
+void bind_probability(py::module_& module);
+void bind_problem(py::module_& module);
+void bind_scores(py::module_& module);
+
+}  // namespace energymargin::binding
+
+namespace pybind11::detail {
+
+// Python objects that pass through as they are, under a name that a type checker understands.
+template <typename Wrapper, typename Object>
+struct named_object_caster {
+  bool load(handle source, bool) {
+    if (!source || source.is_none() || !isinstance<Object>(source)) return false;
+    value.value = reinterpret_borrow<Object>(source);
+    return true;
+  }
+  static handle cast(const Wrapper& wrapper, return_value_policy, handle) { return Object(wrapper.value).release(); }
+
+  template <typename>
+  using cast_op_type = Wrapper&;
+  operator Wrapper&() { return value; }
+
+  Wrapper value;
+};
+
+template <>
+struct type_caster<energymargin::binding::ArrayLike> : named_object_caster<energymargin::binding::ArrayLike, object> {
+  static constexpr auto name = const_name("numpy.typing.ArrayLike");
+};
+template <>
+struct type_caster<energymargin::binding::WholeNumber>
+    : named_object_caster<energymargin::binding::WholeNumber, object> {
+  static constexpr auto name = const_name("int");
+};
+template <>
+struct type_caster<energymargin::binding::Number> : named_object_caster<energymargin::binding::Number, object> {
+  static constexpr auto name = const_name("float");
+};
+template <>
+struct type_caster<energymargin::binding::StatesPredicate>
+    : named_object_caster<energymargin::binding::StatesPredicate, function> {
+  static constexpr auto name =
+      const_name("collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], numpy.typing.ArrayLike]");
+};
+template <>
+struct type_caster<energymargin::binding::BodyDicts> : named_object_caster<energymargin::binding::BodyDicts, dict> {
+  static constexpr auto name = const_name("dict[str, dict[str, typing.Any]]");
+};
+
+}  // namespace pybind11::detail

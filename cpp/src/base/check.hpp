@@ -1,0 +1,57 @@
+#pragma once
+// Validation of arguments: an error names the argument, the value and what was expected.
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "energymargin/types.hpp"
+
+namespace energymargin {
+
+inline std::string text(const Vector3& v) {
+  std::ostringstream out;
+  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
+  return out.str();
+}
+
+inline std::string text(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+[[noreturn]] inline void reject(const std::string& argument, const std::string& value, const std::string& expected) {
+  throw std::invalid_argument(argument + " is " + value + ", expected " + expected);
+}
+
+inline void require_finite(const std::string& argument, double value) {
+  if (!std::isfinite(value)) reject(argument, text(value), "a finite number");
+}
+
+inline void require_finite(const std::string& argument, const Vector3& value) {
+  if (!value.allFinite()) reject(argument, text(value), "finite numbers");
+}
+
+inline void require_positive(const std::string& argument, double value) {
+  if (!(std::isfinite(value) && value > 0.0)) reject(argument, text(value), "a finite number above 0");
+}
+
+inline void require_not_negative(const std::string& argument, double value) {
+  if (!(std::isfinite(value) && value >= 0.0)) reject(argument, text(value), "a finite number of at least 0");
+}
+
+inline void require_unit(const std::string& argument, const Vector3& value) {
+  if (!(std::abs(value.norm() - 1.0) < 1e-6)) reject(argument, text(value), "a vector of length 1");
+}
+
+inline void require_unit(const std::string& argument, const Quaternion& value) {
+  if (!(std::abs(value.norm() - 1.0) < 1e-6)) reject(argument, "of length " + text(value.norm()), "a unit quaternion");
+}
+
+inline void require_at_least(const std::string& argument, long long value, long long least) {
+  if (value < least) reject(argument, std::to_string(value), "a whole number of at least " + std::to_string(least));
+}
+
+}  // namespace energymargin

@@ -1,0 +1,92 @@
+#include "physics/auditor.hpp"
+
+#include <algorithm>
+
+namespace energymargin {
+
+Auditor::Auditor(Simulation& simulation, const Energy& energy)
+    : simulation_(simulation), energy_(energy), length_rates_(simulation.scene().springs().size()) {
+  const std::vector<Joint>& joints = simulation.scene().joints();
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const bool control = joints[i].stiffness > 0.0 || joints[i].damping > 0.0;
+    if (control && joints[i].moves() && !joints[i].held) controlled_.push_back(i);
+  }
+  simulation_.watch(&before_);
+  simulation_.read(next_);
+}
+
+Auditor::~Auditor() { simulation_.watch(nullptr); }
+
+void Auditor::begin() {
+  simulation_.read(before_);
+  if (!simulation_.actuations().empty()) simulation_.read(velocities_);
+  state_ = next_;
+  for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.span(i).length_rate;
+}
+
+void Auditor::end(const Advance& part) {
+  simulation_.read(next_);
+  add_actuations(part.duration);
+  const StateLayout& layout = simulation_.layout();
+  for (const std::size_t i : controlled_) {
+    add_control(i, layout.joint(state_.data(), i), layout.joint(next_.data(), i), part.duration);
+  }
+  for (std::size_t i = 0; i < length_rates_.size(); ++i) {
+    add_damper(simulation_.scene().springs()[i], length_rates_[i], simulation_.span(i).length_rate, part.duration);
+  }
+  // Velocities are a part behind the positions; where motion is lost, its loads do no work.
+  const double power = energy_.power(next_);
+  audit_.integration -= 0.5 * part.duration * (power - energy_.power(state_));
+  audit_.overlap += power * part.lost;
+}
+
+Audit Auditor::audit() const {
+  Audit audit = audit_;
+  const ImpulseWork& work = simulation_.impulse_work();
+  audit.friction = work.friction;
+  audit.contacts = work.contacts;
+  audit.joints = work.joints;
+  audit.plan += work.motors;
+  audit.overlap += work.overlap;
+  return audit;
+}
+
+void Auditor::add_actuations(double duration) {
+  if (simulation_.actuations().empty()) return;
+  simulation_.read(next_velocities_);
+  for (const Load& load : simulation_.actuations()) {
+    const Velocity& before = velocities_[load.body];
+    const Velocity& after = next_velocities_[load.body];
+    const double power =
+        0.5 * (load.force.dot(before.linear + after.linear) + load.torque.dot(before.angular + after.angular));
+    audit_.plan += power * duration;
+  }
+}
+
+// The torque of the control is that at the end of the step. What its compliance gives and takes should be what its
+// energy loses and gains, which is about the scene's target: where the robot moves that, the rest is its work. What
+// the torque limit leaves room for is damping and drive.
+void Auditor::add_control(std::size_t index, const JointState& before, const JointState& after, double duration) {
+  const Joint& joint = simulation_.scene().joints()[index];
+  const auto limited = [&](double torque) { return std::clamp(torque, -joint.torque_limit, joint.torque_limit); };
+  const double spring = joint.stiffness * (simulation_.target(index) - after.position);
+  const double about_scene_target = joint.stiffness * (joint.target - after.position);
+  const double damping = -joint.damping * after.velocity;
+  const double drive = joint.damping * joint.target_velocity;
+  const double turned = 0.5 * (before.velocity + after.velocity) * duration;
+  audit_.integration += limited(about_scene_target) * turned + compliance_energy(joint, after.position) -
+                        compliance_energy(joint, before.position);
+  audit_.plan += (limited(spring) - limited(about_scene_target)) * turned;
+  const double room = limited(spring + damping + drive) - limited(spring);
+  if (room == 0.0) return;
+  const double share = room / (damping + drive);
+  audit_.damping += share * damping * turned;
+  audit_.drives += share * drive * turned;
+}
+
+void Auditor::add_damper(const Spring& spring, double rate_before, double rate_after, double duration) {
+  const double grown = 0.5 * (rate_before + rate_after) * duration;
+  audit_.damping -= spring.damping * rate_before * grown;
+}
+
+}  // namespace energymargin

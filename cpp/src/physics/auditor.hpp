@@ -1,0 +1,44 @@
+#pragma once
+// The balance of energy of a rollout, part by part.
+
+#include <vector>
+
+#include "energymargin/audit.hpp"
+#include "physics/simulation.hpp"
+#include "scene/energy.hpp"
+
+namespace energymargin {
+
+//! Watches a simulation from where it is when this is made, to the end of its own life.
+class Auditor {
+ public:
+  Auditor(Simulation& simulation, const Energy& energy);
+  ~Auditor();
+  Auditor(const Auditor&) = delete;
+  Auditor& operator=(const Auditor&) = delete;
+
+  //! Before anything acts in a part of a step, and when that is over.
+  void begin();
+  void end(const Advance& part);
+
+  //! Of the parts so far; without energy_change and wrench, which others know.
+  Audit audit() const;
+
+ private:
+  void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
+  void add_damper(const Spring& spring, double rate_before, double rate_after, double duration);
+
+  Simulation& simulation_;
+  const Energy& energy_;
+  void add_actuations(double duration);
+
+  Motion before_;
+  std::vector<Velocity> velocities_, next_velocities_;  // of all bodies, where the robot pushes some
+  State state_;                                         // before the part
+  State next_;                                          // after it
+  std::vector<double> length_rates_;                    // of the springs, before the part
+  std::vector<std::size_t> controlled_;                 // joints with a stiffness or a damping
+  Audit audit_;
+};
+
+}  // namespace energymargin

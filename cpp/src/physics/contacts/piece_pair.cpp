@@ -1,0 +1,232 @@
+#include "physics/contacts/piece_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/contacts/gjk.hpp"
+#include "physics/free_bodies/rigid_motions.hpp"
+
+namespace energymargin {
+namespace {
+
+// What pieces may overlap.
+constexpr double share_of_margins = 0.7;
+constexpr double share_of_thickness = 0.3;  // of the thinner one's half extent
+
+// Shares of what they may overlap.
+constexpr double in_contact = 0.5;  // where a motion ends
+constexpr double deeper = 0.1;      // by which pieces beyond that may sink in a part of a step
+
+// Of what they may overlap: pieces that begin a rollout deeper than that are left to their contacts.
+constexpr double deep_start = 1.5;
+
+constexpr double no_bend = 1e-8;   // of a square speed: a change of it that hardly counts
+constexpr double fine_turn = 0.3;  // rad, between two looks at pieces that turn
+constexpr int most_looks = 40;
+
+btPointCollector points_of_cores(const ConvexPiece& a, const btTransform& body_a, const ConvexPiece& b,
+                                 const btTransform& body_b, Overlap overlap) {
+  return closest_points(*a.shape, a.pose(body_a), *b.shape, b.pose(body_b), overlap);
+}
+
+btVector3 support(const ConvexPiece& piece, const btTransform& pose, const btVector3& direction) {
+  return pose(piece.shape->localGetSupportVertexWithoutMarginNonVirtual(direction * pose.getBasis()));
+}
+
+// Where a body is that has moved with a twist that is constant in space.
+btTransform screwed(const btTransform& start, const btVector3& linear, const btVector3& angular) {
+  const double turn = angular.length();
+  if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
+  const btVector3 once = angular.cross(linear);
+  const btVector3 moved = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
+                          angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
+  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + moved);
+}
+
+}  // namespace
+
+btTransform Path::at(double share) const {
+  if (share == 0.0) return start;
+  if (screw) return screwed(start, linear * share, angular * share);
+  return moved(start, linear, angular, share);
+}
+
+btVector3 Path::turned(const btVector3& direction, double share) const {
+  const double turn = angular.length() * share;
+  return turn == 0.0 ? direction : direction.rotate(angular.normalized(), turn);
+}
+
+double Path::along(const btVector3& direction) const {
+  return screw && !angular.isZero() ? linear.length() : direction.dot(linear);
+}
+
+double Path::bend(double reach) const {
+  const double turn = angular.length();
+  return turn * (turn * reach + (screw ? linear.length() : 0.0));
+}
+
+struct PiecePair::Ways {
+  const Path& a;
+  const Path& b;
+  double turn;  // of both [rad]
+
+  Ways(const Path& a_, const Path& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
+};
+
+PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
+    : a_(a),
+      b_(b),
+      margins_(a.shape->getMarginNonVirtual() + b.shape->getMarginNonVirtual()),
+      allowed_(std::min(share_of_margins * margins_, share_of_thickness * std::min(a.half_extent, b.half_extent))) {}
+
+double PiecePair::safe_share(const Path& a, const Path& b) {
+  const Ways ways(a, b);
+  if (known_ && !began_deep_ && keeps_apart(ways)) return 1.0;
+  const btPointCollector points = points_of_cores(a_, a.start, b_, b.start, Overlap::ignored);
+  if (points.m_hasResult) {
+    known_ = true;
+    normal_ = points.m_normalOnBInWorld;
+  } else {
+    find_normal(ways);
+  }
+  const double now = points.m_hasResult ? double(points.m_distance) : gap(ways, 0.0);
+  if (fresh_) began_deep_ = now < -deep_start * allowed_;
+  fresh_ = false;
+  began_deep_ = began_deep_ && now < -allowed_;
+  if (began_deep_ || stay_apart(ways, now) || slide(ways, now)) return 1.0;
+  return points.m_hasResult ? advance(ways, now) : linear_share(ways, now);
+}
+
+bool PiecePair::too_deep(const btTransform& a, const btTransform& b) const {
+  return known_ && !began_deep_ && gap(a, b, normal_) < -allowed_;
+}
+
+// Where the cores overlap: the direction that separated them, or else that of least penetration.
+void PiecePair::find_normal(const Ways& ways) {
+  if (known_) return;
+  const btPointCollector points = points_of_cores(a_, ways.a.start, b_, ways.b.start, Overlap::measured);
+  const btVector3 offset = a_.pose(ways.a.start).getOrigin() - b_.pose(ways.b.start).getOrigin();
+  if (points.m_hasResult) {
+    normal_ = points.m_normalOnBInWorld;
+  } else if (!offset.fuzzyZero()) {
+    normal_ = offset.normalized();
+  } else {
+    normal_ = btVector3(0, 0, 1);
+  }
+  known_ = true;
+}
+
+// Their distance along the normal.
+double PiecePair::gap(const Ways& ways, double share) const { return gap(ways.a.at(share), ways.b.at(share), normal_); }
+
+double PiecePair::gap(const btTransform& a, const btTransform& b, const btVector3& normal) const {
+  return normal.dot(support(a_, a_.pose(a), -normal) - support(b_, b_.pose(b), normal)) - margins_;
+}
+
+// The least distance that a motion from `now` may lead to.
+double PiecePair::least(double now) const {
+  if (now > -in_contact * allowed_) return -allowed_;
+  return std::min(now, std::max(now - deeper * allowed_, -allowed_));
+}
+
+// The distance at which a motion from `now` ends.
+double PiecePair::contact(double now) const { return std::min(-in_contact * allowed_, 0.5 * (now + least(now))); }
+
+// A normal of old, from which they have turned, may tell nothing.
+bool PiecePair::keeps_apart(const Ways& ways) const {
+  const double now = gap(ways, 0.0);
+  return now >= -allowed_ && stay_apart(ways, now);
+}
+
+// Whether the normal tells that they never come too close.
+bool PiecePair::stay_apart(const Ways& ways, double now) const {
+  const double bound = least(now);
+  if (now - approach(ways) >= bound) return true;
+  // Between two looks points are off a straight way by an eighth of what their ways bend.
+  const double bend = ways.a.bend(a_.reach) + ways.b.bend(b_.reach);
+  const double looks = 1.0 + std::floor(std::sqrt(0.125 * bend / (deeper * allowed_)));
+  if (!(looks <= most_looks)) return false;
+  for (double i = 1.0; i <= looks; ++i) {
+    if (gap(ways, i / looks) < bound) return false;
+  }
+  return true;
+}
+
+// The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer.
+// Between two looks the distance is less by no more than what the travel makes of the normal's turn.
+bool PiecePair::slide(const Ways& ways, double now) const {
+  const double bound = least(now);
+  const double travel = (ways.a.linear - ways.b.linear).length() + ways.a.angular.length() * a_.reach +
+                        ways.b.angular.length() * b_.reach;
+  const double across = 0.25 * travel / (deeper * allowed_);
+  const double looks = 1.0 + std::floor(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
+  if (!(looks <= most_looks)) return false;
+  const auto turning = [&](const Path& face) {
+    for (double i = 1.0; i <= looks; ++i) {
+      if (gap(ways.a.at(i / looks), ways.b.at(i / looks), face.turned(normal_, i / looks)) < bound) return false;
+    }
+    return true;
+  };
+  if (turning(ways.a) || turning(ways.b)) return true;
+  btVector3 normal = normal_;
+  for (double i = 1.0; i <= looks; ++i) {
+    const btPointCollector closest =
+        points_of_cores(a_, ways.a.at(i / looks), b_, ways.b.at(i / looks), Overlap::ignored);
+    if (!closest.m_hasResult || closest.m_distance < bound) return false;
+    if ((closest.m_normalOnBInWorld - normal).length() * across > looks) return false;
+    normal = closest.m_normalOnBInWorld;
+  }
+  return true;
+}
+
+// How much closer they can come along the normal on the whole way [m].
+double PiecePair::approach(const Ways& ways) const {
+  return ways.a.along(-normal_) + ways.b.along(normal_) + ways.a.angular.cross(normal_).length() * a_.reach +
+         ways.b.angular.cross(normal_).length() * b_.reach;
+}
+
+// A share so near that they come no closer by then than `room` [m]: along the normal a point moves as fast as it does
+// now, and for every turn since by that turn x its arm x its turning faster.
+double PiecePair::next_look(const Ways& ways, double share, double room) const {
+  double speed = 0.0;
+  double acceleration = 0.0;
+  const auto add = [&](const ConvexPiece& piece, const Path& path, const btVector3& direction) {
+    const btVector3 across = direction.cross(path.angular);
+    const btTransform pose = path.at(share);
+    const btVector3 arm = support(piece, piece.pose(pose), across) - pose.getOrigin();
+    speed += across.dot(arm) + direction.dot(path.screw ? path.turned(path.linear, share) : path.linear);
+    acceleration += path.angular.length() * (across.length() * piece.reach + (path.screw ? path.linear.length() : 0.0));
+  };
+  add(a_, ways.a, -normal_);
+  add(b_, ways.b, normal_);
+  // The root of room = speed x + acceleration x^2 / 2. Where the acceleration hardly counts, near numbers would cancel
+  // in it.
+  const double bend = 2.0 * acceleration * room;
+  if (bend > no_bend * speed * speed) return share + (std::sqrt(speed * speed + bend) - speed) / acceleration;
+  return speed > 0.0 ? share + room / speed : 1.0;
+}
+
+// In each round as far as they can come together at most.
+double PiecePair::advance(const Ways& ways, double now) {
+  const double bound = least(now);
+  double distance = now;
+  double share = 0.0;
+  for (int i = 0; i < most_looks && distance > contact(now); ++i) {
+    const double safe = share;
+    share = next_look(ways, share, distance - bound);
+    if (share >= 1.0) return 1.0;
+    const btPointCollector closest = points_of_cores(a_, ways.a.at(share), b_, ways.b.at(share), Overlap::ignored);
+    if (!closest.m_hasResult) return safe;
+    normal_ = closest.m_normalOnBInWorld;
+    distance = closest.m_distance;
+  }
+  return share;
+}
+
+// Along a normal that stays.
+double PiecePair::linear_share(const Ways& ways, double now) const {
+  const double end = gap(ways, 1.0);
+  return end >= least(now) ? 1.0 : std::clamp((now - least(now)) / (now - end), 0.0, 1.0);
+}
+
+}  // namespace energymargin

@@ -1,0 +1,83 @@
+#include "physics/free_bodies/contact_rows.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace energymargin {
+namespace {
+
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+Twist none() { return {Eigen::Array2d::Zero(), Eigen::Array2d::Zero(), Eigen::Array2d::Zero()}; }
+
+inline double speed(const RowSide& side, const Twist* changes) {
+  const Twist& change = changes[side.body];
+  const Eigen::Array2d both = side.along[0] * change[0] + side.along[1] * change[1] + side.along[2] * change[2];
+  return both[0] + both[1];
+}
+
+inline void push(const RowSide& side, double impulse, Twist* changes) {
+  Twist& change = changes[side.body];
+  for (std::size_t axis = 0; axis < 3; ++axis) change[axis] += side.change[axis] * impulse;
+}
+
+// Moves the row's impulse towards its target, within the limits; returns the square of the velocity that this changes.
+inline double resolve(const ContactRow& row, double target, double& impulse, double low, double high, Twist* changes) {
+  double change = target - speed(row.first, changes) * row.effective_mass;
+  if (row.second.body >= 0) change -= speed(row.second, changes) * row.effective_mass;
+  const double wanted = impulse + change;
+  const double held = std::min(std::max(wanted, low), high);
+  if (held != wanted) change = held - impulse;
+  impulse = held;
+  push(row.first, change, changes);
+  if (row.second.body >= 0) push(row.second, change, changes);
+  const double velocity = change * row.inverse_effective_mass;
+  return velocity * velocity;
+}
+
+}  // namespace
+
+void ContactRows::clear(std::size_t bodies) {
+  motors_.clear();
+  normals_.clear();
+  frictions_.clear();
+  changes_.assign(bodies, none());
+  split_twists_.assign(bodies, none());
+}
+
+MotorRow& ContactRows::add_motor() { return motors_.emplace_back(); }
+NormalRow& ContactRows::add_normal() { return normals_.emplace_back(); }
+FrictionRow& ContactRows::add_friction() { return frictions_.emplace_back(); }
+
+void ContactRows::apply(const ContactRow& row) {
+  push(row.first, row.impulse, changes_.data());
+  if (row.second.body >= 0) push(row.second, row.impulse, changes_.data());
+}
+
+double ContactRows::iterate() {
+  double most = 0.0;
+  for (MotorRow& row : motors_) {
+    most = std::max(most, resolve(row, row.target, row.impulse, -row.limit, row.limit, changes_.data()));
+  }
+  for (NormalRow& row : normals_) {
+    most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
+  }
+  for (FrictionRow& row : frictions_) {
+    const double pressing = normals_[row.normal].impulse;
+    if (!(pressing > 0.0)) continue;
+    const double most_friction = row.friction * pressing;
+    most = std::max(most, resolve(row, row.target, row.impulse, -most_friction, most_friction, changes_.data()));
+  }
+  return most;
+}
+
+double ContactRows::iterate_split_impulses() {
+  double most = 0.0;
+  for (NormalRow& row : normals_) {
+    if (row.split_target == 0.0) continue;
+    most = std::max(most, resolve(row, row.split_target, row.split_impulse, 0.0, no_limit, split_twists_.data()));
+  }
+  return most;
+}
+
+}  // namespace energymargin

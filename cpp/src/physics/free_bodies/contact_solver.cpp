@@ -1,0 +1,222 @@
+#include "physics/free_bodies/contact_solver.hpp"
+
+namespace energymargin {
+namespace {
+
+Twist twist(const btVector3& linear, const btVector3& angular) {
+  return {Eigen::Array2d(linear.x(), angular.x()), Eigen::Array2d(linear.y(), angular.y()),
+          Eigen::Array2d(linear.z(), angular.z())};
+}
+
+btVector3 linear(const Twist& twist) { return {twist[0][0], twist[1][0], twist[2][0]}; }
+btVector3 angular(const Twist& twist) { return {twist[0][1], twist[1][1], twist[2][1]}; }
+
+// Directions in the contact's plane: along the slip, if there is any, and across it.
+void set_friction_directions(btManifoldPoint& point, const btVector3& velocity, bool both) {
+  const btVector3& normal = point.m_normalWorldOnB;
+  const btVector3 slip = velocity - normal * normal.dot(velocity);
+  const double squared = slip.length2();
+  if (squared <= SIMD_EPSILON) return btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+  point.m_lateralFrictionDir1 = slip * (1.0 / btSqrt(squared));
+  if (both) point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal).normalized();
+}
+
+}  // namespace
+
+void ContactSolver::watch(const Motion* before) {
+  before_ = before;
+  work_ = {};
+}
+
+void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
+                          const std::vector<Motor>& motors, const btContactSolverInfo& info) {
+  add_bodies(bodies, info);
+  for (const Motor& motor : motors) add_motor(motor, info);
+  for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
+  iterate(info);
+  if (before_) add_work(info);
+  write_back(info);
+}
+
+void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const btContactSolverInfo& info) {
+  moving_.clear();
+  rows_.clear(bodies.size());
+  for (btRigidBody* body : bodies) {
+    const auto index = static_cast<std::size_t>(body->getUserIndex());
+    if (slots_.size() <= index) slots_.resize(index + 1, -1);
+    slots_[index] = static_cast<int>(moving_.size());
+    const bool gyroscopic = body->getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
+    moving_.push_back({body, body->getInvMass() * body->getLinearFactor(),
+                       gyroscopic ? body->computeGyroscopicImpulseImplicit_Body(info.m_timeStep) : btVector3(0, 0, 0)});
+  }
+}
+
+// A row along and about each axis that is not locked.
+void ContactSolver::add_motor(const Motor& motor, const btContactSolverInfo& info) {
+  const int slot = slots_[motor.body];
+  const btRigidBody& body = *moving_[static_cast<std::size_t>(slot)].rigid;
+  for (int i = 0; i < 6; ++i) {
+    const bool turns = i >= 3;
+    const int axis = i % 3;
+    if ((turns ? body.getAngularFactor() : body.getLinearFactor())[axis] == 0.0) continue;
+    btVector3 direction(0, 0, 0);
+    direction[axis] = 1.0;
+    MotorRow& row = rows_.add_motor();
+    const btVector3 none(0, 0, 0);
+    const btVector3 spin = body.getInvInertiaTensorWorld() * direction * body.getAngularFactor();
+    row.first.body = slot;
+    row.first.along = turns ? twist(none, direction) : twist(direction, none);
+    row.first.change = turns ? twist(none, spin) : twist(direction * body.getInvMass(), none);
+    row.second.body = -1;
+    row.inverse_effective_mass = turns ? direction.dot(spin) : body.getInvMass();
+    row.effective_mass = 1.0 / row.inverse_effective_mass;
+    row.target = ((turns ? motor.angular : motor.linear)[axis] - speed(row, true)) * row.effective_mass;
+    row.impulse = 0.0;
+    row.limit = (turns ? motor.torque : motor.force) * info.m_timeStep;
+  }
+}
+
+void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info) {
+  const btCollisionObject& a = *manifold.getBody0();
+  const btCollisionObject& b = *manifold.getBody1();
+  const int slot_a = slot_of(a);
+  const int slot_b = slot_of(b);
+  const bool both = info.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS;
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    btManifoldPoint& point = manifold.getContactPoint(i);
+    const Ends ends{slot_a, slot_b, point.getPositionWorldOnA() - a.getWorldTransform().getOrigin(),
+                    point.getPositionWorldOnB() - b.getWorldTransform().getOrigin()};
+    const std::size_t normal = rows_.normals().size();
+    add_normal(point, ends, info);
+    set_friction_directions(point, velocity(slot_a, ends.arm_a) - velocity(slot_b, ends.arm_b), both);
+    add_friction(point, normal, point.m_lateralFrictionDir1, point.m_appliedImpulseLateral1, ends);
+    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, point.m_appliedImpulseLateral2, ends);
+  }
+}
+
+void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const btContactSolverInfo& info) {
+  NormalRow& row = rows_.add_normal();
+  row.point = &point;
+  set_sides(row, point.m_normalWorldOnB, ends);
+  const double rate = 1.0 / info.m_timeStep;
+  const double gap = point.getDistance();
+  double change = -speed(row, true);
+  if (gap > 0.0) change -= gap * rate;  // up to the touch it may close
+  row.target = change * row.effective_mass;
+  row.split_target = gap > 0.0 ? 0.0 : -gap * info.m_erp2 * rate * row.effective_mass;
+  row.split_impulse = 0.0;
+  row.impulse = point.m_appliedImpulse;
+  rows_.apply(row);
+}
+
+void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
+                                 double& kept, const Ends& ends) {
+  FrictionRow& row = rows_.add_friction();
+  row.kept = &kept;
+  row.friction = point.m_combinedFriction;
+  row.normal = normal;
+  set_sides(row, direction, ends);
+  row.target = -speed(row, false) * row.effective_mass;
+  row.impulse = 0.0;
+}
+
+void ContactSolver::set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const {
+  double inverse_mass = 0.0;
+  RowSide* side = &row.first;
+  row.second.body = -1;
+  if (ends.slot_a >= 0) {
+    inverse_mass += set_side(*side, ends.slot_a, direction, ends.arm_a);
+    side = &row.second;
+  }
+  if (ends.slot_b >= 0) inverse_mass += set_side(*side, ends.slot_b, -direction, ends.arm_b);
+  row.effective_mass = 1.0 / inverse_mass;
+  row.inverse_effective_mass =
+      1.0 / row.effective_mass;  // Bullet's, which may differ from `inverse_mass` in the last bit
+}
+
+// Returns the velocity at the point along the direction by an impulse of 1.
+double ContactSolver::set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const {
+  const Moving& body = moving_[static_cast<std::size_t>(slot)];
+  const btVector3 turn = arm.cross(direction);
+  const btVector3 spin = body.rigid->getInvInertiaTensorWorld() * turn * body.rigid->getAngularFactor();
+  side.body = slot;
+  side.along = twist(direction, turn);
+  side.change = twist(direction * body.linear_share, spin);
+  return body.rigid->getInvMass() + direction.dot(spin.cross(arm));
+}
+
+// Along the row, before the step; in friction Bullet leaves out what gyroscopic torques will change.
+double ContactSolver::speed(const ContactRow& row, bool gyroscopic) const {
+  const auto of = [&](const RowSide& side) {
+    const Moving& body = moving_[static_cast<std::size_t>(side.body)];
+    const btVector3& spin = body.rigid->getAngularVelocity();
+    return linear(side.along).dot(body.rigid->getLinearVelocity()) +
+           angular(side.along).dot(gyroscopic ? spin + body.gyroscopic : spin);
+  };
+  return row.second.body >= 0 ? of(row.first) + of(row.second) : of(row.first);
+}
+
+btVector3 ContactSolver::velocity(int slot, const btVector3& arm) const {
+  if (slot < 0) return {0, 0, 0};
+  const Moving& body = moving_[static_cast<std::size_t>(slot)];
+  return body.rigid->getLinearVelocity() + (body.rigid->getAngularVelocity() + body.gyroscopic).cross(arm);
+}
+
+void ContactSolver::iterate(const btContactSolverInfo& info) {
+  const auto until_small = [&](auto iterate) {
+    for (int i = 0; i < info.m_numIterations && iterate() > info.m_leastSquaresResidualThreshold;) ++i;
+  };
+  until_small([this] { return rows_.iterate_split_impulses(); });
+  until_small([this] { return rows_.iterate(); });
+}
+
+void ContactSolver::write_back(const btContactSolverInfo& info) {
+  for (const NormalRow& row : rows_.normals()) row.point->m_appliedImpulse = row.impulse;
+  for (const FrictionRow& row : rows_.frictions()) *row.kept = row.impulse;
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    btRigidBody& body = *moving_[i].rigid;
+    const Twist& change = rows_.change(i);
+    body.setLinearVelocity(body.getLinearVelocity() + linear(change));
+    body.setAngularVelocity(body.getAngularVelocity() + angular(change) + moving_[i].gyroscopic);
+    const btVector3 push = linear(rows_.split(i));
+    const btVector3 turn = angular(rows_.split(i));
+    if (push.isZero() && turn.isZero()) continue;
+    btTransform moved;
+    btTransformUtil::integrateTransform(body.getWorldTransform(), push, turn * info.m_splitImpulseTurnErp,
+                                        info.m_timeStep, moved);
+    body.setWorldTransform(moved);
+  }
+}
+
+void ContactSolver::add_work(const btContactSolverInfo& info) {
+  for (const MotorRow& row : rows_.motors()) work_.motors += work_of(row);
+  for (const NormalRow& row : rows_.normals()) work_.contacts += work_of(row);
+  for (const FrictionRow& row : rows_.frictions()) work_.friction += work_of(row);
+  // These impulses move bodies and leave their velocities alone.
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    const Motion::OfBody& loaded = before_->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
+    const btVector3 turn = angular(rows_.split(i)) * info.m_splitImpulseTurnErp;
+    work_.overlap -= (loaded.force.dot(linear(rows_.split(i))) + loaded.torque.dot(turn)) * info.m_timeStep;
+  }
+}
+
+double ContactSolver::work_of(const ContactRow& row) const {
+  const double speed = mean_speed(row.first) + (row.second.body >= 0 ? mean_speed(row.second) : 0.0);
+  return row.impulse * speed;
+}
+
+double ContactSolver::mean_speed(const RowSide& side) const {
+  const auto slot = static_cast<std::size_t>(side.body);
+  const btRigidBody& body = *moving_[slot].rigid;
+  const Motion::OfBody& before = before_->bodies[static_cast<std::size_t>(body.getUserIndex())];
+  const btVector3 velocity = body.getLinearVelocity() + linear(rows_.change(slot));
+  const btVector3 spin = body.getAngularVelocity() + moving_[slot].gyroscopic + angular(rows_.change(slot));
+  return 0.5 * (linear(side.along).dot(before.linear + velocity) + angular(side.along).dot(before.angular + spin));
+}
+
+int ContactSolver::slot_of(const btCollisionObject& object) const {
+  const auto index = static_cast<std::size_t>(object.getUserIndex());
+  return index < slots_.size() ? slots_[index] : -1;
+}
+
+}  // namespace energymargin

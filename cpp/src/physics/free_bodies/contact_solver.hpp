@@ -1,0 +1,66 @@
+#pragma once
+// Impulses of a step at the contacts of free and fixed bodies.
+
+#include <btBulletDynamicsCommon.h>
+
+#include <vector>
+
+#include "physics/articulated/watched_solver.hpp"
+#include "physics/free_bodies/contact_rows.hpp"
+#include "physics/free_bodies/motor.hpp"
+
+namespace energymargin {
+
+//! Does for free bodies what Bullet's solver does, and to the same bits. It knows no joints: a scene that has some is
+//! solved by WatchedSolver.
+class ContactSolver {
+ public:
+  //! Changes the velocities of `bodies`, which can all move, and by split impulses their positions where they overlap.
+  //! `manifolds` have at least one of them each.
+  void solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
+             const std::vector<Motor>& motors, const btContactSolverInfo& info);
+
+  //! As WatchedSolver::watch and work.
+  void watch(const Motion* before);
+  const ImpulseWork& work() const { return work_; }
+
+  //! Back to what it was before a step that is undone.
+  void set_work(const ImpulseWork& work) { work_ = work; }
+
+ private:
+  struct Moving {
+    btRigidBody* rigid;
+    btVector3 linear_share;  // of an impulse, that changes the velocity: the inverse mass, 0 along locked axes [1/kg]
+    btVector3 gyroscopic;    // change of angular velocity in this step [rad/s]
+  };
+
+  struct Ends {  // of a contact: moving bodies, or -1, and the arms from their centres of mass
+    int slot_a, slot_b;
+    btVector3 arm_a, arm_b;
+  };
+
+  void add_bodies(const std::vector<btRigidBody*>& bodies, const btContactSolverInfo& info);
+  void add_motor(const Motor& motor, const btContactSolverInfo& info);
+  void add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info);
+  void add_normal(btManifoldPoint& point, const Ends& ends, const btContactSolverInfo& info);
+  void add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction, double& kept,
+                    const Ends& ends);
+  void set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const;
+  double set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const;
+  double speed(const ContactRow& row, bool gyroscopic) const;
+  btVector3 velocity(int slot, const btVector3& arm) const;
+  void iterate(const btContactSolverInfo& info);
+  void write_back(const btContactSolverInfo& info);
+  void add_work(const btContactSolverInfo& info);
+  double work_of(const ContactRow& row) const;
+  double mean_speed(const RowSide& side) const;
+  int slot_of(const btCollisionObject& object) const;
+
+  std::vector<Moving> moving_;
+  std::vector<int> slots_;  // of bodies by their index in the scene; -1: fixed
+  ContactRows rows_;
+  const Motion* before_ = nullptr;
+  ImpulseWork work_;
+};
+
+}  // namespace energymargin

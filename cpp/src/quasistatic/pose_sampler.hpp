@@ -1,0 +1,57 @@
+#pragma once
+// Draws poses of the object below a bound on its energy.
+
+#include <ompl/util/RandomNumbers.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "energymargin/limit.hpp"
+#include "quasistatic/quasistatics.hpp"
+
+namespace energymargin::search {
+
+class PoseSampler {
+ public:
+  //! A draw that reaches the limit ends without a result.
+  PoseSampler(Quasistatics& statics, std::uint64_t seed, const Limit& limit);
+
+  //! Half the edge of the box around the start that positions are drawn from [m].
+  double reach() const { return reach_; }
+  void set_reach(double reach, bool may_grow) {
+    reach_ = reach;
+    may_grow_ = may_grow;
+  }
+
+  //! Where to draw.
+  enum class Side {
+    captured,  ///< in the capture set: a way out ends where it leaves that
+    outside,   ///< settled as low as it gets outside
+    any,
+  };
+
+  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn around
+  //! those already known.
+  std::optional<Pose> draw(double bound, Side side, const std::vector<Pose>& known = {});
+
+  //! A pose nearby: as far as about `scale` [m] away.
+  Pose near(const Pose& pose, double scale);
+
+  //! A whole number below `end`, a small one rather than a large one.
+  std::size_t below(std::size_t end);
+
+ private:
+  Pose anywhere(double bound);
+  Pose along(const std::vector<Pose>& known);
+  double below_bound(int axis, double bound, double reach) const;
+  double log_uniform(double least, double most);
+
+  Quasistatics& statics_;
+  ompl::RNG rng_;
+  Limit limit_;
+  double reach_ = 0.0;
+  bool may_grow_ = false;
+};
+
+}  // namespace energymargin::search

@@ -1,0 +1,175 @@
+#include "quasistatic/quasistatics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "energymargin/kinematics.hpp"
+
+namespace energymargin {
+namespace {
+
+constexpr double spacing_share = 0.1;      // of the radius: between poses at which energies are looked at
+constexpr double least_step_share = 0.01;  // of the smallest half extent: between poses that are looked at in contact
+constexpr double finest_share = 1e-3;      // of the spacing: where a highest energy is
+constexpr int most_slides = 40;            // steps down a slope
+
+// Everything at rest: the capture set of a quasi-static object knows no velocities.
+State at_rest(const Problem& problem) {
+  const Scene& scene = problem.scene;
+  const StateLayout layout(scene);
+  State state = problem.state;
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    if (layout.offset(i) >= 0) state.segment<6>(layout.offset(i) + StateLayout::velocities_of_body).setZero();
+  }
+  for (std::size_t i = 0; i < scene.joints().size(); ++i) {
+    if (layout.joint_offset(i) >= 0) state[layout.joint_offset(i) + 1] = 0.0;
+  }
+  return state;
+}
+
+// Two free axes of the world leave none locked: turns about them add up to turns about the third.
+Turning turning_of(const Body& body, const Potential& potential) {
+  if (std::holds_alternative<Sphere>(body.shape) && !potential.turns()) return Turning::none;
+  const double free = body.angular_factor.sum();
+  if (free == 0.0) return Turning::none;
+  return free == 1.0 ? Turning::about_axis : Turning::all;
+}
+
+}  // namespace
+
+Pose between(const Pose& from, const Pose& to, double t) {
+  return {(1.0 - t) * from.position + t * to.position, from.orientation.slerp(t, to.orientation).normalized()};
+}
+
+double angle(const Quaternion& a, const Quaternion& b) { return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b)))); }
+
+Quasistatics::Quasistatics(const Problem& problem, std::size_t object)
+    : body_(problem.scene.bodies()[object]),
+      center_(body_.principal_inertial().center),
+      free_space_(problem.scene, problem.state, object),
+      potential_(problem.scene, problem.state, object),
+      captured_(problem.captured, problem.scene),
+      turning_(turning_of(body_, potential_)),
+      axis_(body_.angular_factor),
+      size_(smallest_half_extent(body_.shape)),
+      radius_(reach_from(body_.shape, center_)),
+      spacing_(spacing_share * radius_),
+      least_step_(least_step_share * size_),
+      offset_(StateLayout(problem.scene).offset(object)),
+      state_(at_rest(problem)) {
+  if (problem.within) within_.emplace(*problem.within, problem.scene);
+  const BodyState start = StateLayout::read(state_.data() + offset_);
+  start_ = {start.position + start.orientation * center_, start.orientation};
+  start_energy_ = potential_(frame(start_));
+  for (int axis = 0; axis < 3; ++axis) {
+    Pose moved = start_;
+    moved.position[axis] += free_space_.tolerance() * body_.linear_factor[axis];
+    negligible_ = std::max(negligible_, std::abs(potential_(frame(moved)) - start_energy_));
+  }
+}
+
+double Quasistatics::energy(const Pose& pose) const { return std::max(0.0, potential_(frame(pose)) - start_energy_); }
+
+bool Quasistatics::allowed(const Pose& pose) { return free_space_.clearance(frame(pose), 0.0) >= 0.0 && within(pose); }
+
+bool Quasistatics::within(const Pose& pose) { return !within_ || (*within_)(state(pose)); }
+
+bool Quasistatics::outside(const Pose& pose) { return !captured_(state(pose)); }
+
+double Quasistatics::length(const Pose& from, const Pose& to) const {
+  const double distance = (to.position - from.position).norm();
+  return turning_ == Turning::none ? distance : distance + radius_ * angle(from.orientation, to.orientation);
+}
+
+void Quasistatics::append_way(const Pose& from, const Pose& to, Path& way) const {
+  const int count = std::max(1, static_cast<int>(std::ceil(length(from, to) / spacing_)));
+  for (int i = 1; i < count; ++i) way.push_back(between(from, to, static_cast<double>(i) / count));
+  way.push_back(to);
+}
+
+Quasistatics::Peak Quasistatics::peak(const Pose& from, const Pose& to) const {
+  Peak highest{energy(from), 0.0};
+  const auto look = [&](double at) {
+    const double here = energy(at == 1.0 ? to : between(from, to, at));
+    if (here > highest.energy) highest = {here, at};
+  };
+  look(1.0);
+  if (!potential_.has_springs()) return highest;  // it is linear
+  const int count = std::max(1, static_cast<int>(std::ceil(length(from, to) / spacing_)));
+  for (int i = 1; i < count; ++i) look(static_cast<double>(i) / count);
+  // Closer and closer around the highest.
+  for (double step = 0.5 / count; step > finest_share / count; step *= 0.5) {
+    const double middle = highest.at;
+    if (middle - step > 0.0) look(middle - step);
+    if (middle + step < 1.0) look(middle + step);
+  }
+  return highest;
+}
+
+// The middle first: what is in the way is found early. The clearance there clears a stretch on both sides.
+bool Quasistatics::passes(const Pose& from, const Pose& to) {
+  if (!allowed(to)) return false;
+  const double whole = length(from, to);
+  if (within_) {
+    const int count = static_cast<int>(std::ceil(whole / spacing_));
+    for (int i = 1; i < count; ++i) {
+      if (!within(between(from, to, static_cast<double>(i) / count))) return false;
+    }
+  }
+  open_.assign(1, {0.0, 1.0});
+  for (std::size_t next = 0; next < open_.size(); ++next) {
+    const auto [first, last] = open_[next];
+    const double middle = 0.5 * (first + last);
+    const double half = 0.5 * (last - first) * whole;
+    const double clear = free_space_.clearance(frame(between(from, to, middle)), half);
+    if (clear < 0.0) return false;
+    if (clear >= half || half <= least_step_) continue;
+    open_.emplace_back(first, middle - clear / whole);
+    open_.emplace_back(middle + clear / whole, last);
+  }
+  return true;
+}
+
+Vector3 Quasistatics::downhill(const Pose& pose) const {
+  return potential_.force(frame(pose)).cwiseProduct(body_.linear_factor);
+}
+
+Pose Quasistatics::frame(const Pose& pose) const {
+  return {pose.position - pose.orientation * center_, pose.orientation};
+}
+
+bool Quasistatics::in_reach(const Pose& pose, double reach) const {
+  return ((pose.position - start_.position).array().abs() <= reach).all();
+}
+
+Pose Quasistatics::settled(Pose pose, double reach, bool outside) {
+  // Half of what counts as touching stays, so that it can slide on along what it rests on.
+  const double rest = 0.5 * free_space_.tolerance();
+  double longest = reach;
+  for (int i = 0; i < most_slides && longest > rest; ++i) {
+    const Vector3 pull = downhill(pose);
+    if (pull.isZero(0.0)) break;
+    const double step = std::min(longest, free_space_.clearance(frame(pose), reach) - rest);
+    if (step < rest) break;
+    Pose next = pose;
+    next.position += step * pull.normalized();
+    const bool better = potential_(frame(next)) < potential_(frame(pose)) && in_reach(next, reach) && within(next) &&
+                        (!outside || this->outside(next));
+    if (better) {
+      pose = next;
+    } else {
+      longest = 0.5 * step;
+    }
+  }
+  return pose;
+}
+
+const State& Quasistatics::state(const Pose& pose) {
+  double* numbers = state_.data() + offset_;
+  const Pose at = frame(pose);
+  std::copy_n(at.position.data(), 3, numbers);
+  std::copy_n(at.orientation.coeffs().data(), 4, numbers + 3);
+  return state_;
+}
+
+}  // namespace energymargin

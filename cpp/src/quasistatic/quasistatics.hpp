@@ -1,0 +1,108 @@
+#pragma once
+// What may happen to an object that is moved slowly while everything else stays: where it may be, on which ways, and
+// what height of energy it has there (Definitions 1 and 2).
+
+#include <optional>
+#include <vector>
+
+#include "energymargin/membership.hpp"
+#include "energymargin/problem.hpp"
+#include "physics/free_space.hpp"
+#include "quasistatic/potential.hpp"
+
+namespace energymargin {
+
+//! Poses from the start on; between two of them the object moves evenly, and turns the shorter way.
+using Path = std::vector<Pose>;
+
+//! The pose at a share `t` of the way.
+Pose between(const Pose& from, const Pose& to, double t);
+
+//! Angle between two orientations, 0..pi [rad].
+double angle(const Quaternion& a, const Quaternion& b);
+
+//! How an object can turn.
+enum class Turning {
+  none,        ///< not at all, or it makes no difference: a ball
+  about_axis,  ///< about one axis of the world
+  all,         ///< freely
+};
+
+//! One object of a problem, quasi-statically. Its poses are those of its centre of mass: so it turns about that, and
+//! without springs its energy is linear on a way. One thread at a time.
+class Quasistatics {
+ public:
+  //! `object` is the index of a body that moves freely.
+  Quasistatics(const Problem& problem, std::size_t object);
+
+  const Pose& start() const { return start_; }
+  const Vector3& sliding() const { return body_.linear_factor; }  //!< 1: free along the axis, 0: locked
+  Turning turning() const { return turning_; }
+  const Vector3& axis() const { return axis_; }  //!< for Turning::about_axis
+  const Potential& potential() const { return potential_; }
+  double size() const { return size_; }      //!< the object's smallest half extent [m]
+  double radius() const { return radius_; }  //!< of its farthest point from its centre of mass [m]
+
+  //! Above that at the start, and at least 0 [J].
+  double energy(const Pose& pose) const;
+
+  //! What it gains or loses by a move as short as the depth that counts as touching [J].
+  double negligible() const { return negligible_; }
+
+  //! In nothing, and within the problem's bounds.
+  bool allowed(const Pose& pose);
+
+  //! Outside of the capture set, at rest.
+  bool outside(const Pose& pose);
+
+  //! No point of the object moves farther on the way [m].
+  double length(const Pose& from, const Pose& to) const;
+
+  //! Poses along the way, the first one left out, `spacing` apart or closer.
+  void append_way(const Pose& from, const Pose& to, Path& way) const;
+
+  //! Highest energy on the way [J], and where: the share of the way. With springs, what is high for less than a tenth
+  //! of the radius may be missed.
+  struct Peak {
+    double energy = 0.0;
+    double at = 0.0;
+  };
+  Peak peak(const Pose& from, const Pose& to) const;
+
+  //! Whether the way is allowed from an allowed start to its end. No wall is too thin to be seen: between two poses
+  //! that are looked at no point moves farther than a hundredth of the object's smallest half extent, unless the
+  //! clearance there is larger; so the object may cut a corner by that little.
+  bool passes(const Pose& from, const Pose& to);
+
+  //! Slides down the slope of the energy until something is in the way, at most by `reach` [m] along any axis of the
+  //! world from the start; with `outside`, without entering the capture set.
+  Pose settled(Pose pose, double reach, bool outside);
+
+  //! The full state with the object at a pose, all at rest.
+  const State& state(const Pose& pose);
+
+ private:
+  //! Of the body's frame.
+  Pose frame(const Pose& pose) const;
+  bool in_reach(const Pose& pose, double reach) const;
+  Vector3 downhill(const Pose& pose) const;
+  bool within(const Pose& pose);
+
+  Body body_;
+  Vector3 center_;  // of mass, in the body's frame
+  Pose start_;
+  FreeSpace free_space_;
+  Potential potential_;
+  Membership captured_;
+  std::optional<Membership> within_;
+  Turning turning_ = Turning::none;
+  Vector3 axis_ = Vector3::UnitZ();
+  double size_, radius_, spacing_, least_step_;
+  double start_energy_ = 0.0;
+  double negligible_ = 0.0;
+  int offset_;
+  State state_;
+  std::vector<std::pair<double, double>> open_;  // stretches of a way that are still to be looked at
+};
+
+}  // namespace energymargin

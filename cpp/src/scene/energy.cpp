@@ -1,0 +1,71 @@
+#include "scene/energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin {
+
+// Up to the torque limit a compliant joint is a linear spring; beyond it its torque, and so the slope of its energy,
+// stays.
+double compliance_energy(const Joint& joint, double position) {
+  if (joint.stiffness == 0.0 || joint.held) return 0.0;
+  const double away = std::abs(joint.target - position);
+  const double linear = std::min(away, joint.torque_limit / joint.stiffness);
+  return 0.5 * joint.stiffness * linear * linear + (away > linear ? joint.torque_limit * (away - linear) : 0.0);
+}
+
+Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(scene) {
+  for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
+}
+
+double Energy::operator()(const State& state) const {
+  double energy = 0.0;
+  for (std::size_t i = 0; i < inertials_.size(); ++i) {
+    if (!scene_.bodies()[i].fixed()) energy += of_body(i, kinematics_(state.data(), i));
+  }
+  for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    energy += compliance_energy(scene_.joints()[i], layout_.joint(state.data(), i).position);
+  }
+  return energy;
+}
+
+double Energy::power(const State& state) const {
+  double power = 0.0;
+  for (std::size_t i = 0; i < inertials_.size(); ++i) {
+    const Body& body = scene_.bodies()[i];
+    if (body.fixed()) continue;
+    const BodyState at = moved_to(inertials_[i].center, kinematics_(state.data(), i));
+    power += (body.mass * scene_.gravity() + body.force).dot(at.velocity);
+  }
+  for (const Spring& spring : scene_.springs()) power += power_of(spring, state);
+  return power;
+}
+
+double Energy::of_body(std::size_t body, const BodyState& frame) const {
+  const double mass = scene_.bodies()[body].mass;
+  const Inertial& inertial = inertials_[body];
+  const BodyState at = moved_to(inertial.center, frame);
+  const Vector3 spin = (at.orientation * inertial.axes).conjugate() * at.angular_velocity;
+  return 0.5 * mass * at.velocity.squaredNorm() + 0.5 * spin.dot(inertial.moments.cwiseProduct(spin)) -
+         (mass * scene_.gravity() + scene_.bodies()[body].force).dot(at.position);
+}
+
+double Energy::of_spring(const Spring& spring, const State& state) const {
+  const BodyState a = kinematics_(state.data(), scene_.index(spring.body_a));
+  const BodyState b = kinematics_(state.data(), scene_.index(spring.body_b));
+  const Vector3 span = b.position + b.orientation * spring.point_b - a.position - a.orientation * spring.point_a;
+  const double stretch = span.norm() - spring.rest_length;
+  return 0.5 * spring.stiffness * stretch * stretch;
+}
+
+double Energy::power_of(const Spring& spring, const State& state) const {
+  const BodyState a = moved_to(spring.point_a, kinematics_(state.data(), scene_.index(spring.body_a)));
+  const BodyState b = moved_to(spring.point_b, kinematics_(state.data(), scene_.index(spring.body_b)));
+  const Vector3 span = b.position - a.position;
+  const double length = span.norm();
+  if (length == 0.0) return 0.0;  // it pulls nowhere
+  return -spring.stiffness * (length - spring.rest_length) * span.dot(b.velocity - a.velocity) / length;
+}
+
+}  // namespace energymargin

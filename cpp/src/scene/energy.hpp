@@ -1,0 +1,39 @@
+#pragma once
+// The mechanical energy of a scene.
+
+#include <vector>
+
+#include "energymargin/kinematics.hpp"
+#include "energymargin/scene.hpp"
+#include "energymargin/shape.hpp"
+
+namespace energymargin {
+
+//! Of a joint's compliance, zero at its target [J].
+double compliance_energy(const Joint& joint, double position);
+
+//! E of eq. 3: kinetic energy of all bodies that move, links included; potential energy of gravity and of the constant
+//! forces, with its zero at the world's origin; of the springs; and of the joints' compliance, zero at their targets.
+class Energy {
+ public:
+  explicit Energy(const Scene& scene);
+
+  //! [J]; the state is taken as valid.
+  double operator()(const State& state) const;
+
+  //! Power of gravity, the constant forces and the springs' stiffness on the bodies: how fast their potential energy
+  //! falls [W].
+  double power(const State& state) const;
+
+ private:
+  double of_body(std::size_t body, const BodyState& frame) const;
+  double of_spring(const Spring& spring, const State& state) const;
+  double power_of(const Spring& spring, const State& state) const;
+
+  Scene scene_;
+  StateLayout layout_;
+  Kinematics kinematics_;
+  std::vector<Inertial> inertials_;  // of each body
+};
+
+}  // namespace energymargin

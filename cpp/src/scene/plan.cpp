@@ -1,0 +1,180 @@
+#include "energymargin/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <type_traits>
+
+#include "base/check.hpp"
+#include "scene/plan_checks.hpp"
+
+namespace energymargin {
+namespace {
+
+constexpr double standard_gravity = 9.81;  // m/s^2
+constexpr double share_of_weight = 2.0;
+
+std::string named(const std::string& part, const std::string& name) { return part + "['" + name + "']"; }
+
+template <typename Rows>
+void require_rows(const std::string& name, const Rows& rows, int expected) {
+  if (rows.rows() != expected) {
+    reject(name, std::to_string(rows.rows()) + " rows", std::to_string(expected) + " rows, as the others of the plan");
+  }
+  if (!rows.allFinite()) reject(name, "not finite", "finite numbers");
+}
+
+void require_columns(const std::string& name, const Wrenches& rows) {
+  if (rows.cols() != 6) reject(name, std::to_string(rows.cols()) + " columns", "6 columns");
+}
+
+void require_new(const std::string& name, bool is_new) {
+  if (!is_new) reject(name, "there twice", "each name once");
+}
+
+void require_step(const Plan& plan, const Scene& scene) {
+  const double steps = plan.step / scene.stepping().step;
+  if (!(std::isfinite(steps) && steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6 * steps)) {
+    reject("step of the plan", text(plan.step), "whole steps of the scene, of " + text(scene.stepping().step) + " s");
+  }
+  if (!(plan.rows() * steps <= most_steps)) {
+    reject("plan", text(plan.duration()) + " s", "at most " + std::to_string(most_steps) + " steps of the scene");
+  }
+}
+
+void require_position_control(const Scene& scene, const std::string& name, const std::string& joint_name) {
+  const Joint& joint = scene.joints()[scene.joint_index(joint_name)];
+  if (!joint.moves() || joint.held || joint.stiffness == 0.0) {
+    reject(name, "for a joint without position control", "a joint that moves, is not held, and has a stiffness");
+  }
+}
+
+// The free body that carries an effector, if one does.
+std::optional<std::size_t> free_carrier(const Scene& scene, std::size_t body) {
+  while (const auto joint = scene.joint_to(body)) body = scene.index(scene.joints()[*joint].parent);
+  return scene.bodies()[body].fixed() ? std::nullopt : std::optional(body);
+}
+
+// The world's velocities of a body that goes on as it moves: its twist turns with it.
+Wrenches kept_twist(const BodyState& state, int rows, double step) {
+  Wrenches velocities(rows, 6);
+  const double turn = state.angular_velocity.norm() * step;
+  const Vector3 axis = turn > 0.0 ? Vector3(state.angular_velocity.normalized()) : Vector3::UnitZ();
+  for (int i = 0; i < rows; ++i) {
+    velocities.row(i) << (Eigen::AngleAxisd(i * turn, axis) * state.velocity).transpose(),
+        state.angular_velocity.transpose();
+  }
+  return velocities;
+}
+
+}  // namespace
+
+int Plan::rows() const {
+  if (!wrenches.empty()) return static_cast<int>(wrenches.front().wrenches.rows());
+  if (!targets.empty()) return static_cast<int>(targets.front().positions.size());
+  return velocities.empty() ? 0 : static_cast<int>(velocities.front().velocities.rows());
+}
+
+namespace {
+
+void validate_rows(const Plan& plan, const std::string& wrenches) {
+  const int rows = plan.rows();
+  if (rows < 1) reject("plan", "empty", "at least one row of wrenches, targets or velocities");
+  require_positive("step of the plan", plan.step);
+  std::set<std::string> names;
+  const auto require = [&](const std::string& name, const auto& numbers) {
+    require_rows(name, numbers, rows);
+    require_new(name, names.insert(name).second);
+  };
+  for (const Drive& drive : plan.wrenches) {
+    require_columns(named(wrenches, drive.body), drive.wrenches);
+    require(named(wrenches, drive.body), drive.wrenches);
+  }
+  for (const Targets& target : plan.targets) require(named("targets", target.joint), target.positions);
+  for (const Servo& servo : plan.velocities) {
+    require_columns(named("velocities", servo.body), servo.velocities);
+    require(named("velocities", servo.body), servo.velocities);
+    if (servo.force) require_not_negative(named("limits", servo.body) + " force", *servo.force);
+    if (servo.torque) require_not_negative(named("limits", servo.body) + " torque", *servo.torque);
+  }
+}
+
+}  // namespace
+
+void validate(const Plan& plan) { validate_rows(plan, "wrenches"); }
+void validate(const Plan& plan, const Scene& scene) { validate(plan, scene, "wrenches"); }
+
+void validate(const Plan& plan, const Scene& scene, const std::string& wrenches) {
+  validate_rows(plan, wrenches);
+  require_step(plan, scene);
+  for (const Drive& drive : plan.wrenches) {
+    if (scene.body(drive.body).fixed()) reject(named(wrenches, drive.body), "on a fixed body", "a body that can move");
+  }
+  for (const Targets& target : plan.targets) {
+    require_position_control(scene, named("targets", target.joint), target.joint);
+  }
+  for (const Servo& servo : plan.velocities) {
+    if (scene.body(servo.body).fixed() || scene.joint_to(scene.index(servo.body))) {
+      reject(named("velocities", servo.body), "on a body that is fixed or a link",
+             "a free body, which may carry links");
+    }
+  }
+}
+
+Servo with_default_limits(const Scene& scene, Servo servo) {
+  double mass = 0.0;
+  const std::size_t root = scene.index(servo.body);
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    if (free_carrier(scene, i) == root) mass += scene.bodies()[i].mass;
+  }
+  const double reach = reach_from(scene.body(servo.body).shape, Vector3::Zero());
+  if (!servo.force) servo.force = share_of_weight * mass * standard_gravity;
+  if (!servo.torque) servo.torque = *servo.force * reach;
+  return servo;
+}
+
+Plan fine_rows(const Plan& plan, const Scene& scene) {
+  const auto steps = static_cast<Eigen::Index>(std::lround(plan.step / scene.stepping().step));
+  const auto fine = [steps](const auto& rows) {
+    std::decay_t<decltype(rows)> result(rows.rows() * steps, rows.cols());
+    for (Eigen::Index i = 0; i < result.rows(); ++i) result.row(i) = rows.row(i / steps);
+    return result;
+  };
+  Plan result = plan;
+  result.step = scene.stepping().step;
+  for (Drive& drive : result.wrenches) drive.wrenches = fine(drive.wrenches);
+  for (Targets& targets : result.targets) targets.positions = fine(targets.positions);
+  for (Servo& servo : result.velocities) servo.velocities = fine(servo.velocities);
+  return result;
+}
+
+Plan hold(const Scene& scene, const State& state, double duration) {
+  validate(scene, state);
+  const double step = scene.stepping().step;
+  if (!(duration >= 0.5 * step && duration <= most_steps * step)) {
+    reject("duration", text(duration),
+           "at least a step, " + text(step) + " s, and at most " + std::to_string(most_steps) + " steps");
+  }
+  const int rows = static_cast<int>(std::lround(duration / step));
+  Plan plan{step};
+  const StateLayout layout(scene);
+  std::set<std::size_t> held;
+  for (const std::size_t effector : scene.with_role(Role::effector)) {
+    const auto body = free_carrier(scene, effector);
+    if (!body || !held.insert(*body).second) continue;
+    const BodyState at = StateLayout::read(state.data() + layout.offset(*body));
+    plan.velocities.push_back({scene.bodies()[*body].name, kept_twist(at, rows, step)});
+  }
+  for (const Joint& joint : scene.joints()) {
+    if (!joint.moves() || joint.held || joint.mimic || joint.stiffness == 0.0) continue;
+    plan.targets.push_back({joint.name, Eigen::VectorXd::Constant(rows, joint.target)});
+  }
+  if (plan.rows() == 0) {
+    reject("scene", "without a free body of role \"effector\" and without a joint under position control",
+           "something that a robot can hold");
+  }
+  return plan;
+}
+
+}  // namespace energymargin

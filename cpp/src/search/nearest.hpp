@@ -1,0 +1,92 @@
+#pragma once
+// Nearest neighbours among poses, exactly, and of equally near ones the one added first. OMPL's trees find any of them:
+// their pivots come from a global seed. Poses side by side in memory make the plain way through all of them as fast.
+
+#include <ompl/datastructures/NearestNeighbors.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "quasistatic/pose_space.hpp"
+
+namespace energymargin::search {
+
+//! `Element` is a planner's pointer to something with a `state` or a `state()`.
+template <typename Element>
+class Nearest : public ompl::NearestNeighbors<Element> {
+ public:
+  bool reportsSortedResults() const override { return true; }
+  std::size_t size() const override { return elements_.size(); }
+  void list(std::vector<Element>& all) const override { all = elements_; }
+
+  void clear() override {
+    elements_.clear();
+    poses_.clear();
+  }
+
+  using ompl::NearestNeighbors<Element>::add;
+  void add(const Element& element) override {
+    elements_.push_back(element);
+    poses_.push_back(pose_of(state_of(element)));
+  }
+
+  bool remove(const Element& element) override {
+    const auto found = std::find(elements_.begin(), elements_.end(), element);
+    if (found == elements_.end()) return false;
+    poses_.erase(poses_.begin() + (found - elements_.begin()));
+    elements_.erase(found);
+    return true;
+  }
+
+  Element nearest(const Element& element) const override {
+    std::vector<Element> one;
+    nearestK(element, 1, one);
+    return one.front();
+  }
+
+  void nearestK(const Element& element, std::size_t count, std::vector<Element>& found) const override {
+    rank(element);
+    count = std::min(count, ranked_.size());
+    std::partial_sort(ranked_.begin(), ranked_.begin() + static_cast<std::ptrdiff_t>(count), ranked_.end());
+    ranked_.resize(count);
+    give(found);
+  }
+
+  void nearestR(const Element& element, double radius, std::vector<Element>& found) const override {
+    rank(element);
+    const auto is_far = [radius](const auto& entry) { return entry.first > radius; };
+    ranked_.erase(std::remove_if(ranked_.begin(), ranked_.end(), is_far), ranked_.end());
+    std::sort(ranked_.begin(), ranked_.end());
+    give(found);
+  }
+
+ private:
+  template <typename Pointer>
+  static auto state_of(const Pointer& element) -> decltype(element->state()) {
+    return element->state();
+  }
+  template <typename Pointer>
+  static auto state_of(const Pointer& element) -> decltype(element->state) {
+    return element->state;
+  }
+
+  void rank(const Element& element) const {
+    const auto* state = static_cast<const ompl::base::State*>(state_of(element))->as<PoseSpace::StateType>();
+    ranked_.clear();
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      ranked_.emplace_back(state->space->way(state->pose, poses_[i]), i);
+    }
+  }
+
+  void give(std::vector<Element>& found) const {
+    found.clear();
+    for (const auto& entry : ranked_) found.push_back(elements_[entry.second]);
+  }
+
+  std::vector<Element> elements_;
+  std::vector<Pose> poses_;
+  mutable std::vector<std::pair<double, std::size_t>> ranked_;
+};
+
+}  // namespace energymargin::search
