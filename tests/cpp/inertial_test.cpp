@@ -98,7 +98,7 @@ Quaternion tumbled(const Body& block, double time) {
     spin += h / 6.0 * (a + 2.0 * b + 2.0 * c + rate(spin + h * c));
     at = (at * turn(h * middle.norm(), middle.normalized())).normalized();
   }
-  return at * result.axes.conjugate();
+  return at * inertial.axes.conjugate();
 }
 
 TEST(Inertial, BodyTumblesAsEulersEquationsSay) {
