@@ -7,11 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "bullet_world.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/world.hpp"
-#include "physics/articulated/articulation.hpp"
 #include "physics/shapes.hpp"
-#include "physics/simulation.hpp"
 
 namespace energymargin {
 
@@ -62,13 +61,14 @@ class RawScene {
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
-  SeparatePairs separate_;
+  OverlapFilter filter_;
+  std::vector<std::unique_ptr<Articulation>> articulations_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
-  std::vector<std::unique_ptr<Articulation>> articulations_;
 };
 
-inline RawScene::RawScene(const Scene& scene) : scene_(scene), layout_(scene), rigids_(scene.bodies().size()) {
+inline RawScene::RawScene(const Scene& scene)
+    : scene_(scene), layout_(scene), rigids_(scene.bodies().size()), filter_(scene_) {
   if (scene.joints().empty()) {
     make_world<btDiscreteDynamicsWorld, btSequentialImpulseConstraintSolver>();
   } else {
@@ -91,9 +91,7 @@ void RawScene::make_world() {
 }
 
 inline void RawScene::configure() {
-  for (const Joint& joint : scene_.joints()) separate_.add(scene_.index(joint.parent), scene_.index(joint.child));
-  for (const auto& [a, b] : scene_.disabled_collisions()) separate_.add(scene_.index(a), scene_.index(b));
-  if (!separate_.pairs.empty()) broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&separate_);
+  broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
   world_->setGravity(to_bullet(scene_.gravity()));
   world_->setForceUpdateAllAabbs(false);
   btContactSolverInfo& info = world_->getSolverInfo();
@@ -136,7 +134,9 @@ inline void RawScene::add_articulations() {
     if (scene_.joint_to(parent)) continue;
     if (!scene_.bodies()[parent].fixed()) throw std::invalid_argument("no floor for links on a free body");
     auto& world = static_cast<btMultiBodyDynamicsWorld&>(*world_);
-    articulations_.push_back(std::make_unique<Articulation>(scene_, shapes_, parent, i, world));
+    articulations_.push_back(std::make_unique<Articulation>(scene_, shapes_, parent, i));
+    add_tree(world, *articulations_.back());
+    for (btMultiBodyConstraint* row : articulations_.back()->constraints()) world.addMultiBodyConstraint(row);
   }
 }
 

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <random>
 
-#include "physics/free_bodies/rigid_motions.hpp"
+#include "bullet_world.hpp"
+#include "physics/articulated/articulated_bodies.hpp"
+#include "physics/contacts/contact_points.hpp"
 #include "physics/simulation.hpp"
+#include "physics/sweep.hpp"
 #include "rollouts.hpp"
 
 namespace energymargin {
@@ -15,23 +18,81 @@ namespace {
 
 using namespace scenes;
 
+// A scene in Bullet's own world, which does the steps.
+class BulletWorld {
+ public:
+  explicit BulletWorld(const Scene& scene)
+      : scene_(scene),
+        shapes_(collision_shapes(scene)),
+        bodies_(scene_, shapes_),
+        filter_(scene_),
+        world_(&dispatcher_.bullet(), &broadphase_, &solver_, &dispatcher_.configuration()),
+        axes_before_(scene.bodies().size()) {
+    broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
+    world_.setGravity(to_bullet(scene.gravity()));
+    world_.setForceUpdateAllAabbs(false);
+    world_.getDispatchInfo().m_deterministicOverlappingPairs = true;
+    world_.getSolverInfo() = solver_settings(scene.stepping());
+    for (const auto& body : bodies_.rigids().all()) world_.addRigidBody(body.get());
+    for (const auto& tree : bodies_.trees()) add_tree(world_, *tree);
+    for (btMultiBodyConstraint* row : bodies_.constraints()) world_.addMultiBodyConstraint(row);
+  }
+
+  void restore(const State& state) { bodies_.restore(state); }
+
+  void step() {
+    const double duration = scene_.stepping().step;
+    for (std::size_t i = 0; i < axes_before_.size(); ++i) {
+      axes_before_[i] = bodies_.colliders()[i]->getWorldTransform().getBasis();
+    }
+    bodies_.accelerate(duration);
+    world_.stepSimulation(duration, 0);
+    turn_normals(dispatcher_.bullet(), axes_before_);
+  }
+
+  void read(State& state) const {
+    state.resize(StateLayout(scene_).dimension());
+    bodies_.read(state);
+  }
+
+ private:
+  Scene scene_;
+  std::vector<CollisionShape> shapes_;
+  ArticulatedBodies bodies_;  // also where none is on a joint
+  OverlapFilter filter_;
+  ContactDispatcher dispatcher_{RoundAlgorithm::bullet};
+  btDbvtBroadphase broadphase_;
+  ImpulseWatch watch_;
+  WatchedSolver solver_{watch_, WatchedSolver::Rounds::bullet};
+  btMultiBodyDynamicsWorld world_;
+  std::vector<btMatrix3x3> axes_before_;
+};
+
 // Where a scene is after each of the steps.
-std::vector<State> steps(const Scene& scene, Steps by, const State& state, int count) {
-  Simulation simulation(scene, by);
-  simulation.restore(state);
+template <typename Steps>
+std::vector<State> steps(Steps simulation, const State& state, int count) {
+  simulation->restore(state);
   std::vector<State> states(static_cast<std::size_t>(count));
   for (State& now : states) {
-    simulation.step();
-    simulation.read(now);
+    simulation->step();
+    simulation->read(now);
   }
   return states;
 }
 
+std::vector<State> steps_of_ours(const Scene& scene, const State& state, int count) {
+  return steps(std::make_unique<Simulation>(scene, Detection::discrete), state, count);
+}
+
+std::vector<State> steps_of_bullet(const Scene& scene, const State& state, int count) {
+  return steps(std::make_unique<BulletWorld>(scene), state, count);
+}
+
 int differing_steps(const Scene& scene, const State& state, int count) {
-  const std::vector<State> own = steps(scene, Steps::discrete, state, count);
-  const std::vector<State> bullet = steps(scene, Steps::bullet, state, count);
+  const std::vector<State> ours = steps_of_ours(scene, state, count);
+  const std::vector<State> bullet = steps_of_bullet(scene, state, count);
   int differing = 0;
-  for (std::size_t i = 0; i < own.size(); ++i) differing += same_bits(own[i], bullet[i]) ? 0 : 1;
+  for (std::size_t i = 0; i < ours.size(); ++i) differing += same_bits(ours[i], bullet[i]) ? 0 : 1;
   return differing;
 }
 
@@ -80,9 +141,9 @@ TEST(BulletSteps, OfAHandAreOursWhereTheSolverConverges) {
   stepping.iterations = 3000;
   stepping.tolerance = 1e-22;
   const Scene scene = hand(1.0, true, stepping);
-  const std::vector<State> own = steps(scene, Steps::discrete, pack(scene), 60);
-  const std::vector<State> bullet = steps(scene, Steps::bullet, pack(scene), 60);
-  for (std::size_t i = 0; i < own.size(); ++i) EXPECT_LT((own[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-6) << i;
+  const std::vector<State> ours = steps_of_ours(scene, pack(scene), 60);
+  const std::vector<State> bullet = steps_of_bullet(scene, pack(scene), 60);
+  for (std::size_t i = 0; i < ours.size(); ++i) EXPECT_LT((ours[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-6) << i;
 }
 
 // What a motion is taken to be on its way is where Bullet takes it to, also where it turns further than Bullet can.
@@ -100,8 +161,8 @@ TEST(BulletSteps, MotionEndsWhereItsWayEnds) {
       body.setAngularVelocity(240.0 * vector(most));
       btTransform end;
       body.predictIntegratedTransform(1.0 / 240.0, end);
-      const btVector3 turn = made_turn(body.getAngularVelocity() / 240.0);
-      const btTransform own = moved(start, body.getLinearVelocity() / 240.0, turn, 1.0);
+      const btVector3 turn = integrated_turn(body.getAngularVelocity() / 240.0);
+      const btTransform own = integrated_pose(start, body.getLinearVelocity() / 240.0, turn, 1.0);
       EXPECT_LT((end.getOrigin() - own.getOrigin()).length(), 1e-15);
       EXPECT_LT(std::acos(std::min(1.0, std::abs(end.getRotation().dot(own.getRotation())))), 1e-7) << most;
       EXPECT_LE(turn.length(), 3.1416);

@@ -83,6 +83,8 @@ struct Frame {
   std::vector<Contact> contacts;
 };
 
+class Engine;
+
 //! One simulation of a scene, with Bullet in double precision. Every question is answered as a pure function of its
 //! arguments: the same bits in any order, in any world of the same scene, on any thread (one thread a world at a time).
 class World {
@@ -150,8 +152,7 @@ class World {
   Contact deepest_contact(const State& state);
 
  private:
-  class Bullet;
-  std::unique_ptr<Bullet> bullet_;
+  std::unique_ptr<Engine> engine_;
 };
 
 }  // namespace energymargin

@@ -21,7 +21,7 @@ void Auditor::begin() {
   simulation_.read(before_);
   if (!simulation_.actuations().empty()) simulation_.read(velocities_);
   state_ = next_;
-  for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.span(i).length_rate;
+  for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.springs().span(i).length_rate;
 }
 
 void Auditor::end(const Advance& part) {
@@ -32,7 +32,8 @@ void Auditor::end(const Advance& part) {
     add_control(i, layout.joint(state_.data(), i), layout.joint(next_.data(), i), part.duration);
   }
   for (std::size_t i = 0; i < length_rates_.size(); ++i) {
-    add_damper(simulation_.scene().springs()[i], length_rates_[i], simulation_.span(i).length_rate, part.duration);
+    add_damper(simulation_.scene().springs()[i], length_rates_[i], simulation_.springs().span(i).length_rate,
+               part.duration);
   }
   // Velocities are a part behind the positions; where motion is lost, its loads do no work.
   const double power = energy_.power(next_);

@@ -25,12 +25,12 @@ class Auditor {
   Audit audit() const;
 
  private:
+  void add_actuations(double duration);
   void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
   void add_damper(const Spring& spring, double rate_before, double rate_after, double duration);
 
   Simulation& simulation_;
   const Energy& energy_;
-  void add_actuations(double duration);
 
   Motion before_;
   std::vector<Velocity> velocities_, next_velocities_;  // of all bodies, where the robot pushes some

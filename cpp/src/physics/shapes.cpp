@@ -140,4 +140,10 @@ CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
   return made;
 }
 
+std::vector<CollisionShape> collision_shapes(const Scene& scene) {
+  std::vector<CollisionShape> shapes;
+  for (const Body& body : scene.bodies()) shapes.push_back(collision_shape(body, scene.stepping().margin));
+  return shapes;
+}
+
 }  // namespace energymargin

@@ -35,4 +35,7 @@ struct CollisionShape {
 //! smallest half extent of each part.
 CollisionShape collision_shape(const Body& body, std::optional<double> margin);
 
+//! Those of all bodies, with the scene's margin.
+std::vector<CollisionShape> collision_shapes(const Scene& scene);
+
 }  // namespace energymargin

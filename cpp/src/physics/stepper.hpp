@@ -1,33 +1,60 @@
 #pragma once
-// One step of a scene: contacts, velocities, motion.
+// The bodies of a scene in Bullet, and how a part of a step changes their velocities and poses.
 
 #include <btBulletDynamicsCommon.h>
 
 #include <vector>
 
-#include "physics/contacts/collision_pairs.hpp"
-#include "physics/free_bodies/motor.hpp"
+#include "energymargin/scene.hpp"
+#include "energymargin/state.hpp"
+#include "physics/impulse_work.hpp"
+#include "physics/load.hpp"
 
 namespace energymargin {
 
-//! How a body moves: Bullet's origin of it, which is its centre of mass [m/s], and its turning [rad/s].
-struct Velocity {
-  btVector3 linear = btVector3(0, 0, 0);
-  btVector3 angular = btVector3(0, 0, 0);
+//! What a part of a step is solved with.
+struct StepPart {
+  double duration;                                     // [s]
+  const std::vector<btPersistentManifold*>& touching;  // contacts, by the indices of their bodies
+  const std::vector<Motor>& motors;
+  btContactSolverInfo& solver;
 };
 
-//! A step in two halves, so that the first one can be undone: where bodies would pass into each other, the step has to
-//! be a shorter one.
+//! There is one implementation for scenes without joints, FreeBodies, and one for those with joints, ArticulatedBodies.
+//! A part of a step has two halves, velocities and motion, so that the first one can be undone: where bodies would pass
+//! into each other, the part has to be a shorter one.
 class Stepper {
  public:
-  explicit Stepper(btCollisionDispatcher& dispatcher) : pairs_(dispatcher) {}
   virtual ~Stepper() = default;
 
-  CollisionPairs& pairs() { return pairs_; }
+  //! Of all bodies, in the scene's order.
+  const std::vector<btCollisionObject*>& colliders() const { return colliders_; }
 
-  //! What keeps bodies at velocities in the next steps.
-  std::vector<Motor>& motors() { return motors_; }
-  const std::vector<Motor>& motors() const { return motors_; }
+  //! Free bodies of role "object", in the scene's order.
+  virtual const std::vector<btRigidBody*>& objects() const = 0;
+
+  //! Puts all bodies where a state says; nothing of the past is left.
+  virtual void restore(const State& state) = 0;
+
+  //! Writes the bodies' numbers into a state of the scene's dimension.
+  virtual void read(State& state) const = 0;
+
+  //! Of all bodies that move, each at the index of its body in the scene.
+  virtual void read(std::vector<Velocity>& velocities) const = 0;
+
+  //! Without the loads of springs.
+  virtual void read(Motion& motion) const = 0;
+
+  //! Velocity of the point of a body that is at `point` in the world [m/s].
+  virtual btVector3 velocity(std::size_t body, const btVector3& point) const = 0;
+
+  //! Changes velocities by a load, and by gravity and the bodies' constant forces, over `duration` [s].
+  virtual void apply(const Load& load, double duration) = 0;
+  virtual void accelerate(double duration) = 0;
+
+  //! Of a joint, until the next `restore`.
+  virtual void set_target(std::size_t joint, double target) = 0;
+  virtual double target(std::size_t joint) const = 0;
 
   //! Keeps the velocities and poses, for `undo`.
   virtual void keep() = 0;
@@ -36,18 +63,18 @@ class Stepper {
   //! Takes back the split impulses of `solve`; velocities stay.
   virtual void undo_split_impulses() = 0;
 
-  //! Velocities at the end of a step of `duration` [s], with the contacts that `pairs` has now.
-  virtual void solve(double duration, btContactSolverInfo& info) = 0;
-
-  //! The velocities of all moving bodies, each at the index of its body in the scene.
-  virtual void read(std::vector<Velocity>& velocities) const = 0;
+  //! Velocities at the end of the part.
+  virtual void solve(const StepPart& part) = 0;
 
   //! Moves with these velocities for a share of `duration` [s].
   virtual void move(double duration, double share) = 0;
 
- private:
-  CollisionPairs pairs_;
-  std::vector<Motor> motors_;
+  ImpulseWatch& impulses() { return impulses_; }
+  const ImpulseWatch& impulses() const { return impulses_; }
+
+ protected:
+  std::vector<btCollisionObject*> colliders_;
+  ImpulseWatch impulses_;
 };
 
 }  // namespace energymargin

@@ -1,122 +1,189 @@
 #include "physics/articulated/articulated_bodies.hpp"
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include <algorithm>
-
-#include "physics/articulated/solver_row.hpp"
+#include <stdexcept>
 
 namespace energymargin {
+namespace {
 
-ArticulatedBodies::ArticulatedBodies(btCollisionDispatcher& dispatcher, WatchedSolver& solver,
-                                     btMultiBodyDynamicsWorld& world)
-    : Stepper(dispatcher), solver_(solver), world_(world) {
-  for (int i = 0; i < world.getNumMultibodies(); ++i) trees_.push_back(world.getMultiBody(i));
-  for (int i = 0; i < world.getNumMultiBodyConstraints(); ++i) constraints_.push_back(world.getMultiBodyConstraint(i));
-  of_joints_ = constraints_.size();
+// Rounds over the joints' rows in each of the solver's. Where a follower is heavier than what it follows, as its
+// multiplier makes it, one row undoes most of what the other did, and they need many.
+constexpr int mimic_rounds = 10;
+
+}  // namespace
+
+ArticulatedBodies::ArticulatedBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
+    : scene_(scene), rigids_(scene, shapes), tree_of_(scene.bodies().size()), solver_(impulses_) {
+  colliders_.resize(scene.bodies().size());
+  for (const auto& body : rigids_.all()) colliders_[static_cast<std::size_t>(body->getUserIndex())] = body.get();
+  moving_.assign(rigids_.moving().begin(), rigids_.moving().end());
+  add_trees(shapes);
+  add_mimics();
+  joint_constraints_ = constraints_.size();
   kept_velocities_.resize(trees_.size());
-}
-
-void ArticulatedBodies::add(btRigidBody& moving) {
-  rigids_.push_back(&moving);
-  moving_.push_back(&moving);
-}
-
-void ArticulatedBodies::add(btMultiBodyLinkCollider& collider) {
-  colliders_.push_back(&collider);
-  moving_.push_back(&collider);
-}
-
-void ArticulatedBodies::keep() {
-  kept_.keep(rigids_);
-  for (std::size_t i = 0; i < trees_.size(); ++i) {
-    const btScalar* first = trees_[i]->getVelocityVector();
-    kept_velocities_[i].assign(first, first + base_velocities + trees_[i]->getNumDofs());
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const Vector3& force = scene.bodies()[i].force;
+    if (tree_of_[i] && !force.isZero(0.0)) link_loads_.push_back({i, to_bullet(force), btVector3(0, 0, 0)});
   }
 }
 
-void ArticulatedBodies::undo() {
-  kept_.undo(rigids_);
-  for (std::size_t i = 0; i < trees_.size(); ++i) {
-    btMultiBody& tree = *trees_[i];
-    const double* kept = kept_velocities_[i].data();
-    tree.setBaseOmega({kept[0], kept[1], kept[2]});
-    tree.setBaseVel({kept[3], kept[4], kept[5]});
-    for (int link = 0; link < tree.getNumLinks(); ++link) {
-      if (tree.getLink(link).m_dofCount == 1) {
-        tree.setJointVel(link, kept[base_velocities + tree.getLink(link).m_dofOffset]);
-      }
+// What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
+// table know nothing of each other.
+void ArticulatedBodies::add_trees(const std::vector<CollisionShape>& shapes) {
+  const auto add = [&](std::size_t base, std::optional<std::size_t> first) {
+    trees_.push_back(std::make_unique<Articulation>(scene_, shapes, base, first));
+    for (const auto& collider : trees_.back()->colliders()) {
+      const auto body = static_cast<std::size_t>(collider->getUserIndex());
+      colliders_[body] = collider.get();
+      tree_of_[body] = trees_.size() - 1;
+      moving_.push_back(collider.get());
     }
-    tree.clearForcesAndTorques();
-  }
-}
-
-void ArticulatedBodies::solve(double duration, btContactSolverInfo& info) {
-  const btVector3 gravity = world_.getGravity();
-  for (btMultiBody* tree : trees_) {
-    tree->forwardKinematics(rotations_, origins_);
-    tree->clearConstraintForces();
-    tree->addBaseForce(gravity * tree->getBaseMass());
-    for (int i = 0; i < tree->getNumLinks(); ++i) tree->addLinkForce(i, gravity * tree->getLinkMass(i));
-    tree->computeAccelerationsArticulatedBodyAlgorithmMultiDof(duration, numbers_, vectors_, matrices_, false,
-                                                               info.m_jointFeedbackInWorldSpace,
-                                                               info.m_jointFeedbackInJointFrame);
-  }
-  info.m_timeStep = duration;
-  set_up_motors();
-  std::vector<btPersistentManifold*> touching = pairs().touching();
-  solver_.solveMultiBodyGroup(moving_.data(), static_cast<int>(moving_.size()), touching.data(),
-                              static_cast<int>(touching.size()), of_rigids_.data(), static_cast<int>(of_rigids_.size()),
-                              constraints_.data(), static_cast<int>(constraints_.size()), info, nullptr, nullptr);
-  for (btMultiBody* tree : trees_) tree->processDeltaVeeMultiDof2();
-}
-
-void ArticulatedBodies::set_up_motors() {
-  constraints_.resize(of_joints_);
-  base_motors_.clear();
-  rigid_motors_.clear();
-  of_rigids_.clear();
-  for (const Motor& motor : motors()) {
-    const auto is_its = [&motor](const btCollisionObject* object) {
-      return object->getUserIndex() == static_cast<int>(motor.body);
-    };
-    const auto rigid = std::find_if(rigids_.begin(), rigids_.end(), is_its);
-    if (rigid != rigids_.end()) {
-      rigid_motors_.push_back(std::make_unique<RigidMotor>(**rigid, motor));
-      of_rigids_.push_back(rigid_motors_.back().get());
-    } else {
-      const auto base = std::find_if(colliders_.begin(), colliders_.end(), is_its);
-      base_motors_.push_back(std::make_unique<BaseMotor>(*(*base)->m_multiBody, motor));
-      constraints_.push_back(base_motors_.back().get());
+    for (btMultiBodyConstraint* row : trees_.back()->constraints()) constraints_.push_back(row);
+  };
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    const std::size_t parent = scene_.index(scene_.joints()[i].parent);
+    if (scene_.bodies()[parent].fixed()) {
+      add(parent, i);
+    } else if (!scene_.joint_to(parent) && !tree_of_[parent]) {
+      add(parent, std::nullopt);
     }
   }
+}
+
+// A joint and the one that it follows may be on two trees.
+void ArticulatedBodies::add_mimics() {
+  const auto place_of = [this](std::size_t joint) -> JointPlace {
+    for (const auto& tree : trees_) {
+      if (const auto place = tree->place_of(joint)) return *place;
+    }
+    throw std::logic_error("a joint that is on no tree");
+  };
+  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+    const auto& mimic = scene_.joints()[i].mimic;
+    if (!mimic) continue;
+    const std::size_t followed = scene_.joint_index(mimic->joint);
+    if (scene_.joints()[followed].held) continue;  // then both are rigid
+    mimics_.push_back(std::make_unique<MimicRow>(place_of(i), place_of(followed), *mimic));
+    constraints_.push_back(mimics_.back().get());
+  }
+}
+
+btMultiBodyLinkCollider& ArticulatedBodies::link(std::size_t body) const {
+  return static_cast<btMultiBodyLinkCollider&>(*colliders_[body]);
+}
+
+btRigidBody& ArticulatedBodies::rigid(std::size_t body) const { return static_cast<btRigidBody&>(*colliders_[body]); }
+
+void ArticulatedBodies::restore(const State& state) {
+  rigids_.restore(state);
+  for (const auto& tree : trees_) tree->restore(state);
+  for (const auto& mimic : mimics_) mimic->forget();
+  solver_.reset();
+}
+
+void ArticulatedBodies::read(State& state) const {
+  rigids_.read(state);
+  for (const auto& tree : trees_) tree->read(state);
 }
 
 void ArticulatedBodies::read(std::vector<Velocity>& velocities) const {
-  read_velocities(rigids_, velocities);
-  const btMultiBody* of = nullptr;
-  for (const btMultiBodyLinkCollider* collider : colliders_) {
-    if (collider->m_multiBody != of) {
-      of = collider->m_multiBody;
-      turning_.resize(static_cast<std::size_t>(of->getNumLinks()) + 1);
-      moving_links_.resize(turning_.size());
-      of->compTreeLinkVelocities(turning_.data(), moving_links_.data());  // in each link's own axes
+  rigids_.read(velocities);
+  for (const auto& tree : trees_) tree->read(velocities);
+}
+
+void ArticulatedBodies::read(Motion& motion) const {
+  rigids_.read(motion);
+  for (const auto& tree : trees_) tree->read(motion);
+}
+
+btVector3 ArticulatedBodies::velocity(std::size_t body, const btVector3& point) const {
+  return tree_of_[body] ? tree(body).velocity(link(body), point) : energymargin::velocity(rigid(body), point);
+}
+
+void ArticulatedBodies::apply(const Load& load, double duration) {
+  if (tree_of_[load.body]) {
+    tree(load.body).apply(link(load.body), load.force, load.torque);
+  } else {
+    energymargin::apply(rigid(load.body), load, duration);
+  }
+}
+
+// The trees' gravity comes with `solve`.
+void ArticulatedBodies::accelerate(double duration) {
+  rigids_.accelerate(duration);
+  for (const Load& load : link_loads_) apply(load, duration);
+}
+
+void ArticulatedBodies::set_target(std::size_t joint, double target) {
+  for (const auto& tree : trees_) tree->set_target(joint, target);
+}
+
+double ArticulatedBodies::target(std::size_t joint) const {
+  for (const auto& tree : trees_) {
+    if (const auto target = tree->target(joint)) return *target;
+  }
+  return scene_.joints()[joint].target;
+}
+
+void ArticulatedBodies::keep() {
+  rigids_.keep();
+  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i]->read_velocities(kept_velocities_[i]);
+}
+
+void ArticulatedBodies::undo() {
+  rigids_.undo();
+  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i]->restore_velocities(kept_velocities_[i]);
+}
+
+void ArticulatedBodies::solve(const StepPart& part) {
+  btContactSolverInfo& info = part.solver;
+  const btVector3 gravity = to_bullet(scene_.gravity());
+  for (const auto& articulation : trees_) {
+    btMultiBody& tree = articulation->tree();
+    tree.forwardKinematics(rotations_, origins_);
+    tree.clearConstraintForces();
+    tree.addBaseForce(gravity * tree.getBaseMass());
+    for (int i = 0; i < tree.getNumLinks(); ++i) tree.addLinkForce(i, gravity * tree.getLinkMass(i));
+    tree.computeAccelerationsArticulatedBodyAlgorithmMultiDof(part.duration, numbers_, vectors_, matrices_, false,
+                                                              info.m_jointFeedbackInWorldSpace,
+                                                              info.m_jointFeedbackInJointFrame);
+  }
+  info.m_timeStep = part.duration;
+  if (!mimics_.empty()) info.m_numNonContactInnerIterations = mimic_rounds;
+  add_motors(part.motors);
+  std::vector<btPersistentManifold*> touching = part.touching;
+  solver_.solveMultiBodyGroup(moving_.data(), static_cast<int>(moving_.size()), touching.data(),
+                              static_cast<int>(touching.size()), rigid_constraints_.data(),
+                              static_cast<int>(rigid_constraints_.size()), constraints_.data(),
+                              static_cast<int>(constraints_.size()), info, nullptr, nullptr);
+  for (const auto& articulation : trees_) articulation->tree().processDeltaVeeMultiDof2();
+}
+
+void ArticulatedBodies::add_motors(const std::vector<Motor>& motors) {
+  constraints_.resize(joint_constraints_);
+  base_motors_.clear();
+  rigid_motors_.clear();
+  rigid_constraints_.clear();
+  for (const Motor& motor : motors) {
+    if (tree_of_[motor.body]) {
+      base_motors_.push_back(std::make_unique<BaseMotor>(tree(motor.body).tree(), motor));
+      constraints_.push_back(base_motors_.back().get());
+    } else {
+      rigid_motors_.push_back(std::make_unique<RigidMotor>(rigid(motor.body), motor));
+      rigid_constraints_.push_back(rigid_motors_.back().get());
     }
-    const auto link = static_cast<std::size_t>(collider->m_link + 1);
-    const btMatrix3x3& axes = collider->getWorldTransform().getBasis();
-    velocities[static_cast<std::size_t>(collider->getUserIndex())] = {axes * moving_links_[link],
-                                                                      axes * turning_[link]};
   }
 }
 
 void ArticulatedBodies::move(double duration, double share) {
-  energymargin::move(rigids_, duration, share);
-  for (btMultiBody* tree : trees_) {
-    tree->stepPositionsMultiDof(share * duration);
-    tree->updateCollisionObjectWorldTransforms(rotations_, origins_);
-    tree->clearForcesAndTorques();
+  rigids_.move(duration, share);
+  for (const auto& articulation : trees_) {
+    btMultiBody& tree = articulation->tree();
+    tree.stepPositionsMultiDof(share * duration);
+    tree.updateCollisionObjectWorldTransforms(rotations_, origins_);
+    tree.clearForcesAndTorques();
   }
 }
 

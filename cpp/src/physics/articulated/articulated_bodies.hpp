@@ -1,15 +1,18 @@
 #pragma once
 // The step of a scene with joints.
 
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "physics/articulated/articulation.hpp"
+#include "physics/articulated/mimic_row.hpp"
 #include "physics/articulated/motor_rows.hpp"
 #include "physics/articulated/watched_solver.hpp"
-#include "physics/free_bodies/rigid_motions.hpp"
+#include "physics/free_bodies/rigid_bodies.hpp"
 #include "physics/stepper.hpp"
 
 namespace energymargin {
@@ -19,43 +22,58 @@ namespace energymargin {
 //! comes first depends on pairs that were near each other in the past.
 class ArticulatedBodies : public Stepper {
  public:
-  //! Of the trees and joints' constraints of `world`, which has them all by now.
-  ArticulatedBodies(btCollisionDispatcher& dispatcher, WatchedSolver& solver, btMultiBodyDynamicsWorld& world);
+  //! Both outlive this.
+  ArticulatedBodies(const Scene& scene, const std::vector<CollisionShape>& shapes);
 
-  void add(btRigidBody& moving);
+  const RigidBodies& rigids() const { return rigids_; }
+  const std::vector<std::unique_ptr<Articulation>>& trees() const { return trees_; }
 
-  //! A link's, or that of a tree's free base.
-  void add(btMultiBodyLinkCollider& collider);
+  //! The rows of the joints and mimics.
+  const std::vector<btMultiBodyConstraint*>& constraints() const { return constraints_; }
 
+  const std::vector<btRigidBody*>& objects() const override { return rigids_.objects(); }
+  void restore(const State& state) override;
+  void read(State& state) const override;
+  void read(std::vector<Velocity>& velocities) const override;
+  void read(Motion& motion) const override;
+  btVector3 velocity(std::size_t body, const btVector3& point) const override;
+  void apply(const Load& load, double duration) override;
+  void accelerate(double duration) override;
+  void set_target(std::size_t joint, double target) override;
+  double target(std::size_t joint) const override;
   void keep() override;
   void undo() override;
-  void undo_split_impulses() override { kept_.undo_split_impulses(rigids_); }
-  void solve(double duration, btContactSolverInfo& info) override;
-  void read(std::vector<Velocity>& velocities) const override;
+  void undo_split_impulses() override { rigids_.undo_split_impulses(); }
+  void solve(const StepPart& part) override;
   void move(double duration, double share) override;
 
  private:
-  void set_up_motors();
+  void add_trees(const std::vector<CollisionShape>& shapes);
+  void add_mimics();
+  void add_motors(const std::vector<Motor>& motors);
+  Articulation& tree(std::size_t body) const { return *trees_[*tree_of_[body]]; }
+  btMultiBodyLinkCollider& link(std::size_t body) const;
+  btRigidBody& rigid(std::size_t body) const;
 
-  WatchedSolver& solver_;
-  btMultiBodyDynamicsWorld& world_;
-  std::vector<btMultiBody*> trees_;
-  std::vector<btMultiBodyConstraint*> constraints_;  // of the joints, and for a step those of motors
-  std::size_t of_joints_;
+  const Scene& scene_;
+  RigidBodies rigids_;
+  std::vector<std::unique_ptr<Articulation>> trees_;
+  std::vector<std::optional<std::size_t>> tree_of_;  // index of the tree that a body is in
+  std::vector<Load> link_loads_;                     // constant forces on bodies of trees
+  std::vector<std::unique_ptr<MimicRow>> mimics_;
+  WatchedSolver solver_;
+  std::vector<btMultiBodyConstraint*> constraints_;  // of the joints and mimics, and for a step those of motors
+  std::size_t joint_constraints_ = 0;
   std::vector<std::unique_ptr<BaseMotor>> base_motors_;
   std::vector<std::unique_ptr<RigidMotor>> rigid_motors_;
-  std::vector<btTypedConstraint*> of_rigids_;
-  std::vector<btRigidBody*> rigids_;
-  std::vector<btMultiBodyLinkCollider*> colliders_;
-  std::vector<btCollisionObject*> moving_;
-  RigidMotions kept_;
+  std::vector<btTypedConstraint*> rigid_constraints_;
+  std::vector<btCollisionObject*> moving_;            // rigid bodies, then links
   std::vector<std::vector<double>> kept_velocities_;  // of the trees: base, then joints
   // Scratch of Bullet's.
   btAlignedObjectArray<btScalar> numbers_;
   btAlignedObjectArray<btVector3> vectors_, origins_;
   btAlignedObjectArray<btMatrix3x3> matrices_;
   btAlignedObjectArray<btQuaternion> rotations_;
-  mutable std::vector<btVector3> turning_, moving_links_;
 };
 
 }  // namespace energymargin

@@ -11,8 +11,8 @@ constexpr double no_velocity_limit = 1e9;
 }  // namespace
 
 Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
-                           std::optional<std::size_t> first, btMultiBodyDynamicsWorld& world)
-    : scene_(scene), layout_(scene), base_(base), world_(world) {
+                           std::optional<std::size_t> first)
+    : scene_(scene), layout_(scene), base_(base) {
   const Body& root = scene.bodies()[base];
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
   find_links(base, -1, first);
@@ -32,17 +32,15 @@ Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>
     add_collider(*shapes[child].shape, child, i);
     if (link.rigid || joint.mimic) continue;
     link.rows = std::make_unique<JointRows>(*body_, i, joint);
-    world_.addMultiBodyConstraint(link.rows.get());
   }
-  world_.addMultiBody(body_.get());
 }
 
-Articulation::~Articulation() {
-  world_.removeMultiBody(body_.get());
+std::vector<btMultiBodyConstraint*> Articulation::constraints() const {
+  std::vector<btMultiBodyConstraint*> constraints;
   for (const Link& link : links_) {
-    if (link.rows) world_.removeMultiBodyConstraint(link.rows.get());
+    if (link.rows) constraints.push_back(link.rows.get());
   }
-  for (const auto& collider : colliders_) world_.removeCollisionObject(collider.get());
+  return constraints;
 }
 
 // Parents come before their children, as Bullet wants them.
@@ -95,7 +93,6 @@ void Articulation::add_collider(btCollisionShape& shape, std::size_t body, int l
   collider.setFriction(scene_.bodies()[body].friction);
   collider.setUserIndex(static_cast<int>(body));
   collider.setActivationState(DISABLE_DEACTIVATION);
-  world_.addCollisionObject(&collider, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
   if (link < 0) {
     body_->setBaseCollider(&collider);
   } else {
@@ -181,13 +178,48 @@ void Articulation::apply(const btMultiBodyLinkCollider& body, const btVector3& f
   }
 }
 
+const Articulation::LinkVelocities& Articulation::link_velocities() const {
+  scratch_.angular.resize(links_.size() + 1);
+  scratch_.linear.resize(links_.size() + 1);
+  body_->compTreeLinkVelocities(scratch_.angular.data(), scratch_.linear.data());
+  return scratch_;
+}
+
 btVector3 Articulation::velocity(const btMultiBodyLinkCollider& body, const btVector3& point) const {
-  std::vector<btVector3> turning(links_.size() + 1);
-  std::vector<btVector3> moving(links_.size() + 1);
-  body_->compTreeLinkVelocities(turning.data(), moving.data());  // in each link's own axes
+  const LinkVelocities& velocities = link_velocities();
   const auto link = static_cast<std::size_t>(body.m_link + 1);
   const btTransform& pose = body.getWorldTransform();
-  return pose.getBasis() * moving[link] + (pose.getBasis() * turning[link]).cross(point - pose.getOrigin());
+  return pose.getBasis() * velocities.linear[link] +
+         (pose.getBasis() * velocities.angular[link]).cross(point - pose.getOrigin());
+}
+
+void Articulation::read(std::vector<Velocity>& velocities) const {
+  const LinkVelocities& of_links = link_velocities();
+  for (const auto& collider : colliders_) {
+    const auto link = static_cast<std::size_t>(collider->m_link + 1);
+    const btMatrix3x3& axes = collider->getWorldTransform().getBasis();
+    velocities[static_cast<std::size_t>(collider->getUserIndex())] = {axes * of_links.linear[link],
+                                                                      axes * of_links.angular[link]};
+  }
+}
+
+void Articulation::read(Motion& motion) const { read_velocities(motion.trees[body_.get()]); }
+
+void Articulation::read_velocities(std::vector<double>& velocities) const {
+  const btScalar* first = body_->getVelocityVector();
+  velocities.assign(first, first + base_velocities + body_->getNumDofs());
+}
+
+void Articulation::restore_velocities(const std::vector<double>& velocities) {
+  const double* numbers = velocities.data();
+  body_->setBaseOmega({numbers[0], numbers[1], numbers[2]});
+  body_->setBaseVel({numbers[3], numbers[4], numbers[5]});
+  for (int link = 0; link < body_->getNumLinks(); ++link) {
+    if (body_->getLink(link).m_dofCount == 1) {
+      body_->setJointVel(link, numbers[base_velocities + body_->getLink(link).m_dofOffset]);
+    }
+  }
+  body_->clearForcesAndTorques();
 }
 
 void Articulation::set_target(std::size_t joint, double target) {

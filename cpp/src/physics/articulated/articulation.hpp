@@ -2,7 +2,6 @@
 // Links that hang together, as one of Bullet's articulated bodies.
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <memory>
@@ -12,6 +11,8 @@
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
 #include "physics/articulated/joint_rows.hpp"
+#include "physics/impulse_work.hpp"
+#include "physics/load.hpp"
 #include "physics/shapes.hpp"
 
 namespace energymargin {
@@ -21,8 +22,7 @@ class Articulation {
  public:
   //! The links on a free body `base`, or those on one fixed body that hang on joint `first`. `shapes` are the bodies'.
   Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
-               std::optional<std::size_t> first, btMultiBodyDynamicsWorld& world);
-  ~Articulation();
+               std::optional<std::size_t> first);
   Articulation(const Articulation&) = delete;
   Articulation& operator=(const Articulation&) = delete;
 
@@ -33,10 +33,24 @@ class Articulation {
   std::optional<JointPlace> place_of(std::size_t joint) const;
 
   //! As Bullet has it.
+  btMultiBody& tree() { return *body_; }
   const btMultiBody& tree() const { return *body_; }
+
+  //! The drives and stops of the joints.
+  std::vector<btMultiBodyConstraint*> constraints() const;
 
   void restore(const State& state);
   void read(State& state) const;
+
+  //! Of the links and of a free base, each at the index of its body in the scene.
+  void read(std::vector<Velocity>& velocities) const;
+  void read(Motion& motion) const;
+
+  //! Of the base, then of the joints.
+  void read_velocities(std::vector<double>& velocities) const;
+
+  //! Also clears forces.
+  void restore_velocities(const std::vector<double>& velocities);
 
   //! A wrench in the next step, at the centre of mass of a body of the tree.
   void apply(const btMultiBodyLinkCollider& body, const btVector3& force, const btVector3& torque);
@@ -49,6 +63,9 @@ class Articulation {
   std::optional<double> target(std::size_t joint) const;
 
  private:
+  struct LinkVelocities {
+    std::vector<btVector3> angular, linear;  // of the base, then of the links, each in its own axes
+  };
   struct Link {
     std::size_t joint;  // in the scene
     int parent;         // among the links; -1: the base
@@ -60,6 +77,7 @@ class Articulation {
     double held = 0.0;                  // where a rigid one is
   };
 
+  const LinkVelocities& link_velocities() const;
   void find_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
   bool rigid(const Joint& joint) const;
   void set_up(int link);
@@ -69,13 +87,13 @@ class Articulation {
   const Scene& scene_;
   StateLayout layout_;
   std::size_t base_;
-  btMultiBodyDynamicsWorld& world_;
   std::vector<Inertial> inertials_;  // of each body of the scene
   std::vector<Link> links_;
   std::unique_ptr<btMultiBody> body_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   btAlignedObjectArray<btQuaternion> rotations_;  // scratch of Bullet's forward kinematics
   btAlignedObjectArray<btVector3> origins_;
+  mutable LinkVelocities scratch_;
 };
 
 }  // namespace energymargin

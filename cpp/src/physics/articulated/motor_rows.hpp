@@ -4,7 +4,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "physics/articulated/solver_row.hpp"
-#include "physics/free_bodies/motor.hpp"
+#include "physics/load.hpp"
 
 namespace energymargin {
 

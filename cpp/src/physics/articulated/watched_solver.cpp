@@ -7,23 +7,18 @@
 
 namespace energymargin {
 
-void WatchedSolver::watch(const Motion* before) {
-  before_ = before;
-  work_ = {};
-}
-
 // Joints need two friction directions, so there are two.
 btScalar WatchedSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
                                                           btPersistentManifold** manifolds, int manifold_count,
                                                           btTypedConstraint** constraints, int constraint_count,
                                                           const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  if (own_rounds_) {
+  if (rounds_ == Rounds::tree_rows) {
     tree_rows_.start(m_multiBodyNonContactConstraints, m_multiBodyNormalContactConstraints,
                      m_multiBodyFrictionContactConstraints, m_data, m_tmpSolverBodyPool);
   }
   const btScalar result = btMultiBodyConstraintSolver::solveGroupCacheFriendlyIterations(
       bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
-  if (own_rounds_) tree_rows_.finish();
+  if (rounds_ == Rounds::tree_rows) tree_rows_.finish();
   return result;
 }
 
@@ -31,7 +26,7 @@ btScalar WatchedSolver::solveSingleIteration(int iteration, btCollisionObject** 
                                              btPersistentManifold** manifolds, int manifold_count,
                                              btTypedConstraint** constraints, int constraint_count,
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  if (!own_rounds_) {
+  if (rounds_ == Rounds::bullet) {
     return btMultiBodyConstraintSolver::solveSingleIteration(iteration, bodies, body_count, manifolds, manifold_count,
                                                              constraints, constraint_count, info, drawer);
   }
@@ -43,7 +38,7 @@ btScalar WatchedSolver::solveSingleIteration(int iteration, btCollisionObject** 
 // The rows have their impulses now, and are gone after it.
 btScalar WatchedSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                       const btContactSolverInfo& info) {
-  if (before_) {
+  if (watch_.before) {
     add_work();
     add_overlap(info);
   }
@@ -56,13 +51,13 @@ void WatchedSolver::add_work() {
     for (int i = 0; i < rows.size(); ++i) work += work_of(rows[i]);
     return work;
   };
-  work_.contacts += sum(m_tmpSolverContactConstraintPool) + sum(m_multiBodyNormalContactConstraints);
-  work_.friction += sum(m_tmpSolverContactFrictionConstraintPool) + sum(m_multiBodyFrictionContactConstraints);
+  watch_.work.contacts += sum(m_tmpSolverContactConstraintPool) + sum(m_multiBodyNormalContactConstraints);
+  watch_.work.friction += sum(m_tmpSolverContactFrictionConstraintPool) + sum(m_multiBodyFrictionContactConstraints);
   for (int i = 0; i < m_multiBodyNonContactConstraints.size(); ++i) {
     const btMultiBodySolverConstraint& row = m_multiBodyNonContactConstraints[i];
-    if (!is_drive(row)) (is_motor(row) ? work_.motors : work_.joints) += work_of(row);
+    if (!is_drive(row)) (is_motor(row) ? watch_.work.motors : watch_.work.joints) += work_of(row);
   }
-  work_.motors += sum(m_tmpSolverNonContactConstraintPool);  // joints are of trees alone
+  watch_.work.motors += sum(m_tmpSolverNonContactConstraintPool);  // joints are of trees alone
 }
 
 // Split impulses move bodies and leave their velocities alone.
@@ -70,9 +65,9 @@ void WatchedSolver::add_overlap(const btContactSolverInfo& info) {
   for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
     const btSolverBody& body = m_tmpSolverBodyPool[i];
     if (!body.m_originalBody) continue;  // fixed
-    const Motion::OfBody& loaded = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
+    const Motion::OfBody& loaded = watch_.before->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
     const btVector3 turn = body.getTurnVelocity() * info.m_splitImpulseTurnErp;
-    work_.overlap -= (loaded.force.dot(body.getPushVelocity()) + loaded.torque.dot(turn)) * info.m_timeStep;
+    watch_.work.overlap -= (loaded.force.dot(body.getPushVelocity()) + loaded.torque.dot(turn)) * info.m_timeStep;
   }
 }
 
@@ -95,14 +90,14 @@ double WatchedSolver::mean_speed(int solver_body, const btVector3& normal, const
   if (solver_body < 0) return 0.0;
   const btSolverBody& body = m_tmpSolverBodyPool[solver_body];
   if (!body.m_originalBody) return 0.0;  // fixed
-  const Motion::OfBody& before = before_->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
+  const Motion::OfBody& before = watch_.before->bodies[static_cast<std::size_t>(body.m_originalBody->getUserIndex())];
   const btVector3 linear = body.m_linearVelocity + body.m_externalForceImpulse + body.m_deltaLinearVelocity;
   const btVector3 angular = body.m_angularVelocity + body.m_externalTorqueImpulse + body.m_deltaAngularVelocity;
   return 0.5 * (normal.dot(before.linear + linear) + arm_cross_normal.dot(before.angular + angular));
 }
 
 double WatchedSolver::mean_speed(const btMultiBody& tree, int jacobian, int changes) const {
-  const std::vector<double>& before = before_->trees.at(&tree);
+  const std::vector<double>& before = watch_.before->trees.at(&tree);
   const btScalar* now = tree.getVelocityVector();
   double speed = 0.0;
   for (int i = 0; i < static_cast<int>(before.size()); ++i) {

@@ -5,47 +5,23 @@
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <btBulletDynamicsCommon.h>
 
-#include <map>
-#include <vector>
-
 #include "physics/articulated/tree_rows.hpp"
+#include "physics/impulse_work.hpp"
 
 namespace energymargin {
-
-//! How all that moves does so, as Bullet keeps it.
-struct Motion {
-  struct OfBody {
-    btVector3 linear, angular;
-    btVector3 force, torque;  // of gravity, the body's constant force and the springs' stiffness [N, N m]
-  };
-  std::vector<OfBody> bodies;                               // by their index in the scene; not of links
-  std::map<const btMultiBody*, std::vector<double>> trees;  // of the base, then of the joints
-};
-
-//! Work of what the solver does [J].
-struct ImpulseWork {
-  double contacts = 0.0;  // of normal impulses
-  double friction = 0.0;
-  double joints = 0.0;   // of stops and mimics, not of drives
-  double motors = 0.0;   // of the robot's servos
-  double overlap = 0.0;  // of penetration recovery against the loads
-};
 
 //! Solves as Bullet does, with the rounds over rows of trees done by TreeRows. While it is watched it also sums up
 //! work: each impulse times the mean of the velocity along it before the step and after it.
 class WatchedSolver : public btMultiBodyConstraintSolver {
  public:
-  //! Whether TreeRows does the rounds, or Bullet.
-  void use_own_rounds(bool own) { own_rounds_ = own; }
+  //! Who does the rounds over the rows of trees.
+  enum class Rounds {
+    tree_rows,
+    bullet,  ///< for comparison
+  };
 
-  //! `before` is what the next steps begin with, for the caller to keep up to date; null ends the watch.
-  void watch(const Motion* before);
-
-  //! Since the watch began.
-  const ImpulseWork& work() const { return work_; }
-
-  //! Back to what it was before a step that is undone.
-  void set_work(const ImpulseWork& work) { work_ = work; }
+  //! Adds to the work of `watch`, which outlives this, while that is watched.
+  explicit WatchedSolver(ImpulseWatch& watch, Rounds rounds = Rounds::tree_rows) : watch_(watch), rounds_(rounds) {}
 
  protected:
   btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
@@ -66,10 +42,9 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
   double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
   double mean_speed(const btMultiBody& tree, int jacobian, int changes) const;
 
-  bool own_rounds_ = true;
+  ImpulseWatch& watch_;
+  Rounds rounds_;
   TreeRows tree_rows_;
-  const Motion* before_ = nullptr;
-  ImpulseWork work_;
 };
 
 }  // namespace energymargin

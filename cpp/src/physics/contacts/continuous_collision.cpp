@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/free_bodies/rigid_motions.hpp"
-
 namespace energymargin {
 namespace {
 
@@ -21,9 +19,10 @@ bool is_link(const btCollisionObject& object) {
 }
 
 // Bullet turns a rigid body by no more than it can in one motion.
-Path path(const btCollisionObject& body, const Velocity& velocity, double duration) {
+Sweep sweep(const btCollisionObject& body, const Velocity& velocity, double duration) {
   const btVector3 turn = velocity.angular * duration;
-  return {body.getWorldTransform(), velocity.linear * duration, is_rigid(body) ? made_turn(turn) : turn, is_link(body)};
+  return {body.getWorldTransform(), velocity.linear * duration, is_rigid(body) ? integrated_turn(turn) : turn,
+          is_link(body)};
 }
 
 // Of the core's points from the body's origin, or a little more.
@@ -107,9 +106,9 @@ double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::v
     if (pair.pieces.empty()) continue;
     const double motion = travels_[index_of(*pair.a)] + travels_[index_of(*pair.b)];
     if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
-    const Path path_a = path(*pair.a, velocities[index_of(*pair.a)], duration);
-    const Path path_b = path(*pair.b, velocities[index_of(*pair.b)], duration);
-    for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(path_a.first(share), path_b.first(share));
+    const Sweep sweep_a = sweep(*pair.a, velocities[index_of(*pair.a)], duration);
+    const Sweep sweep_b = sweep(*pair.b, velocities[index_of(*pair.b)], duration);
+    for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(sweep_a.first(share), sweep_b.first(share));
   }
   return share;
 }

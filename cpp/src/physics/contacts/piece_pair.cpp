@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "physics/contacts/gjk.hpp"
-#include "physics/free_bodies/rigid_motions.hpp"
 
 namespace energymargin {
 namespace {
@@ -33,44 +32,14 @@ btVector3 support(const ConvexPiece& piece, const btTransform& pose, const btVec
   return pose(piece.shape->localGetSupportVertexWithoutMarginNonVirtual(direction * pose.getBasis()));
 }
 
-// Where a body is that has moved with a twist that is constant in space.
-btTransform screwed(const btTransform& start, const btVector3& linear, const btVector3& angular) {
-  const double turn = angular.length();
-  if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
-  const btVector3 once = angular.cross(linear);
-  const btVector3 moved = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
-                          angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
-  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + moved);
-}
-
 }  // namespace
 
-btTransform Path::at(double share) const {
-  if (share == 0.0) return start;
-  if (screw) return screwed(start, linear * share, angular * share);
-  return moved(start, linear, angular, share);
-}
-
-btVector3 Path::turned(const btVector3& direction, double share) const {
-  const double turn = angular.length() * share;
-  return turn == 0.0 ? direction : direction.rotate(angular.normalized(), turn);
-}
-
-double Path::along(const btVector3& direction) const {
-  return screw && !angular.isZero() ? linear.length() : direction.dot(linear);
-}
-
-double Path::bend(double reach) const {
-  const double turn = angular.length();
-  return turn * (turn * reach + (screw ? linear.length() : 0.0));
-}
-
 struct PiecePair::Ways {
-  const Path& a;
-  const Path& b;
+  const Sweep& a;
+  const Sweep& b;
   double turn;  // of both [rad]
 
-  Ways(const Path& a_, const Path& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
+  Ways(const Sweep& a_, const Sweep& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
 };
 
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
@@ -79,7 +48,7 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
       margins_(a.shape->getMarginNonVirtual() + b.shape->getMarginNonVirtual()),
       allowed_(std::min(share_of_margins * margins_, share_of_thickness * std::min(a.half_extent, b.half_extent))) {}
 
-double PiecePair::safe_share(const Path& a, const Path& b) {
+double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
   const Ways ways(a, b);
   if (known_ && !began_deep_ && keeps_apart(ways)) return 1.0;
   const btPointCollector points = points_of_cores(a_, a.start, b_, b.start, Overlap::ignored);
@@ -161,7 +130,7 @@ bool PiecePair::slide(const Ways& ways, double now) const {
   const double across = 0.25 * travel / (deeper * allowed_);
   const double looks = 1.0 + std::floor(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
   if (!(looks <= most_looks)) return false;
-  const auto turning = [&](const Path& face) {
+  const auto turning = [&](const Sweep& face) {
     for (double i = 1.0; i <= looks; ++i) {
       if (gap(ways.a.at(i / looks), ways.b.at(i / looks), face.turned(normal_, i / looks)) < bound) return false;
     }
@@ -190,12 +159,13 @@ double PiecePair::approach(const Ways& ways) const {
 double PiecePair::next_look(const Ways& ways, double share, double room) const {
   double speed = 0.0;
   double acceleration = 0.0;
-  const auto add = [&](const ConvexPiece& piece, const Path& path, const btVector3& direction) {
-    const btVector3 across = direction.cross(path.angular);
-    const btTransform pose = path.at(share);
+  const auto add = [&](const ConvexPiece& piece, const Sweep& sweep, const btVector3& direction) {
+    const btVector3 across = direction.cross(sweep.angular);
+    const btTransform pose = sweep.at(share);
     const btVector3 arm = support(piece, piece.pose(pose), across) - pose.getOrigin();
-    speed += across.dot(arm) + direction.dot(path.screw ? path.turned(path.linear, share) : path.linear);
-    acceleration += path.angular.length() * (across.length() * piece.reach + (path.screw ? path.linear.length() : 0.0));
+    speed += across.dot(arm) + direction.dot(sweep.screw ? sweep.turned(sweep.linear, share) : sweep.linear);
+    acceleration +=
+        sweep.angular.length() * (across.length() * piece.reach + (sweep.screw ? sweep.linear.length() : 0.0));
   };
   add(a_, ways.a, -normal_);
   add(b_, ways.b, normal_);

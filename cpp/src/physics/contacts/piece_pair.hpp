@@ -3,6 +3,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "physics/sweep.hpp"
+
 namespace energymargin {
 
 //! A convex piece of a body.
@@ -14,27 +16,6 @@ struct ConvexPiece {
   double half_extent;  // the smallest [m]
 
   btTransform pose(const btTransform& body) const { return at_origin ? body : body * in_body; }
-};
-
-//! A body on its way through a part of a step.
-struct Path {
-  btTransform start;
-  btVector3 linear, angular;  // over the whole of it, as they are at the start [m], [rad]
-  bool screw;                 // of a link: its velocity turns with it, as about the pivot of a joint
-
-  btTransform at(double share) const;
-
-  //! The first share of it.
-  Path first(double share) const { return {start, linear * share, angular * share, screw}; }
-
-  //! A direction that turns with it.
-  btVector3 turned(const btVector3& direction, double share) const;
-
-  //! How far it can move along a direction on its whole way [m].
-  double along(const btVector3& direction) const;
-
-  //! By how much the velocity of a point at `reach` from the body's origin changes, over the whole of it [m].
-  double bend(double reach) const;
 };
 
 //! Two pieces may overlap a little: by less than their margins, so that the separating direction is known,
@@ -52,7 +33,7 @@ class PiecePair {
 
   //! The share, from 0 to 1, of their ways that they can go without passing into each other: conservative advancement
   //! (Mirtich 1996), where no direction separates them on the whole way.
-  double safe_share(const Path& a, const Path& b);
+  double safe_share(const Sweep& a, const Sweep& b);
 
   //! Whether they are deeper in each other than they may be, where they stand now.
   bool too_deep(const btTransform& a, const btTransform& b) const;

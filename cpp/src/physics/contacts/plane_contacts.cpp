@@ -8,6 +8,9 @@
 namespace energymargin {
 namespace {
 
+// A cylinder stands upright if its axis is as near to the vertical: square of the sine.
+constexpr double upright = 1e-18;
+
 // Calls `visit` with every point of a solid, in its own frame, that can be its lowest one. `down` is a direction in
 // that frame.
 template <typename Visit>
@@ -29,7 +32,7 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
       // On each rim the lowest point and those a quarter and half a turn from it: a firm stand, and a smooth roll.
       const btVector3 half = static_cast<const btCylinderShape&>(shape).getHalfExtentsWithMargin();
       btVector3 low(down.x(), down.y(), 0.0);
-      low = low.length2() > 1e-18 ? low.normalized() * half.x() : btVector3(half.x(), 0.0, 0.0);
+      low = low.length2() > upright ? low.normalized() * half.x() : btVector3(half.x(), 0.0, 0.0);
       const btVector3 across(-low.y(), low.x(), 0.0);
       const btVector3 end(0.0, 0.0, half.z());
       for (const btVector3& side : {low, -low, across, -across}) ends(end, side);
@@ -51,16 +54,16 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
-// Of a hull's low points those on which it stands, at most four, which Bullet keeps: the ends of its longest way along
-// a direction of its own and the outermost points to both sides of that; and the lowest one, in place of the nearest of
-// these. Of more points that lie at one height, the last digit would say which are kept.
-class Stand {
+// The support points of a hull on a plane, at most four, which is what Bullet keeps: the ends of its longest way along
+// one direction and the outermost points to both sides of that; and the lowest point, in place of the nearest of these.
+// Of more points at one height, rounding errors would say which are kept.
+class SupportPoints {
  public:
   // `reach`: of a contact [m].
-  Stand(const btVector3& down, double reach) : down_(down), slack_(level * reach), deeper_(sunk * reach) {
-    const btVector3 axis = std::abs(down.x()) < 0.7 ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
+  SupportPoints(const btVector3& down, double reach)
+      : down_(down), tie_(tie_share * reach), depth_(depth_share * reach) {
+    const btVector3 axis = std::abs(down.x()) < cos_45 ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
     const btVector3 first = (axis - down * down.dot(axis)).normalized();
-    // Not along the axis, to which many hulls have an edge at right angles, and both its ends were outermost.
     along_ = first * std::cos(off_axis) + down.cross(first) * std::sin(off_axis);
   }
 
@@ -72,36 +75,48 @@ class Stand {
     const btVector3& front = farthest(along_);
     const btVector3& back = farthest(-along_);
     const btVector3 across = down_.cross(front - back).normalized();
-    btVector3 stand[] = {front, back, farthest(across), farthest(-across)};
-    const btVector3& lowest = farthest(down_);
-    const auto lower = [&](const btVector3& a, const btVector3& b) { return down_.dot(a) < down_.dot(b); };
-    if (down_.dot(lowest) > down_.dot(*std::max_element(stand, stand + 4, lower)) + deeper_) {
-      const auto nearer = [&](const btVector3& a, const btVector3& b) {
-        return a.distance2(lowest) < b.distance2(lowest);
-      };
-      *std::min_element(stand, stand + 4, nearer) = lowest;
-    }
+    btVector3 support[] = {front, back, farthest(across), farthest(-across)};
+    include_lowest(support);
     for (int i = 0; i < 4; ++i) {
-      if (std::find(stand, stand + i, stand[i]) == stand + i) visit(stand[i]);
+      if (std::find(support, support + i, support[i]) == support + i) visit(support[i]);
     }
   }
 
  private:
-  static constexpr double level = 1e-3;     // of the reach: what is as far as that is equally far
-  static constexpr double sunk = 0.01;      // of the reach: a corner that carries nothing may lie so much lower
-  static constexpr double off_axis = 0.46;  // rad
+  // Shares of the reach. Two points are equally far if they differ by less than the first, a thousand times what
+  // rounding errors amount to. The lowest point replaces another where it is deeper by the second: a corner that is
+  // less deep hardly carries anything.
+  static constexpr double tie_share = 1e-3;
+  static constexpr double depth_share = 0.01;
+
+  // The first direction is off the axis by an angle that is no simple part of a turn [rad]: along the axis, to which
+  // many hulls have an edge at right angles, both ends of that edge would be outermost.
+  static constexpr double off_axis = 0.46;
+
+  // The axis that is farther from vertical serves: a direction within 45 degrees of x has y beside it.
+  static constexpr double cos_45 = 0.7;
 
   // The first of those that are farthest along a direction.
   const btVector3& farthest(const btVector3& direction) const {
     int best = 0;
     for (int i = 1; i < points_.size(); ++i) {
-      if (direction.dot(points_[i]) > direction.dot(points_[best]) + slack_) best = i;
+      if (direction.dot(points_[i]) > direction.dot(points_[best]) + tie_) best = i;
     }
     return points_[best];
   }
 
+  void include_lowest(btVector3 (&support)[4]) const {
+    const btVector3& lowest = farthest(down_);
+    const auto higher = [&](const btVector3& a, const btVector3& b) { return down_.dot(a) < down_.dot(b); };
+    if (!(down_.dot(lowest) > down_.dot(*std::max_element(support, support + 4, higher)) + depth_)) return;
+    const auto nearer = [&](const btVector3& a, const btVector3& b) {
+      return a.distance2(lowest) < b.distance2(lowest);
+    };
+    *std::min_element(support, support + 4, nearer) = lowest;
+  }
+
   btVector3 down_, along_;
-  double slack_, deeper_;
+  double tie_, depth_;  // [m]
   btAlignedObjectArray<btVector3> points_;
 };
 
@@ -157,9 +172,9 @@ class PlaneContacts : public PairContacts {
     };
     // Who asks how far it is to the ground asks for the lowest point of all.
     if (is_hull(*solid.getCollisionShape()) && result->m_closestPointDistanceThreshold == 0.0) {
-      Stand stand(down, reach);
-      for_each_in_reach([&](const btVector3& point) { stand.add(point); });
-      stand.for_each(add);
+      SupportPoints support(down, reach);
+      for_each_in_reach([&](const btVector3& point) { support.add(point); });
+      support.for_each(add);
     } else {
       for_each_in_reach(add);
     }

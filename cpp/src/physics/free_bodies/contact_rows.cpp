@@ -12,13 +12,14 @@ Twist none() { return {Eigen::Array2d::Zero(), Eigen::Array2d::Zero(), Eigen::Ar
 
 inline double speed(const RowSide& side, const Twist* changes) {
   const Twist& change = changes[side.body];
-  const Eigen::Array2d both = side.along[0] * change[0] + side.along[1] * change[1] + side.along[2] * change[2];
+  const Eigen::Array2d both =
+      side.jacobian[0] * change[0] + side.jacobian[1] * change[1] + side.jacobian[2] * change[2];
   return both[0] + both[1];
 }
 
 inline void push(const RowSide& side, double impulse, Twist* changes) {
   Twist& change = changes[side.body];
-  for (std::size_t axis = 0; axis < 3; ++axis) change[axis] += side.change[axis] * impulse;
+  for (std::size_t axis = 0; axis < 3; ++axis) change[axis] += side.response[axis] * impulse;
 }
 
 // Moves the row's impulse towards its target, within the limits; returns the square of the velocity that this changes.

@@ -14,9 +14,9 @@ using Twist = std::array<Eigen::Array2d, 3>;
 
 //! What a row is to one of its bodies.
 struct RowSide {
-  int body = -1;  // index of a moving body; -1: none, for a fixed body
-  Twist along;    // direction of the row; arm x direction
-  Twist change;   // of the body's velocities by an impulse of 1
+  int body = -1;   // index of a moving body; -1: none, for a fixed body
+  Twist jacobian;  // direction of the row; arm x direction
+  Twist response;  // change of the body's velocities by an impulse of 1
 };
 
 //! A constraint of the relative velocity along one direction at one point.
@@ -41,7 +41,7 @@ struct NormalRow : ContactRow {
 struct FrictionRow : ContactRow {
   double friction;
   std::size_t normal;  // index of its normal row
-  double* kept;        // where the contact point keeps the impulse
+  double* stored;      // where the contact point keeps the impulse for the next step
 };
 
 //! Keeps a body at a velocity, as far as its limit allows.

@@ -23,18 +23,13 @@ void set_friction_directions(btManifoldPoint& point, const btVector3& velocity, 
 
 }  // namespace
 
-void ContactSolver::watch(const Motion* before) {
-  before_ = before;
-  work_ = {};
-}
-
 void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
                           const std::vector<Motor>& motors, const btContactSolverInfo& info) {
   add_bodies(bodies, info);
   for (const Motor& motor : motors) add_motor(motor, info);
   for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
   iterate(info);
-  if (before_) add_work(info);
+  if (watch_.before) add_work(info);
   write_back(info);
 }
 
@@ -65,8 +60,8 @@ void ContactSolver::add_motor(const Motor& motor, const btContactSolverInfo& inf
     const btVector3 none(0, 0, 0);
     const btVector3 spin = body.getInvInertiaTensorWorld() * direction * body.getAngularFactor();
     row.first.body = slot;
-    row.first.along = turns ? twist(none, direction) : twist(direction, none);
-    row.first.change = turns ? twist(none, spin) : twist(direction * body.getInvMass(), none);
+    row.first.jacobian = turns ? twist(none, direction) : twist(direction, none);
+    row.first.response = turns ? twist(none, spin) : twist(direction * body.getInvMass(), none);
     row.second.body = -1;
     row.inverse_effective_mass = turns ? direction.dot(spin) : body.getInvMass();
     row.effective_mass = 1.0 / row.inverse_effective_mass;
@@ -112,7 +107,7 @@ void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const b
 void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
                                  double& kept, const Ends& ends) {
   FrictionRow& row = rows_.add_friction();
-  row.kept = &kept;
+  row.stored = &kept;
   row.friction = point.m_combinedFriction;
   row.normal = normal;
   set_sides(row, direction, ends);
@@ -140,8 +135,8 @@ double ContactSolver::set_side(RowSide& side, int slot, const btVector3& directi
   const btVector3 turn = arm.cross(direction);
   const btVector3 spin = body.rigid->getInvInertiaTensorWorld() * turn * body.rigid->getAngularFactor();
   side.body = slot;
-  side.along = twist(direction, turn);
-  side.change = twist(direction * body.linear_share, spin);
+  side.jacobian = twist(direction, turn);
+  side.response = twist(direction * body.linear_share, spin);
   return body.rigid->getInvMass() + direction.dot(spin.cross(arm));
 }
 
@@ -150,8 +145,8 @@ double ContactSolver::speed(const ContactRow& row, bool gyroscopic) const {
   const auto of = [&](const RowSide& side) {
     const Moving& body = moving_[static_cast<std::size_t>(side.body)];
     const btVector3& spin = body.rigid->getAngularVelocity();
-    return linear(side.along).dot(body.rigid->getLinearVelocity()) +
-           angular(side.along).dot(gyroscopic ? spin + body.gyroscopic : spin);
+    return linear(side.jacobian).dot(body.rigid->getLinearVelocity()) +
+           angular(side.jacobian).dot(gyroscopic ? spin + body.gyroscopic : spin);
   };
   return row.second.body >= 0 ? of(row.first) + of(row.second) : of(row.first);
 }
@@ -172,7 +167,7 @@ void ContactSolver::iterate(const btContactSolverInfo& info) {
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {
   for (const NormalRow& row : rows_.normals()) row.point->m_appliedImpulse = row.impulse;
-  for (const FrictionRow& row : rows_.frictions()) *row.kept = row.impulse;
+  for (const FrictionRow& row : rows_.frictions()) *row.stored = row.impulse;
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     btRigidBody& body = *moving_[i].rigid;
     const Twist& change = rows_.change(i);
@@ -189,14 +184,14 @@ void ContactSolver::write_back(const btContactSolverInfo& info) {
 }
 
 void ContactSolver::add_work(const btContactSolverInfo& info) {
-  for (const MotorRow& row : rows_.motors()) work_.motors += work_of(row);
-  for (const NormalRow& row : rows_.normals()) work_.contacts += work_of(row);
-  for (const FrictionRow& row : rows_.frictions()) work_.friction += work_of(row);
+  for (const MotorRow& row : rows_.motors()) watch_.work.motors += work_of(row);
+  for (const NormalRow& row : rows_.normals()) watch_.work.contacts += work_of(row);
+  for (const FrictionRow& row : rows_.frictions()) watch_.work.friction += work_of(row);
   // These impulses move bodies and leave their velocities alone.
   for (std::size_t i = 0; i < moving_.size(); ++i) {
-    const Motion::OfBody& loaded = before_->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
+    const Motion::OfBody& loaded = watch_.before->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
     const btVector3 turn = angular(rows_.split(i)) * info.m_splitImpulseTurnErp;
-    work_.overlap -= (loaded.force.dot(linear(rows_.split(i))) + loaded.torque.dot(turn)) * info.m_timeStep;
+    watch_.work.overlap -= (loaded.force.dot(linear(rows_.split(i))) + loaded.torque.dot(turn)) * info.m_timeStep;
   }
 }
 
@@ -208,10 +203,11 @@ double ContactSolver::work_of(const ContactRow& row) const {
 double ContactSolver::mean_speed(const RowSide& side) const {
   const auto slot = static_cast<std::size_t>(side.body);
   const btRigidBody& body = *moving_[slot].rigid;
-  const Motion::OfBody& before = before_->bodies[static_cast<std::size_t>(body.getUserIndex())];
+  const Motion::OfBody& before = watch_.before->bodies[static_cast<std::size_t>(body.getUserIndex())];
   const btVector3 velocity = body.getLinearVelocity() + linear(rows_.change(slot));
   const btVector3 spin = body.getAngularVelocity() + moving_[slot].gyroscopic + angular(rows_.change(slot));
-  return 0.5 * (linear(side.along).dot(before.linear + velocity) + angular(side.along).dot(before.angular + spin));
+  return 0.5 *
+         (linear(side.jacobian).dot(before.linear + velocity) + angular(side.jacobian).dot(before.angular + spin));
 }
 
 int ContactSolver::slot_of(const btCollisionObject& object) const {

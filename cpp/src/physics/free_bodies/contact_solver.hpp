@@ -5,9 +5,9 @@
 
 #include <vector>
 
-#include "physics/articulated/watched_solver.hpp"
 #include "physics/free_bodies/contact_rows.hpp"
-#include "physics/free_bodies/motor.hpp"
+#include "physics/impulse_work.hpp"
+#include "physics/load.hpp"
 
 namespace energymargin {
 
@@ -15,17 +15,13 @@ namespace energymargin {
 //! solved by WatchedSolver.
 class ContactSolver {
  public:
+  //! Adds to the work of `watch`, which outlives this, while that is watched.
+  explicit ContactSolver(ImpulseWatch& watch) : watch_(watch) {}
+
   //! Changes the velocities of `bodies`, which can all move, and by split impulses their positions where they overlap.
   //! `manifolds` have at least one of them each.
   void solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
              const std::vector<Motor>& motors, const btContactSolverInfo& info);
-
-  //! As WatchedSolver::watch and work.
-  void watch(const Motion* before);
-  const ImpulseWork& work() const { return work_; }
-
-  //! Back to what it was before a step that is undone.
-  void set_work(const ImpulseWork& work) { work_ = work; }
 
  private:
   struct Moving {
@@ -59,8 +55,7 @@ class ContactSolver {
   std::vector<Moving> moving_;
   std::vector<int> slots_;  // of bodies by their index in the scene; -1: fixed
   ContactRows rows_;
-  const Motion* before_ = nullptr;
-  ImpulseWork work_;
+  ImpulseWatch& watch_;
 };
 
 }  // namespace energymargin

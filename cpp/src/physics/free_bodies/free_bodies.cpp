@@ -2,13 +2,22 @@
 
 namespace energymargin {
 
-void FreeBodies::solve(double duration, btContactSolverInfo& info) {
-  info.m_timeStep = duration;
-  solver_.solve(moving_, pairs().touching(), motors(), info);
+FreeBodies::FreeBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
+    : bodies_(scene, shapes), solver_(impulses_) {
+  for (const auto& body : bodies_.all()) colliders_.push_back(body.get());
 }
 
-void FreeBodies::read(std::vector<Velocity>& velocities) const { read_velocities(moving_, velocities); }
+btVector3 FreeBodies::velocity(std::size_t body, const btVector3& point) const {
+  return energymargin::velocity(*bodies_.all()[body], point);
+}
 
-void FreeBodies::move(double duration, double share) { energymargin::move(moving_, duration, share); }
+void FreeBodies::apply(const Load& load, double duration) {
+  energymargin::apply(*bodies_.all()[load.body], load, duration);
+}
+
+void FreeBodies::solve(const StepPart& part) {
+  part.solver.m_timeStep = part.duration;
+  solver_.solve(bodies_.moving(), part.touching, part.motors, part.solver);
+}
 
 }  // namespace energymargin

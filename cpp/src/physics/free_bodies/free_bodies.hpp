@@ -1,12 +1,8 @@
 #pragma once
 // The step of a scene without joints.
 
-#include <btBulletDynamicsCommon.h>
-
-#include <vector>
-
 #include "physics/free_bodies/contact_solver.hpp"
-#include "physics/free_bodies/rigid_motions.hpp"
+#include "physics/free_bodies/rigid_bodies.hpp"
 #include "physics/stepper.hpp"
 
 namespace energymargin {
@@ -16,23 +12,27 @@ namespace energymargin {
 //! bounds, and a search for the few pairs that there are.
 class FreeBodies : public Stepper {
  public:
-  using Stepper::Stepper;
+  FreeBodies(const Scene& scene, const std::vector<CollisionShape>& shapes);
 
-  void add(btRigidBody& moving) { moving_.push_back(&moving); }
-  ContactSolver& solver() { return solver_; }
-  const ContactSolver& solver() const { return solver_; }
-
-  void keep() override { kept_.keep(moving_); }
-  void undo() override { kept_.undo(moving_); }
-  void undo_split_impulses() override { kept_.undo_split_impulses(moving_); }
-  void solve(double duration, btContactSolverInfo& info) override;
-  void read(std::vector<Velocity>& velocities) const override;
-  void move(double duration, double share) override;
+  const std::vector<btRigidBody*>& objects() const override { return bodies_.objects(); }
+  void restore(const State& state) override { bodies_.restore(state); }
+  void read(State& state) const override { bodies_.read(state); }
+  void read(std::vector<Velocity>& velocities) const override { bodies_.read(velocities); }
+  void read(Motion& motion) const override { bodies_.read(motion); }
+  btVector3 velocity(std::size_t body, const btVector3& point) const override;
+  void apply(const Load& load, double duration) override;
+  void accelerate(double duration) override { bodies_.accelerate(duration); }
+  void set_target(std::size_t, double) override {}
+  double target(std::size_t) const override { return 0.0; }
+  void keep() override { bodies_.keep(); }
+  void undo() override { bodies_.undo(); }
+  void undo_split_impulses() override { bodies_.undo_split_impulses(); }
+  void solve(const StepPart& part) override;
+  void move(double duration, double share) override { bodies_.move(duration, share); }
 
  private:
+  RigidBodies bodies_;
   ContactSolver solver_;
-  std::vector<btRigidBody*> moving_;
-  RigidMotions kept_;
 };
 
 }  // namespace energymargin

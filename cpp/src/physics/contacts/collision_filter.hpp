@@ -1,0 +1,32 @@
+#pragma once
+// Which pairs of bodies can collide.
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "energymargin/scene.hpp"
+
+namespace energymargin {
+
+//! All but two fixed bodies, two that a joint connects, which overlap there, and those that the scene names.
+class CollisionFilter {
+ public:
+  explicit CollisionFilter(const Scene& scene) : bodies_(scene.bodies()) {
+    for (const Joint& joint : scene.joints()) exclude(scene.index(joint.parent), scene.index(joint.child));
+    for (const auto& [a, b] : scene.disabled_collisions()) exclude(scene.index(a), scene.index(b));
+  }
+
+  //! Of two bodies by their indices in the scene, which outlives this.
+  bool operator()(std::size_t a, std::size_t b) const {
+    return !(bodies_[a].fixed() && bodies_[b].fixed()) && excluded_.count(std::minmax(a, b)) == 0;
+  }
+
+ private:
+  void exclude(std::size_t a, std::size_t b) { excluded_.insert(std::minmax(a, b)); }
+
+  const std::vector<Body>& bodies_;
+  std::set<std::pair<std::size_t, std::size_t>> excluded_;  // the lower index first
+};
+
+}  // namespace energymargin

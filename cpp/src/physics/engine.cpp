@@ -1,0 +1,142 @@
+#include "physics/engine.hpp"
+
+#include <cmath>
+
+namespace energymargin {
+namespace {
+
+constexpr int steps_between_looks = 16;  // at the limit: a step takes from 3 us to, in large scenes, some ms
+
+}  // namespace
+
+//! A wrench on one object, and its work.
+class Engine::ObjectWrench {
+ public:
+  ObjectWrench(const btRigidBody& object, const Wrench& wrench)
+      : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)) {}
+
+  void load(Simulation& simulation) const {
+    simulation.load(static_cast<std::size_t>(object_.getUserIndex()), force_, torque_);
+  }
+
+  //! Before a part of a step.
+  void begin() {
+    linear_ = object_.getLinearVelocity();
+    angular_ = object_.getAngularVelocity();
+  }
+
+  //! Of that part [J]. The mean of the velocities before and after makes the work on a free body its gain of kinetic
+  //! energy, exactly.
+  double work(double duration) const {
+    const double power = 0.5 * (force_.dot(linear_ + object_.getLinearVelocity()) +
+                                torque_.dot(angular_ + object_.getAngularVelocity()));
+    return power * duration;
+  }
+
+ private:
+  const btRigidBody& object_;
+  btVector3 force_, torque_;
+  btVector3 linear_, angular_;
+};
+
+Rollout Engine::rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch) {
+  simulation.restore(state);
+  return roll_out(pushes, limit, watch, nullptr);
+}
+
+Rollout Engine::audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit,
+                                const Watch& watch) {
+  simulation.restore(state);
+  Auditor auditor(simulation, energy);
+  Rollout result = roll_out(pushes, limit, watch, &auditor);
+  result.energy = energy(result.state);
+  result.audit = auditor.audit();
+  result.audit->energy_change = result.energy - energy(state);
+  result.audit->wrench = result.work;
+  return result;
+}
+
+Rollout Engine::roll_out(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor) {
+  Rollout result;
+  std::vector<ObjectWrench> wrenches;
+  auto next = watch.record.begin();
+  bool over = false;
+  for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
+    wrenches.clear();
+    for (const Wrench& wrench : push->wrenches) wrenches.emplace_back(*simulation.objects()[wrenches.size()], wrench);
+    for (int i = 0; i < push->steps && !over; ++i) {
+      result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
+      over = !result.complete;
+      if (over) break;
+      if (i == 0 || robot) load(wrenches, watch.first + result.steps);
+      step(wrenches, result, auditor);
+      ++result.steps;
+      if (next != watch.record.end() && *next == result.steps) {
+        result.recorded.push_back({result.steps, result.effort, {}});
+        simulation.read(result.recorded.back().state);
+        ++next;
+      }
+      over = !(watch.cost + result.effort < watch.bound);
+      if (over || !watch.ends || (watch.first + result.steps) % watch.look_every != 0) continue;
+      simulation.read(result.state);
+      over = watch.ends(result.state);
+    }
+  }
+  simulation.read(result.state);
+  if (!std::isfinite(result.effort)) throw Diverged("the effort");
+  return result;
+}
+
+// For the next step, and for those after it if there is no robot.
+void Engine::load(const std::vector<ObjectWrench>& wrenches, int step) {
+  simulation.unload();
+  for (const ObjectWrench& wrench : wrenches) wrench.load(simulation);
+  if (robot) robot->act(simulation, step);
+}
+
+void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor) {
+  double left = simulation.scene().stepping().step;
+  for (int parts = 0; left > 0.0; ++parts) {
+    if (auditor) auditor->begin();
+    for (ObjectWrench& wrench : wrenches) wrench.begin();
+    const Advance part = simulation.advance(left, parts);
+    for (const ObjectWrench& wrench : wrenches) {
+      const double work = wrench.work(part.duration);
+      result.effort += std::abs(work);
+      result.work += work;
+    }
+    if (auditor) auditor->end(part);
+    left -= part.duration;
+  }
+}
+
+std::vector<Frame> Engine::simulate(const State& state, const Robot* along, int steps, const std::vector<int>& record,
+                                    const Limit& limit) {
+  std::vector<Frame> frames;
+  auto next = record.begin();
+  if (next != record.end() && *next == 0) {
+    frames.push_back({0.0, state, contacts(state)});
+    ++next;
+  }
+  const double step = simulation.scene().stepping().step;
+  simulation.restore(state);
+  for (int i = 1; i <= steps && next != record.end(); ++i) {
+    if (i % steps_between_looks == 0) limit.require();
+    simulation.unload();
+    if (along) along->act(simulation, i - 1);
+    simulation.step();
+    if (i != *next) continue;
+    frames.push_back({i * step, {}, simulation.contacts()});
+    simulation.read(frames.back().state);
+    ++next;
+  }
+  return frames;
+}
+
+std::vector<Contact> Engine::contacts(const State& state) {
+  simulation.restore(state);
+  simulation.step();
+  return simulation.contacts();
+}
+
+}  // namespace energymargin

@@ -1,0 +1,38 @@
+#pragma once
+// The work of a step's impulses, for the energy audit.
+
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <map>
+#include <vector>
+
+namespace energymargin {
+
+//! Velocities and loads of all that moves, as Bullet has them.
+struct Motion {
+  struct OfBody {
+    btVector3 linear, angular;  // [m/s], [rad/s]
+    btVector3 force, torque;    // of gravity, the body's constant force and the springs' stiffness [N, N m]
+  };
+  std::vector<OfBody> bodies;                               // by their index in the scene; not of links
+  std::map<const btMultiBody*, std::vector<double>> trees;  // velocities of the base, then of the joints
+};
+
+//! Work of the solver's impulses [J].
+struct ImpulseWork {
+  double contacts = 0.0;  // of normal impulses
+  double friction = 0.0;
+  double joints = 0.0;   // of stops and mimics, not of drives
+  double motors = 0.0;   // of the robot's servos
+  double overlap = 0.0;  // of penetration recovery against the loads
+};
+
+//! Sums up work while it is watched: each impulse times the mean of the velocity along it before the step and after it.
+struct ImpulseWatch {
+  const Motion* before =
+      nullptr;         // what the next step begins with, for the owner to keep up to date; null: not watched
+  ImpulseWork work{};  // since the watch began
+};
+
+}  // namespace energymargin
