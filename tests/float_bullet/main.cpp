@@ -5,4 +5,3 @@
 #include <iostream>
 
 double resting_height();
-

@@ -56,11 +56,11 @@ using DisturbanceModel = std::variant<disturbances::Uniform, disturbances::Gauss
 void validate(const DisturbanceModel& model, const Problem& problem);
 
 //! What acts in one rollout of `steps` steps, as number `index` of a seed's. The model is valid.
-std::vector<Push> drawn(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
-                        std::size_t index);
+std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
+                              std::size_t index);
 
 //! The problem's plan with the noise of the same draw; none unless the model is OfPlan.
-std::optional<Plan> drawn_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
-                               std::size_t index);
+std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
+                              std::size_t index);
 
 }  // namespace energymargin

@@ -82,8 +82,9 @@ class Estimate {
   int counted() const { return static_cast<int>(std::find(done_.begin(), done_.end(), 0) - done_.begin()); }
 
   Path run(std::size_t index) {
-    const auto plan = drawn_plan(options_.disturbance, problem_, options_.seed, index);
-    return run(drawn(options_.disturbance, problem_, timing_.horizon, options_.seed, index), plan ? &*plan : nullptr);
+    const auto plan = draw_plan(options_.disturbance, problem_, options_.seed, index);
+    return run(draw_pushes(options_.disturbance, problem_, timing_.horizon, options_.seed, index),
+               plan ? &*plan : nullptr);
   }
 
   // Under `pushes`; `plan` in place of the problem's, if it is given.

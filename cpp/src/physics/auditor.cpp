@@ -86,8 +86,8 @@ void Auditor::add_control(std::size_t index, const JointState& before, const Joi
 }
 
 void Auditor::add_damper(const Spring& spring, double rate_before, double rate_after, double duration) {
-  const double grown = 0.5 * (rate_before + rate_after) * duration;
-  audit_.damping -= spring.damping * rate_before * grown;
+  const double stretch = 0.5 * (rate_before + rate_after) * duration;
+  audit_.damping -= spring.damping * rate_before * stretch;
 }
 
 }  // namespace energymargin

@@ -35,7 +35,7 @@ struct Roomy : Base {
   }
 };
 
-// A solid whose frame is at `pose` in Bullet's. Hulls are moved there; other solids stay where they are.
+// A solid whose frame is at `pose` in Bullet's. Hulls are in_place there; other solids stay where they are.
 struct Builder {
   Pose pose;
   double margin;
@@ -126,18 +126,18 @@ CollisionShape collision_shape(const Body& body, std::optional<double> margin) {
   if (parts.size() == 1 && (is_nowhere_else(parts[0]) || std::holds_alternative<ConvexHull>(parts[0].shape))) {
     return {solid_shape(parts[0].shape, parts[0].pose, margin), {}, {thinnest(parts[0].shape)}};
   }
-  CollisionShape made;
+  CollisionShape result;
   auto compound = std::make_unique<btCompoundShape>();
   const double room =
       gContactBreakingThreshold * reach_from(body.shape, inertial.center);  // Bullet's reach of a contact
   for (const auto& [solid, pose] : parts) {
-    made.parts.push_back(solid_shape(solid, pose, margin, room));
-    made.half_extents.push_back(thinnest(solid));
-    const bool moved = std::holds_alternative<ConvexHull>(solid);
-    compound->addChildShape(to_bullet(moved ? Pose{} : pose), made.parts.back().get());
+    result.parts.push_back(solid_shape(solid, pose, margin, room));
+    result.half_extents.push_back(thinnest(solid));
+    const bool in_place = std::holds_alternative<ConvexHull>(solid);
+    compound->addChildShape(to_bullet(in_place ? Pose{} : pose), result.parts.back().get());
   }
-  made.shape = std::move(compound);
-  return made;
+  result.shape = std::move(compound);
+  return result;
 }
 
 std::vector<CollisionShape> collision_shapes(const Scene& scene) {

@@ -127,7 +127,7 @@ Advance Simulation::advance(double duration, int parts) {
 // A part's length is known once its velocities are: if bodies would pass into each other, it is done again, as short as
 // they are safe.
 Advance Simulation::advance_safely(double duration, int parts) {
-  stepper_->keep();
+  stepper_->save();
   const ImpulseWork work = impulse_work();
   for (int tries = 1;; ++tries) {
     accelerate(duration);

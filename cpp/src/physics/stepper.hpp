@@ -56,8 +56,8 @@ class Stepper {
   virtual void set_target(std::size_t joint, double target) = 0;
   virtual double target(std::size_t joint) const = 0;
 
-  //! Keeps the velocities and poses, for `undo`.
-  virtual void keep() = 0;
+  //! Saves the velocities and poses, for `undo`.
+  virtual void save() = 0;
   virtual void undo() = 0;
 
   //! Takes back the split impulses of `solve`; velocities stay.

@@ -15,9 +15,9 @@ btTransform screwed(const btTransform& start, const btVector3& linear, const btV
   const double turn = angular.length();
   if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
   const btVector3 once = angular.cross(linear);
-  const btVector3 moved = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
-                          angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
-  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + moved);
+  const btVector3 offset = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
+                           angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
+  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + offset);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "base/angles.hpp"
 #include "base/check.hpp"
 #include "energymargin/random.hpp"
 
@@ -24,13 +25,13 @@ class Draw {
   //! Box and Muller (1958).
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - even()));
-    return radius * std::cos(2.0 * M_PI * even());
+    return radius * std::cos(2.0 * pi * even());
   }
 
   Vector3 within(const Vector3& bounds) {
-    Vector3 drawn;
-    for (int axis = 0; axis < 3; ++axis) drawn[axis] = even(-bounds[axis], bounds[axis]);
-    return drawn;
+    Vector3 sample;
+    for (int axis = 0; axis < 3; ++axis) sample[axis] = even(-bounds[axis], bounds[axis]);
+    return sample;
   }
 
   std::size_t below(std::size_t count) {
@@ -48,7 +49,7 @@ int steps_of(double time, const Problem& problem) {
 }
 
 // So many of `count`, by their numbers.
-std::vector<bool> chosen(std::size_t count, std::size_t of, Draw& draw) {
+std::vector<bool> choose(std::size_t count, std::size_t of, Draw& draw) {
   std::vector<std::size_t> order(of);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::vector<bool> is_chosen(of, count >= of);
@@ -59,61 +60,61 @@ std::vector<bool> chosen(std::size_t count, std::size_t of, Draw& draw) {
   return is_chosen;
 }
 
-std::vector<Push> pushes(const Uniform& model, const Problem& problem, int steps, Draw& draw) {
+std::vector<Push> sample(const Uniform& model, const Problem& problem, int steps, Draw& draw) {
   const std::size_t objects = objects_of(problem);
   const int longest = steps_of(model.hold.value_or(problem.duration), problem);
-  std::vector<Push> drawn;
-  for (int left = steps; left > 0; left -= drawn.back().steps) {
+  std::vector<Push> pushes;
+  for (int left = steps; left > 0; left -= pushes.back().steps) {
     const auto held = static_cast<int>(draw.below(static_cast<std::size_t>(longest))) + 1;
     Push push{Disturbance(objects), std::min(left, held)};
-    const std::size_t meets = model.objects ? static_cast<std::size_t>(*model.objects) : objects;
-    const std::vector<bool> met = chosen(meets, objects, draw);
+    const std::size_t hits = model.objects ? static_cast<std::size_t>(*model.objects) : objects;
+    const std::vector<bool> hit = choose(hits, objects, draw);
     for (std::size_t i = 0; i < objects; ++i) {
-      if (met[i])
+      if (hit[i])
         push.wrenches[i] = {draw.within(model.strength * problem.force), draw.within(model.strength * problem.torque)};
     }
-    drawn.push_back(std::move(push));
+    pushes.push_back(std::move(push));
   }
-  return drawn;
+  return pushes;
 }
 
 // An Ornstein-Uhlenbeck process, sampled exactly, from its stationary distribution on.
-std::vector<Push> pushes(const Gaussian& model, const Problem& problem, int steps, Draw& draw) {
-  const double kept =
+std::vector<Push> sample(const Gaussian& model, const Problem& problem, int steps, Draw& draw) {
+  const double decay =
       model.correlation_time > 0.0 ? std::exp(-problem.scene.stepping().step / model.correlation_time) : 0.0;
-  const double fresh = std::sqrt(1.0 - kept * kept);
+  const double noise_share = std::sqrt(1.0 - decay * decay);
   const auto next = [&](const Vector3& last, const Vector3& bounds, double deviation, bool first) {
-    Vector3 drawn = Vector3::Zero();
+    Vector3 sample = Vector3::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       if (bounds[axis] == 0.0) continue;
       const double noise = deviation * draw.normal();
-      drawn[axis] = first ? noise : kept * last[axis] + fresh * noise;
+      sample[axis] = first ? noise : decay * last[axis] + noise_share * noise;
     }
-    return drawn;
+    return sample;
   };
   Disturbance now(objects_of(problem));
-  std::vector<Push> drawn;
+  std::vector<Push> pushes;
   for (int i = 0; i < steps; ++i) {
     for (Wrench& wrench : now) {
       wrench = {next(wrench.force, problem.force, model.force, i == 0),
                 next(wrench.torque, problem.torque, model.torque, i == 0)};
     }
-    drawn.push_back({now, 1});
+    pushes.push_back({now, 1});
   }
-  return drawn;
+  return pushes;
 }
 
-std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps) {
-  std::vector<Push> given;
+std::vector<Push> sample(const Wrenches& rows, const Problem& problem, int steps) {
+  std::vector<Push> pushes;
   for (int i = 0; i < steps; ++i) {
     Push push{Disturbance(objects_of(problem)), 1};
     for (std::size_t k = 0; k < push.wrenches.size(); ++k) {
       const auto first = static_cast<Eigen::Index>(6 * k);
       push.wrenches[k] = {rows.row(i).segment<3>(first), rows.row(i).segment<3>(first + 3)};
     }
-    given.push_back(std::move(push));
+    pushes.push_back(std::move(push));
   }
-  return given;
+  return pushes;
 }
 
 void validate_uniform(const Uniform& model, const Problem& problem) {
@@ -163,18 +164,18 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
   if (const auto* given = std::get_if<Given>(&model)) validate_given(*given, problem);
 }
 
-std::vector<Push> drawn(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
-                        std::size_t index) {
+std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
+                              std::size_t index) {
   Draw draw(seed, index);
-  if (const auto* uniform = std::get_if<Uniform>(&model)) return pushes(*uniform, problem, steps, draw);
-  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) return pushes(boltzmann->proposal, problem, steps, draw);
-  if (const auto* gaussian = std::get_if<Gaussian>(&model)) return pushes(*gaussian, problem, steps, draw);
-  if (const auto* given = std::get_if<Given>(&model)) return pushes(given->rollouts[index], problem, steps);
+  if (const auto* uniform = std::get_if<Uniform>(&model)) return sample(*uniform, problem, steps, draw);
+  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) return sample(boltzmann->proposal, problem, steps, draw);
+  if (const auto* gaussian = std::get_if<Gaussian>(&model)) return sample(*gaussian, problem, steps, draw);
+  if (const auto* given = std::get_if<Given>(&model)) return sample(given->rollouts[index], problem, steps);
   return {Push{Disturbance(objects_of(problem)), steps}};
 }
 
-std::optional<Plan> drawn_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
-                               std::size_t index) {
+std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
+                              std::size_t index) {
   const auto* noise = std::get_if<OfPlan>(&model);
   if (!noise) return std::nullopt;
   Draw draw(seed, index);

@@ -113,15 +113,15 @@ void doubt_mass_ratio(Doubts& doubts, const Scene& scene) {
 }
 
 // The nearest other body to one, and how far it is: inf if there is none, and the first one that is near enough.
-std::pair<std::string, double> nearest(World& world, const State& state, const Body& body) {
-  std::pair<std::string, double> found{"", std::numeric_limits<double>::infinity()};
+std::pair<std::string, double> nearest_body(World& world, const State& state, const Body& body) {
+  std::pair<std::string, double> nearest{"", std::numeric_limits<double>::infinity()};
   for (const Body& other : world.scene().bodies()) {
     if (other.name == body.name) continue;
     const double distance = world.distance(state, body.name, other.name);
-    if (distance < found.second) found = {other.name, distance};
+    if (distance < nearest.second) nearest = {other.name, distance};
     if (distance < plausible::gap) break;
   }
-  return found;
+  return nearest;
 }
 
 // Whether it would fall if nothing touched it: nothing but gravity acts on it, and it is at rest.
@@ -141,7 +141,7 @@ void doubt_floating(Doubts& doubts, const Problem& problem) {
     const Body& object = scene.bodies()[index];
     if (!would_fall(scene, object, kinematics(problem.state.data(), index))) continue;
     if (!world) world.emplace(scene);
-    const auto [other, distance] = nearest(*world, problem.state, object);
+    const auto [other, distance] = nearest_body(*world, problem.state, object);
     if (!std::isfinite(distance) || distance < plausible::gap) continue;
     doubt(doubts, of_body(object, "its distance to the nearest body, '" + other + "',"), text(distance) + " m",
           "and it is at rest: nothing holds it, so that it falls before anything disturbs it");

@@ -22,7 +22,7 @@ ArticulatedBodies::ArticulatedBodies(const Scene& scene, const std::vector<Colli
   add_trees(shapes);
   add_mimics();
   joint_constraints_ = constraints_.size();
-  kept_velocities_.resize(trees_.size());
+  saved_velocities_.resize(trees_.size());
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Vector3& force = scene.bodies()[i].force;
     if (tree_of_[i] && !force.isZero(0.0)) link_loads_.push_back({i, to_bullet(force), btVector3(0, 0, 0)});
@@ -127,14 +127,14 @@ double ArticulatedBodies::target(std::size_t joint) const {
   return scene_.joints()[joint].target;
 }
 
-void ArticulatedBodies::keep() {
-  rigids_.keep();
-  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i]->read_velocities(kept_velocities_[i]);
+void ArticulatedBodies::save() {
+  rigids_.save();
+  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i]->read_velocities(saved_velocities_[i]);
 }
 
 void ArticulatedBodies::undo() {
   rigids_.undo();
-  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i]->restore_velocities(kept_velocities_[i]);
+  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i]->restore_velocities(saved_velocities_[i]);
 }
 
 void ArticulatedBodies::solve(const StepPart& part) {

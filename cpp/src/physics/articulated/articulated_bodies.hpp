@@ -41,7 +41,7 @@ class ArticulatedBodies : public Stepper {
   void accelerate(double duration) override;
   void set_target(std::size_t joint, double target) override;
   double target(std::size_t joint) const override;
-  void keep() override;
+  void save() override;
   void undo() override;
   void undo_split_impulses() override { rigids_.undo_split_impulses(); }
   void solve(const StepPart& part) override;
@@ -67,8 +67,8 @@ class ArticulatedBodies : public Stepper {
   std::vector<std::unique_ptr<BaseMotor>> base_motors_;
   std::vector<std::unique_ptr<RigidMotor>> rigid_motors_;
   std::vector<btTypedConstraint*> rigid_constraints_;
-  std::vector<btCollisionObject*> moving_;            // rigid bodies, then links
-  std::vector<std::vector<double>> kept_velocities_;  // of the trees: base, then joints
+  std::vector<btCollisionObject*> moving_;             // rigid bodies, then links
+  std::vector<std::vector<double>> saved_velocities_;  // of the trees: base, then joints
   // Scratch of Bullet's.
   btAlignedObjectArray<btScalar> numbers_;
   btAlignedObjectArray<btVector3> vectors_, origins_;

@@ -53,12 +53,12 @@ void JointRows::add_drive(btMultiBodyConstraintArray& rows, btMultiBodyJacobianD
   const double inverse_inertia = 1.0 / row.m_jacDiagABInv;
   const double gain = step * joint_.stiffness + joint_.damping;
   const double softness = 1.0 / (step * gain);
-  const double wanted =
+  const double target_velocity =
       (joint_.stiffness * (joint_.target - m_bodyA->getJointPos(m_linkA)) + joint_.damping * joint_.target_velocity) /
       gain;
   row.m_jacDiagABInv = 1.0 / (inverse_inertia + softness);
   row.m_cfm = softness * row.m_jacDiagABInv;
-  row.m_rhs = (wanted - m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
+  row.m_rhs = (target_velocity - m_bodyA->getJointVel(m_linkA)) * row.m_jacDiagABInv;
   row.m_upperLimit = std::min(joint_.torque_limit * step, no_impulse_limit);
   row.m_lowerLimit = -row.m_upperLimit;
 }

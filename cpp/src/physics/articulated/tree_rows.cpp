@@ -16,7 +16,8 @@ inline double TreeRows::Side::speed() const {
     return linear.dot(body->internalGetDeltaLinearVelocity()) + angular.dot(body->internalGetDeltaAngularVelocity());
   }
   double sum = 0.0;
-  for (int i = moved.begin; i < moved.begin + moved.count; ++i) sum += jacobian[i] * changes[i];
+  for (int i = nonzero_jacobian.begin; i < nonzero_jacobian.begin + nonzero_jacobian.count; ++i)
+    sum += jacobian[i] * changes[i];
   return sum;
 }
 
@@ -25,10 +26,11 @@ inline void TreeRows::Side::push(double impulse) const {
     body->internalApplyImpulse(linear_change, angular_change, impulse);
     return;
   }
-  for (int i = answering.begin; i < answering.begin + answering.count; ++i) changes[i] += response[i] * impulse;
+  for (int i = nonzero_response.begin; i < nonzero_response.begin + nonzero_response.count; ++i)
+    changes[i] += response[i] * impulse;
 }
 
-inline double TreeRows::Row::wanted_change() const {
+inline double TreeRows::Row::unclamped_change() const {
   double change = target - impulse * softness;
   change -= a.speed() * effective_mass;
   change -= b.speed() * effective_mass;
@@ -93,8 +95,8 @@ TreeRows::Side TreeRows::side(int solver_body, btMultiBody* tree, int jacobian, 
     while (last > first && last[-1] == 0.0) --last;
     return Span{static_cast<int>(first - numbers), static_cast<int>(last - first)};
   };
-  side.moved = span(side.jacobian);
-  side.answering = span(side.response);
+  side.nonzero_jacobian = span(side.jacobian);
+  side.nonzero_response = span(side.response);
   return side;
 }
 
@@ -119,16 +121,16 @@ double TreeRows::iterate(int round, int joint_rounds) {
 
 // Returns the change of the velocity along the row.
 double TreeRows::resolve(Row& row) {
-  double change = row.wanted_change();
-  const double wanted = row.impulse + change;
-  if (wanted < row.low) {
+  double change = row.unclamped_change();
+  const double unclamped = row.impulse + change;
+  if (unclamped < row.low) {
     change = row.low - row.impulse;
     row.impulse = row.low;
-  } else if (wanted > row.high) {
+  } else if (unclamped > row.high) {
     change = row.high - row.impulse;
     row.impulse = row.high;
   } else {
-    row.impulse = wanted;
+    row.impulse = unclamped;
   }
   row.push(change);
   return change / row.effective_mass;
@@ -136,14 +138,14 @@ double TreeRows::resolve(Row& row) {
 
 // The two impulses stay within a circle. Returns the square of the change of the velocity along both.
 double TreeRows::resolve_cone(Row& first, Row& second, double radius) {
-  double change_second = second.wanted_change();
-  double change_first = first.wanted_change();
+  double change_second = second.unclamped_change();
+  double change_first = first.unclamped_change();
   const double wanted_first = first.impulse + change_first;
   const double wanted_second = second.impulse + change_second;
-  const auto limit = [](Row& row, double wanted, double most, double& change) {
-    const double held = std::min(std::max(wanted, -most), most);
-    if (held != wanted) change = held - row.impulse;
-    row.impulse = held;
+  const auto limit = [](Row& row, double unclamped, double most, double& change) {
+    const double clamped = std::min(std::max(unclamped, -most), most);
+    if (clamped != unclamped) change = clamped - row.impulse;
+    row.impulse = clamped;
   };
   const double length = std::sqrt(squared(wanted_first) + squared(wanted_second));
   if (length >= radius) {
@@ -172,7 +174,7 @@ void TreeRows::finish() {
 }
 
 void TreeRows::remember(btMultiBody& tree, const double* changes) {
-  const auto same = [&](const Tree& one) { return one.body == &tree; };
+  const auto same = [&](const Tree& other) { return other.body == &tree; };
   if (std::any_of(trees_.begin(), trees_.end(), same)) return;
   trees_.push_back({&tree, changes, at_start_.size()});
   at_start_.insert(at_start_.end(), changes, changes + tree.getNumDofs() + 6);

@@ -40,7 +40,7 @@ class TreeRows {
     const double* jacobian = nullptr;
     const double* response = nullptr;  // change of the tree's velocities by an impulse of 1
     double* changes = nullptr;         // so far
-    Span moved, answering;
+    Span nonzero_jacobian, nonzero_response;
 
     double speed() const;
     void push(double impulse) const;
@@ -51,7 +51,7 @@ class TreeRows {
     Side a, b;
     double target, effective_mass, softness, impulse, low, high;
 
-    double wanted_change() const;
+    double unclamped_change() const;
     void push(double impulse) const;
   };
 

@@ -20,18 +20,18 @@ void set_bounds(const btCollisionObject& object, btVector3& low, btVector3& high
 
 }  // namespace
 
-std::size_t CollisionPairs::bounded(btCollisionObject& object) {
-  const auto same = [&](const Bounded& one) { return one.object == &object; };
-  const auto found = std::find_if(bounded_.begin(), bounded_.end(), same);
-  if (found != bounded_.end()) return static_cast<std::size_t>(found - bounded_.begin());
-  Bounded made{&object, !object.isStaticObject(), {}, {}};
-  set_bounds(object, made.low, made.high);
-  bounded_.push_back(made);
-  return bounded_.size() - 1;
+std::size_t CollisionPairs::index_of(btCollisionObject& object) {
+  const auto same = [&](const BoundedObject& other) { return other.object == &object; };
+  const auto known = std::find_if(objects_.begin(), objects_.end(), same);
+  if (known != objects_.end()) return static_cast<std::size_t>(known - objects_.begin());
+  BoundedObject bounds{&object, !object.isStaticObject(), {}, {}};
+  set_bounds(object, bounds.low, bounds.high);
+  objects_.push_back(bounds);
+  return objects_.size() - 1;
 }
 
 void CollisionPairs::add(btCollisionObject& a, btCollisionObject& b) {
-  pairs_.push_back({bounded(a), bounded(b), std::min(reach_of_contact(a), reach_of_contact(b)), 0.0, nullptr});
+  pairs_.push_back({index_of(a), index_of(b), std::min(reach_of_contact(a), reach_of_contact(b)), 0.0, nullptr});
 }
 
 void CollisionPairs::forget() {
@@ -40,8 +40,8 @@ void CollisionPairs::forget() {
 }
 
 void CollisionPairs::update() {
-  for (Bounded& bounded : bounded_) {
-    if (bounded.moves) set_bounds(*bounded.object, bounded.low, bounded.high);
+  for (BoundedObject& body : objects_) {
+    if (body.moves) set_bounds(*body.object, body.low, body.high);
   }
   touching_.clear();
   for (Pair& pair : pairs_) {
@@ -57,8 +57,8 @@ void CollisionPairs::update() {
 }
 
 double CollisionPairs::gap_of(const Pair& pair) const {
-  const Bounded& a = bounded_[pair.a];
-  const Bounded& b = bounded_[pair.b];
+  const BoundedObject& a = objects_[pair.a];
+  const BoundedObject& b = objects_[pair.b];
   const btVector3 gap_a = a.low - b.high;
   const btVector3 gap_b = b.low - a.high;
   return std::max(std::max(std::max(gap_a.x(), gap_b.x()), std::max(gap_a.y(), gap_b.y())),
@@ -66,8 +66,8 @@ double CollisionPairs::gap_of(const Pair& pair) const {
 }
 
 void CollisionPairs::detect(Pair& pair) {
-  btCollisionObject& a = *bounded_[pair.a].object;
-  btCollisionObject& b = *bounded_[pair.b].object;
+  btCollisionObject& a = *objects_[pair.a].object;
+  btCollisionObject& b = *objects_[pair.b].object;
   const btCollisionObjectWrapper of_a(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper of_b(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
   if (!pair.algorithm) {
@@ -75,10 +75,10 @@ void CollisionPairs::detect(Pair& pair) {
   }
   btManifoldResult result(&of_a, &of_b);
   pair.algorithm->processCollision(&of_a, &of_b, info_, &result);
-  found_.resizeNoInitialize(0);
-  pair.algorithm->getAllContactManifolds(found_);
-  for (int i = 0; i < found_.size(); ++i) {
-    if (found_[i]->getNumContacts() > 0) touching_.push_back(found_[i]);
+  manifolds_.resizeNoInitialize(0);
+  pair.algorithm->getAllContactManifolds(manifolds_);
+  for (int i = 0; i < manifolds_.size(); ++i) {
+    if (manifolds_[i]->getNumContacts() > 0) touching_.push_back(manifolds_[i]);
   }
 }
 

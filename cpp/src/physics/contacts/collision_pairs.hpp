@@ -33,29 +33,29 @@ class CollisionPairs {
   const std::vector<btPersistentManifold*>& touching() const { return touching_; }
 
  private:
-  struct Bounded {
+  struct BoundedObject {
     btCollisionObject* object;
     bool moves;
     btVector3 low, high;  // bounds
   };
   struct Pair {
-    std::size_t a, b;                           // in bounded_
+    std::size_t a, b;                           // in objects_
     double reach;                               // from which on they do not touch
     double gap = 0.0;                           // of the bounds
     btCollisionAlgorithm* algorithm = nullptr;  // of the dispatcher's pool
   };
 
-  std::size_t bounded(btCollisionObject& object);
+  std::size_t index_of(btCollisionObject& object);
   double gap_of(const Pair& pair) const;
   void detect(Pair& pair);
   void drop(Pair& pair);
 
   btCollisionDispatcher& dispatcher_;
   btDispatcherInfo info_;
-  std::vector<Bounded> bounded_;
+  std::vector<BoundedObject> objects_;
   std::vector<Pair> pairs_;
   std::vector<btPersistentManifold*> touching_;
-  btManifoldArray found_;
+  btManifoldArray manifolds_;
 };
 
 }  // namespace energymargin

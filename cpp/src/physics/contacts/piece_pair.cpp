@@ -34,12 +34,12 @@ btVector3 support(const ConvexPiece& piece, const btTransform& pose, const btVec
 
 }  // namespace
 
-struct PiecePair::Ways {
+struct PiecePair::Sweeps {
   const Sweep& a;
   const Sweep& b;
   double turn;  // of both [rad]
 
-  Ways(const Sweep& a_, const Sweep& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
+  Sweeps(const Sweep& a_, const Sweep& b_) : a(a_), b(b_), turn(a.angular.length() + b.angular.length()) {}
 };
 
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
@@ -49,32 +49,32 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
       allowed_(std::min(share_of_margins * margins_, share_of_thickness * std::min(a.half_extent, b.half_extent))) {}
 
 double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
-  const Ways ways(a, b);
-  if (known_ && !began_deep_ && keeps_apart(ways)) return 1.0;
+  const Sweeps sweeps(a, b);
+  if (has_normal_ && !starts_deep_ && separates(sweeps)) return 1.0;
   const btPointCollector points = points_of_cores(a_, a.start, b_, b.start, Overlap::ignored);
   if (points.m_hasResult) {
-    known_ = true;
+    has_normal_ = true;
     normal_ = points.m_normalOnBInWorld;
   } else {
-    find_normal(ways);
+    find_normal(sweeps);
   }
-  const double now = points.m_hasResult ? double(points.m_distance) : gap(ways, 0.0);
-  if (fresh_) began_deep_ = now < -deep_start * allowed_;
-  fresh_ = false;
-  began_deep_ = began_deep_ && now < -allowed_;
-  if (began_deep_ || stay_apart(ways, now) || slide(ways, now)) return 1.0;
-  return points.m_hasResult ? advance(ways, now) : linear_share(ways, now);
+  const double now = points.m_hasResult ? double(points.m_distance) : gap(sweeps, 0.0);
+  if (first_query_) starts_deep_ = now < -deep_start * allowed_;
+  first_query_ = false;
+  starts_deep_ = starts_deep_ && now < -allowed_;
+  if (starts_deep_ || stay_separate(sweeps, now) || slide(sweeps, now)) return 1.0;
+  return points.m_hasResult ? advance(sweeps, now) : linear_share(sweeps, now);
 }
 
 bool PiecePair::too_deep(const btTransform& a, const btTransform& b) const {
-  return known_ && !began_deep_ && gap(a, b, normal_) < -allowed_;
+  return has_normal_ && !starts_deep_ && gap(a, b, normal_) < -allowed_;
 }
 
 // Where the cores overlap: the direction that separated them, or else that of least penetration.
-void PiecePair::find_normal(const Ways& ways) {
-  if (known_) return;
-  const btPointCollector points = points_of_cores(a_, ways.a.start, b_, ways.b.start, Overlap::measured);
-  const btVector3 offset = a_.pose(ways.a.start).getOrigin() - b_.pose(ways.b.start).getOrigin();
+void PiecePair::find_normal(const Sweeps& sweeps) {
+  if (has_normal_) return;
+  const btPointCollector points = points_of_cores(a_, sweeps.a.start, b_, sweeps.b.start, Overlap::measured);
+  const btVector3 offset = a_.pose(sweeps.a.start).getOrigin() - b_.pose(sweeps.b.start).getOrigin();
   if (points.m_hasResult) {
     normal_ = points.m_normalOnBInWorld;
   } else if (!offset.fuzzyZero()) {
@@ -82,11 +82,13 @@ void PiecePair::find_normal(const Ways& ways) {
   } else {
     normal_ = btVector3(0, 0, 1);
   }
-  known_ = true;
+  has_normal_ = true;
 }
 
 // Their distance along the normal.
-double PiecePair::gap(const Ways& ways, double share) const { return gap(ways.a.at(share), ways.b.at(share), normal_); }
+double PiecePair::gap(const Sweeps& sweeps, double share) const {
+  return gap(sweeps.a.at(share), sweeps.b.at(share), normal_);
+}
 
 double PiecePair::gap(const btTransform& a, const btTransform& b, const btVector3& normal) const {
   return normal.dot(support(a_, a_.pose(a), -normal) - support(b_, b_.pose(b), normal)) - margins_;
@@ -102,45 +104,45 @@ double PiecePair::least(double now) const {
 double PiecePair::contact(double now) const { return std::min(-in_contact * allowed_, 0.5 * (now + least(now))); }
 
 // A normal of old, from which they have turned, may tell nothing.
-bool PiecePair::keeps_apart(const Ways& ways) const {
-  const double now = gap(ways, 0.0);
-  return now >= -allowed_ && stay_apart(ways, now);
+bool PiecePair::separates(const Sweeps& sweeps) const {
+  const double now = gap(sweeps, 0.0);
+  return now >= -allowed_ && stay_separate(sweeps, now);
 }
 
 // Whether the normal tells that they never come too close.
-bool PiecePair::stay_apart(const Ways& ways, double now) const {
+bool PiecePair::stay_separate(const Sweeps& sweeps, double now) const {
   const double bound = least(now);
-  if (now - approach(ways) >= bound) return true;
-  // Between two looks points are off a straight way by an eighth of what their ways bend.
-  const double bend = ways.a.bend(a_.reach) + ways.b.bend(b_.reach);
+  if (now - approach(sweeps) >= bound) return true;
+  // Between two looks points are off a straight way by an eighth of what their sweeps bend.
+  const double bend = sweeps.a.bend(a_.reach) + sweeps.b.bend(b_.reach);
   const double looks = 1.0 + std::floor(std::sqrt(0.125 * bend / (deeper * allowed_)));
   if (!(looks <= most_looks)) return false;
   for (double i = 1.0; i <= looks; ++i) {
-    if (gap(ways, i / looks) < bound) return false;
+    if (gap(sweeps, i / looks) < bound) return false;
   }
   return true;
 }
 
 // The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer.
 // Between two looks the distance is less by no more than what the travel makes of the normal's turn.
-bool PiecePair::slide(const Ways& ways, double now) const {
+bool PiecePair::slide(const Sweeps& sweeps, double now) const {
   const double bound = least(now);
-  const double travel = (ways.a.linear - ways.b.linear).length() + ways.a.angular.length() * a_.reach +
-                        ways.b.angular.length() * b_.reach;
+  const double travel = (sweeps.a.linear - sweeps.b.linear).length() + sweeps.a.angular.length() * a_.reach +
+                        sweeps.b.angular.length() * b_.reach;
   const double across = 0.25 * travel / (deeper * allowed_);
-  const double looks = 1.0 + std::floor(std::max(ways.turn / fine_turn, std::sqrt(across * ways.turn)));
+  const double looks = 1.0 + std::floor(std::max(sweeps.turn / fine_turn, std::sqrt(across * sweeps.turn)));
   if (!(looks <= most_looks)) return false;
   const auto turning = [&](const Sweep& face) {
     for (double i = 1.0; i <= looks; ++i) {
-      if (gap(ways.a.at(i / looks), ways.b.at(i / looks), face.turned(normal_, i / looks)) < bound) return false;
+      if (gap(sweeps.a.at(i / looks), sweeps.b.at(i / looks), face.turned(normal_, i / looks)) < bound) return false;
     }
     return true;
   };
-  if (turning(ways.a) || turning(ways.b)) return true;
+  if (turning(sweeps.a) || turning(sweeps.b)) return true;
   btVector3 normal = normal_;
   for (double i = 1.0; i <= looks; ++i) {
     const btPointCollector closest =
-        points_of_cores(a_, ways.a.at(i / looks), b_, ways.b.at(i / looks), Overlap::ignored);
+        points_of_cores(a_, sweeps.a.at(i / looks), b_, sweeps.b.at(i / looks), Overlap::ignored);
     if (!closest.m_hasResult || closest.m_distance < bound) return false;
     if ((closest.m_normalOnBInWorld - normal).length() * across > looks) return false;
     normal = closest.m_normalOnBInWorld;
@@ -149,14 +151,14 @@ bool PiecePair::slide(const Ways& ways, double now) const {
 }
 
 // How much closer they can come along the normal on the whole way [m].
-double PiecePair::approach(const Ways& ways) const {
-  return ways.a.along(-normal_) + ways.b.along(normal_) + ways.a.angular.cross(normal_).length() * a_.reach +
-         ways.b.angular.cross(normal_).length() * b_.reach;
+double PiecePair::approach(const Sweeps& sweeps) const {
+  return sweeps.a.along(-normal_) + sweeps.b.along(normal_) + sweeps.a.angular.cross(normal_).length() * a_.reach +
+         sweeps.b.angular.cross(normal_).length() * b_.reach;
 }
 
 // A share so near that they come no closer by then than `room` [m]: along the normal a point moves as fast as it does
 // now, and for every turn since by that turn x its arm x its turning faster.
-double PiecePair::next_look(const Ways& ways, double share, double room) const {
+double PiecePair::next_look(const Sweeps& sweeps, double share, double room) const {
   double speed = 0.0;
   double acceleration = 0.0;
   const auto add = [&](const ConvexPiece& piece, const Sweep& sweep, const btVector3& direction) {
@@ -167,8 +169,8 @@ double PiecePair::next_look(const Ways& ways, double share, double room) const {
     acceleration +=
         sweep.angular.length() * (across.length() * piece.reach + (sweep.screw ? sweep.linear.length() : 0.0));
   };
-  add(a_, ways.a, -normal_);
-  add(b_, ways.b, normal_);
+  add(a_, sweeps.a, -normal_);
+  add(b_, sweeps.b, normal_);
   // The root of room = speed x + acceleration x^2 / 2. Where the acceleration hardly counts, near numbers would cancel
   // in it.
   const double bend = 2.0 * acceleration * room;
@@ -177,15 +179,15 @@ double PiecePair::next_look(const Ways& ways, double share, double room) const {
 }
 
 // In each round as far as they can come together at most.
-double PiecePair::advance(const Ways& ways, double now) {
+double PiecePair::advance(const Sweeps& sweeps, double now) {
   const double bound = least(now);
   double distance = now;
   double share = 0.0;
   for (int i = 0; i < most_looks && distance > contact(now); ++i) {
     const double safe = share;
-    share = next_look(ways, share, distance - bound);
+    share = next_look(sweeps, share, distance - bound);
     if (share >= 1.0) return 1.0;
-    const btPointCollector closest = points_of_cores(a_, ways.a.at(share), b_, ways.b.at(share), Overlap::ignored);
+    const btPointCollector closest = points_of_cores(a_, sweeps.a.at(share), b_, sweeps.b.at(share), Overlap::ignored);
     if (!closest.m_hasResult) return safe;
     normal_ = closest.m_normalOnBInWorld;
     distance = closest.m_distance;
@@ -194,8 +196,8 @@ double PiecePair::advance(const Ways& ways, double now) {
 }
 
 // Along a normal that stays.
-double PiecePair::linear_share(const Ways& ways, double now) const {
-  const double end = gap(ways, 1.0);
+double PiecePair::linear_share(const Sweeps& sweeps, double now) const {
+  const double end = gap(sweeps, 1.0);
   return end >= least(now) ? 1.0 : std::clamp((now - least(now)) / (now - end), 0.0, 1.0);
 }
 

@@ -27,11 +27,11 @@ class PiecePair {
 
   //! Forgets which direction separated them, for a new rollout.
   void forget() {
-    known_ = began_deep_ = false;
-    fresh_ = true;
+    has_normal_ = starts_deep_ = false;
+    first_query_ = true;
   }
 
-  //! The share, from 0 to 1, of their ways that they can go without passing into each other: conservative advancement
+  //! The share, from 0 to 1, of their sweeps that they can go without passing into each other: conservative advancement
   //! (Mirtich 1996), where no direction separates them on the whole way.
   double safe_share(const Sweep& a, const Sweep& b);
 
@@ -39,28 +39,28 @@ class PiecePair {
   bool too_deep(const btTransform& a, const btTransform& b) const;
 
  private:
-  struct Ways;
+  struct Sweeps;
 
-  void find_normal(const Ways& ways);
-  double gap(const Ways& ways, double share) const;
+  void find_normal(const Sweeps& sweeps);
+  double gap(const Sweeps& sweeps, double share) const;
   double gap(const btTransform& a, const btTransform& b, const btVector3& normal) const;
-  bool keeps_apart(const Ways& ways) const;
-  bool stay_apart(const Ways& ways, double now) const;
-  bool slide(const Ways& ways, double now) const;
-  double approach(const Ways& ways) const;
-  double next_look(const Ways& ways, double share, double room) const;
-  double advance(const Ways& ways, double now);
-  double linear_share(const Ways& ways, double now) const;
+  bool separates(const Sweeps& sweeps) const;
+  bool stay_separate(const Sweeps& sweeps, double now) const;
+  bool slide(const Sweeps& sweeps, double now) const;
+  double approach(const Sweeps& sweeps) const;
+  double next_look(const Sweeps& sweeps, double share, double room) const;
+  double advance(const Sweeps& sweeps, double now);
+  double linear_share(const Sweeps& sweeps, double now) const;
   double least(double now) const;
   double contact(double now) const;
 
   ConvexPiece a_, b_;
   double margins_;    // of both [m]
   double allowed_;    // overlap [m]
-  btVector3 normal_;  // from b to a, the last that separated them, if `known_`
-  bool known_ = false;
-  bool fresh_ = true;        // nothing was asked since `forget`
-  bool began_deep_ = false;  // deeper than they may be, and still are
+  btVector3 normal_;  // from b to a, the last that separated them, if `has_normal_`
+  bool has_normal_ = false;
+  bool first_query_ = true;   // nothing was asked since `forget`
+  bool starts_deep_ = false;  // deeper than they may be, and still are
 };
 
 }  // namespace energymargin

@@ -26,10 +26,10 @@ inline void push(const RowSide& side, double impulse, Twist* changes) {
 inline double resolve(const ContactRow& row, double target, double& impulse, double low, double high, Twist* changes) {
   double change = target - speed(row.first, changes) * row.effective_mass;
   if (row.second.body >= 0) change -= speed(row.second, changes) * row.effective_mass;
-  const double wanted = impulse + change;
-  const double held = std::min(std::max(wanted, low), high);
-  if (held != wanted) change = held - impulse;
-  impulse = held;
+  const double unclamped = impulse + change;
+  const double clamped = std::min(std::max(unclamped, low), high);
+  if (clamped != unclamped) change = clamped - impulse;
+  impulse = clamped;
   push(row.first, change, changes);
   if (row.second.body >= 0) push(row.second, change, changes);
   const double velocity = change * row.inverse_effective_mass;

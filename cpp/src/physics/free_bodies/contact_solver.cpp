@@ -105,9 +105,9 @@ void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const b
 }
 
 void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
-                                 double& kept, const Ends& ends) {
+                                 double& stored, const Ends& ends) {
   FrictionRow& row = rows_.add_friction();
-  row.stored = &kept;
+  row.stored = &stored;
   row.friction = point.m_combinedFriction;
   row.normal = normal;
   set_sides(row, direction, ends);
@@ -176,10 +176,10 @@ void ContactSolver::write_back(const btContactSolverInfo& info) {
     const btVector3 push = linear(rows_.split(i));
     const btVector3 turn = angular(rows_.split(i));
     if (push.isZero() && turn.isZero()) continue;
-    btTransform moved;
+    btTransform pose;
     btTransformUtil::integrateTransform(body.getWorldTransform(), push, turn * info.m_splitImpulseTurnErp,
-                                        info.m_timeStep, moved);
-    body.setWorldTransform(moved);
+                                        info.m_timeStep, pose);
+    body.setWorldTransform(pose);
   }
 }
 

@@ -24,7 +24,7 @@ class FreeBodies : public Stepper {
   void accelerate(double duration) override { bodies_.accelerate(duration); }
   void set_target(std::size_t, double) override {}
   double target(std::size_t) const override { return 0.0; }
-  void keep() override { bodies_.keep(); }
+  void save() override { bodies_.save(); }
   void undo() override { bodies_.undo(); }
   void undo_split_impulses() override { bodies_.undo_split_impulses(); }
   void solve(const StepPart& part) override;

@@ -112,23 +112,24 @@ void RigidBodies::accelerate(double duration) {
   }
 }
 
-void RigidBodies::keep() {
-  kept_.resize(moving_.size());
+void RigidBodies::save() {
+  snapshots_.resize(moving_.size());
   for (std::size_t i = 0; i < moving_.size(); ++i) {
-    kept_[i] = {moving_[i]->getWorldTransform(), {moving_[i]->getLinearVelocity(), moving_[i]->getAngularVelocity()}};
+    snapshots_[i] = {moving_[i]->getWorldTransform(),
+                     {moving_[i]->getLinearVelocity(), moving_[i]->getAngularVelocity()}};
   }
 }
 
 void RigidBodies::undo() {
   undo_split_impulses();
   for (std::size_t i = 0; i < moving_.size(); ++i) {
-    moving_[i]->setLinearVelocity(kept_[i].velocity.linear);
-    moving_[i]->setAngularVelocity(kept_[i].velocity.angular);
+    moving_[i]->setLinearVelocity(snapshots_[i].velocity.linear);
+    moving_[i]->setAngularVelocity(snapshots_[i].velocity.angular);
   }
 }
 
 void RigidBodies::undo_split_impulses() {
-  for (std::size_t i = 0; i < moving_.size(); ++i) moving_[i]->setWorldTransform(kept_[i].pose);
+  for (std::size_t i = 0; i < moving_.size(); ++i) moving_[i]->setWorldTransform(snapshots_[i].pose);
 }
 
 void RigidBodies::move(double duration, double share) {

@@ -30,7 +30,7 @@ class RigidBodies {
   void read(std::vector<Velocity>& velocities) const;
   void read(Motion& motion) const;
   void accelerate(double duration);
-  void keep();
+  void save();
   void undo();
   void undo_split_impulses();
   void move(double duration, double share);
@@ -42,7 +42,7 @@ class RigidBodies {
     btVector3 acceleration;           // of gravity and the body's constant force [m/s^2]
     std::optional<int> turning_axis;  // the only axis of the world about which it can turn, if it is one
   };
-  struct Kept {
+  struct Snapshot {
     btTransform pose;
     Velocity velocity;
   };
@@ -54,7 +54,7 @@ class RigidBodies {
   std::vector<std::unique_ptr<btRigidBody>> all_;
   std::vector<btRigidBody*> moving_, objects_;
   std::vector<Free> free_;  // of each that moves
-  std::vector<Kept> kept_;
+  std::vector<Snapshot> snapshots_;
 };
 
 void apply(btRigidBody& body, const Load& load, double duration);
