@@ -15,8 +15,8 @@ class Engine::ObjectWrench {
   ObjectWrench(const btRigidBody& object, const Wrench& wrench)
       : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)) {}
 
-  void load(Simulation& simulation) const {
-    simulation.load(static_cast<std::size_t>(object_.getUserIndex()), force_, torque_);
+  void load_into(Simulation& bodies) const {
+    bodies.load(static_cast<std::size_t>(object_.getUserIndex()), force_, torque_);
   }
 
   //! Before a part of a step.
@@ -90,7 +90,7 @@ Rollout Engine::roll_out(const std::vector<Push>& pushes, const Limit& limit, co
 // For the next step, and for those after it if there is no robot.
 void Engine::load(const std::vector<ObjectWrench>& wrenches, int step) {
   simulation.unload();
-  for (const ObjectWrench& wrench : wrenches) wrench.load(simulation);
+  for (const ObjectWrench& wrench : wrenches) wrench.load_into(simulation);
   if (robot) robot->act(simulation, step);
 }
 

@@ -190,8 +190,9 @@ void Simulation::unload() {
 
 void Simulation::drive(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque) {
   const Inertial& inertial = inertials_[body];
-  const Quaternion axes = from_bullet(collider(body).getWorldTransform().getRotation()) * inertial.axes.conjugate();
-  const Vector3 center = axes * inertial.center;
+  const Quaternion orientation =
+      from_bullet(collider(body).getWorldTransform().getRotation()) * inertial.axes.conjugate();
+  const Vector3 center = orientation * inertial.center;
   motors_.push_back({body, to_bullet(Vector3(linear + angular.cross(center))), to_bullet(angular), force, torque});
 }
 
