@@ -9,7 +9,7 @@
 
 namespace energymargin {
 
-//! The scene's filter for Bullet's broadphase.
+//! The scene's filter for Bullet's broadphase. The scene outlives this.
 struct OverlapFilter : btOverlapFilterCallback {
   explicit OverlapFilter(const Scene& scene) : can_collide(scene) {}
 
@@ -29,7 +29,7 @@ inline void add_tree(btMultiBodyDynamicsWorld& world, Articulation& tree) {
   for (const auto& collider : tree.colliders()) {
     world.addCollisionObject(collider.get(), btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
   }
-  world.addMultiBody(&tree.tree());
+  world.addMultiBody(&tree.multi_body());
 }
 
 }  // namespace energymargin

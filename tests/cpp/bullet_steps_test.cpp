@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "bullet_world.hpp"
@@ -32,7 +33,7 @@ class BulletWorld {
     world_.setGravity(to_bullet(scene.gravity()));
     world_.setForceUpdateAllAabbs(false);
     world_.getDispatchInfo().m_deterministicOverlappingPairs = true;
-    world_.getSolverInfo() = solver_settings(scene.stepping());
+    world_.getSolverInfo() = solver_settings(scene);
     for (const auto& body : bodies_.rigids().all()) world_.addRigidBody(body.get());
     for (const auto& tree : bodies_.trees()) add_tree(world_, *tree);
     for (btMultiBodyConstraint* row : bodies_.constraints()) world_.addMultiBodyConstraint(row);
@@ -62,8 +63,8 @@ class BulletWorld {
   OverlapFilter filter_;
   ContactDispatcher dispatcher_{RoundAlgorithm::bullet};
   btDbvtBroadphase broadphase_;
-  ImpulseWatch watch_;
-  WatchedSolver solver_{watch_, WatchedSolver::Rounds::bullet};
+  ImpulseAudit audit_;
+  MultiBodySolver solver_{audit_, MultiBodySolver::Rounds::bullet};
   btMultiBodyDynamicsWorld world_;
   std::vector<btMatrix3x3> axes_before_;
 };
@@ -107,16 +108,16 @@ Scene heap(std::uint64_t seed, int friction_directions) {
   scene.add_body(fixed("post", Box{{0.2, 0.2, 1.0}}, {0.0, 0.0, 0.5}));
   const Shape shapes[] = {Box{{0.3, 0.2, 0.1}}, Cylinder{0.1, 0.2}, Sphere{0.1}, Capsule{0.06, 0.2}};
   for (int i = 0; i < 8; ++i) {
-    Body made = body("body" + std::to_string(i), shapes[i % 4], even(0.2, 2.0),
-                     {even(-0.4, 0.4), even(-0.4, 0.4), even(0.15, 0.6)}, i == 0 ? Role::object : Role::none);
-    made.state.orientation = turn(even(0.0, pi), Vector3(even(-1, 1), even(-1, 1), 1.1).normalized());
-    made.state.velocity = {even(-2, 2), even(-2, 2), even(-1, 1)};
-    made.state.angular_velocity = {even(-5, 5), even(-5, 5), even(-5, 5)};
-    if (i == 5) made.angular_factor = {0.0, 0.0, 1.0};
-    if (i == 6) made.linear_factor = {1.0, 0.0, 1.0};
-    made.state.velocity = made.state.velocity.cwiseProduct(made.linear_factor);
-    made.state.angular_velocity = made.state.angular_velocity.cwiseProduct(made.angular_factor);
-    scene.add_body(made);
+    Body thrown = body("body" + std::to_string(i), shapes[i % 4], even(0.2, 2.0),
+                       {even(-0.4, 0.4), even(-0.4, 0.4), even(0.15, 0.6)}, i == 0 ? Role::object : Role::none);
+    thrown.state.orientation = turn(even(0.0, pi), Vector3(even(-1, 1), even(-1, 1), 1.1).normalized());
+    thrown.state.velocity = {even(-2, 2), even(-2, 2), even(-1, 1)};
+    thrown.state.angular_velocity = {even(-5, 5), even(-5, 5), even(-5, 5)};
+    if (i == 5) thrown.angular_factor = {0.0, 0.0, 1.0};
+    if (i == 6) thrown.linear_factor = {1.0, 0.0, 1.0};
+    thrown.state.velocity = thrown.state.velocity.cwiseProduct(thrown.linear_factor);
+    thrown.state.angular_velocity = thrown.state.angular_velocity.cwiseProduct(thrown.angular_factor);
+    scene.add_body(thrown);
   }
   return scene;
 }
@@ -146,7 +147,7 @@ TEST(BulletSteps, OfAHandAreOursWhereTheSolverConverges) {
   for (std::size_t i = 0; i < ours.size(); ++i) EXPECT_LT((ours[i] - bullet[i]).cwiseAbs().maxCoeff(), 1e-6) << i;
 }
 
-// What a motion is taken to be on its way is where Bullet takes it to, also where it turns further than Bullet can.
+// integrated_pose ends where Bullet's predictIntegratedTransform does, also beyond Bullet's largest turn.
 TEST(BulletSteps, MotionEndsWhereItsWayEnds) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> even(-1.0, 1.0);
@@ -162,9 +163,9 @@ TEST(BulletSteps, MotionEndsWhereItsWayEnds) {
       btTransform end;
       body.predictIntegratedTransform(1.0 / 240.0, end);
       const btVector3 turn = integrated_turn(body.getAngularVelocity() / 240.0);
-      const btTransform own = integrated_pose(start, body.getLinearVelocity() / 240.0, turn, 1.0);
-      EXPECT_LT((end.getOrigin() - own.getOrigin()).length(), 1e-15);
-      EXPECT_LT(std::acos(std::min(1.0, std::abs(end.getRotation().dot(own.getRotation())))), 1e-7) << most;
+      const btTransform computed = integrated_pose(start, body.getLinearVelocity() / 240.0, turn, 1.0);
+      EXPECT_LT((end.getOrigin() - computed.getOrigin()).length(), 1e-15);
+      EXPECT_LT(std::acos(std::min(1.0, std::abs(end.getRotation().dot(computed.getRotation())))), 1e-7) << most;
       EXPECT_LE(turn.length(), 3.1416);
     }
   }

@@ -11,11 +11,11 @@ Auditor::Auditor(Simulation& simulation, const Energy& energy)
     const bool control = joints[i].stiffness > 0.0 || joints[i].damping > 0.0;
     if (control && joints[i].moves() && !joints[i].held) controlled_.push_back(i);
   }
-  simulation_.watch(&before_);
+  simulation_.audit_impulses(&before_);
   simulation_.read(next_);
 }
 
-Auditor::~Auditor() { simulation_.watch(nullptr); }
+Auditor::~Auditor() { simulation_.audit_impulses(nullptr); }
 
 void Auditor::begin() {
   simulation_.read(before_);
@@ -24,7 +24,7 @@ void Auditor::begin() {
   for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.springs().span(i).length_rate;
 }
 
-void Auditor::end(const Advance& part) {
+void Auditor::end(const PartResult& part) {
   simulation_.read(next_);
   add_actuations(part.duration);
   const StateLayout& layout = simulation_.layout();

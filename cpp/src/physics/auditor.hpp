@@ -19,7 +19,7 @@ class Auditor {
 
   //! Before anything acts in a part of a step, and when that is over.
   void begin();
-  void end(const Advance& part);
+  void end(const PartResult& part);
 
   //! Of the parts so far; without energy_change and wrench, which others know.
   Audit audit() const;

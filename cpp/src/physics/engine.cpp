@@ -15,9 +15,7 @@ class Engine::ObjectWrench {
   ObjectWrench(const btRigidBody& object, const Wrench& wrench)
       : object_(object), force_(to_bullet(wrench.force)), torque_(to_bullet(wrench.torque)) {}
 
-  void load_into(Simulation& bodies) const {
-    bodies.load(static_cast<std::size_t>(object_.getUserIndex()), force_, torque_);
-  }
+  void load(Simulation& simulation) const { simulation.load(body_index(object_), force_, torque_); }
 
   //! Before a part of a step.
   void begin() {
@@ -40,66 +38,66 @@ class Engine::ObjectWrench {
 };
 
 Rollout Engine::rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch) {
-  simulation.restore(state);
-  return roll_out(pushes, limit, watch, nullptr);
+  simulation_.restore(state);
+  return run(pushes, limit, watch, nullptr);
 }
 
 Rollout Engine::audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit,
                                 const Watch& watch) {
-  simulation.restore(state);
-  Auditor auditor(simulation, energy);
-  Rollout result = roll_out(pushes, limit, watch, &auditor);
-  result.energy = energy(result.state);
+  simulation_.restore(state);
+  Auditor auditor(simulation_, energy_);
+  Rollout result = run(pushes, limit, watch, &auditor);
+  result.energy = energy_(result.state);
   result.audit = auditor.audit();
-  result.audit->energy_change = result.energy - energy(state);
+  result.audit->energy_change = result.energy - energy_(state);
   result.audit->wrench = result.work;
   return result;
 }
 
-Rollout Engine::roll_out(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor) {
+Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor) {
   Rollout result;
   std::vector<ObjectWrench> wrenches;
   auto next = watch.record.begin();
   bool over = false;
   for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
     wrenches.clear();
-    for (const Wrench& wrench : push->wrenches) wrenches.emplace_back(*simulation.objects()[wrenches.size()], wrench);
+    for (const Wrench& wrench : push->wrenches) wrenches.emplace_back(*simulation_.objects()[wrenches.size()], wrench);
     for (int i = 0; i < push->steps && !over; ++i) {
       result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
       over = !result.complete;
       if (over) break;
-      if (i == 0 || robot) load(wrenches, watch.first + result.steps);
+      if (i == 0 || robot_) load(wrenches, watch.first + result.steps);
       step(wrenches, result, auditor);
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
         result.recorded.push_back({result.steps, result.effort, {}});
-        simulation.read(result.recorded.back().state);
+        simulation_.read(result.recorded.back().state);
         ++next;
       }
       over = !(watch.cost + result.effort < watch.bound);
       if (over || !watch.ends || (watch.first + result.steps) % watch.look_every != 0) continue;
-      simulation.read(result.state);
+      simulation_.read(result.state);
       over = watch.ends(result.state);
     }
   }
-  simulation.read(result.state);
+  simulation_.read(result.state);
   if (!std::isfinite(result.effort)) throw Diverged("the effort");
   return result;
 }
 
 // For the next step, and for those after it if there is no robot.
 void Engine::load(const std::vector<ObjectWrench>& wrenches, int step) {
-  simulation.unload();
-  for (const ObjectWrench& wrench : wrenches) wrench.load_into(simulation);
-  if (robot) robot->act(simulation, step);
+  simulation_.unload();
+  for (const ObjectWrench& wrench : wrenches) wrench.load(simulation_);
+  if (robot_) robot_->act(simulation_, step);
 }
 
 void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor) {
-  double left = simulation.scene().stepping().step;
+  double left = simulation_.scene().stepping().step;
   for (int parts = 0; left > 0.0; ++parts) {
     if (auditor) auditor->begin();
     for (ObjectWrench& wrench : wrenches) wrench.begin();
-    const Advance part = simulation.advance(left, parts);
+    const PartResult part = simulation_.advance(left, parts);
     for (const ObjectWrench& wrench : wrenches) {
       const double work = wrench.work(part.duration);
       result.effort += std::abs(work);
@@ -110,7 +108,7 @@ void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor*
   }
 }
 
-std::vector<Frame> Engine::simulate(const State& state, const Robot* along, int steps, const std::vector<int>& record,
+std::vector<Frame> Engine::simulate(const State& state, const Robot* robot, int steps, const std::vector<int>& record,
                                     const Limit& limit) {
   std::vector<Frame> frames;
   auto next = record.begin();
@@ -118,25 +116,25 @@ std::vector<Frame> Engine::simulate(const State& state, const Robot* along, int 
     frames.push_back({0.0, state, contacts(state)});
     ++next;
   }
-  const double step = simulation.scene().stepping().step;
-  simulation.restore(state);
+  const double step = simulation_.scene().stepping().step;
+  simulation_.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_looks == 0) limit.require();
-    simulation.unload();
-    if (along) along->act(simulation, i - 1);
-    simulation.step();
+    simulation_.unload();
+    if (robot) robot->act(simulation_, i - 1);
+    simulation_.step();
     if (i != *next) continue;
-    frames.push_back({i * step, {}, simulation.contacts()});
-    simulation.read(frames.back().state);
+    frames.push_back({i * step, {}, simulation_.contacts()});
+    simulation_.read(frames.back().state);
     ++next;
   }
   return frames;
 }
 
 std::vector<Contact> Engine::contacts(const State& state) {
-  simulation.restore(state);
-  simulation.step();
-  return simulation.contacts();
+  simulation_.restore(state);
+  simulation_.step();
+  return simulation_.contacts();
 }
 
 }  // namespace energymargin

@@ -15,31 +15,38 @@ namespace energymargin {
 //! What a World answers with, once its arguments are valid.
 class Engine {
  public:
-  explicit Engine(const Scene& scene) : simulation(scene), energy(scene) {}
-  Engine(const Scene& scene, const Plan& plan) : simulation(scene), energy(scene), robot(std::in_place, scene, plan) {}
+  explicit Engine(const Scene& scene) : simulation_(scene), energy_(scene) {}
+
+  //! The robot follows `plan`, which fits the scene, in rollouts and simulations from now on.
+  void follow(const Plan& plan) { robot_.emplace(simulation_.scene(), plan); }
+  const std::optional<Robot>& robot() const { return robot_; }
+
+  Simulation& simulation() { return simulation_; }
+  const Simulation& simulation() const { return simulation_; }
+  const Energy& energy() const { return energy_; }
 
   Rollout rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch);
 
   //! The same with the balance of its energy.
   Rollout audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch);
 
-  //! Recorded after the steps in `record`; `along` may be null. Throws Cancelled or TimedOut if it reaches the limit.
-  std::vector<Frame> simulate(const State& state, const Robot* along, int steps, const std::vector<int>& record,
+  //! Recorded after the steps in `record`; `robot` may be null. Throws Cancelled or TimedOut if it reaches the limit.
+  std::vector<Frame> simulate(const State& state, const Robot* robot, int steps, const std::vector<int>& record,
                               const Limit& limit);
 
   //! With the forces of one step without a wrench.
   std::vector<Contact> contacts(const State& state);
 
-  Simulation simulation;
-  Energy energy;
-  std::optional<Robot> robot;
-
  private:
   class ObjectWrench;
 
-  Rollout roll_out(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor);
+  Rollout run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor);
   void load(const std::vector<ObjectWrench>& wrenches, int step);
   void step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor);
+
+  Simulation simulation_;
+  Energy energy_;
+  std::optional<Robot> robot_;
 };
 
 }  // namespace energymargin

@@ -4,7 +4,6 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 #include "energymargin/kinematics.hpp"

@@ -28,11 +28,12 @@ struct ImpulseWork {
   double overlap = 0.0;  // of penetration recovery against the loads
 };
 
-//! Sums up work while it is watched: each impulse times the mean of the velocity along it before the step and after it.
-struct ImpulseWatch {
-  const Motion* before =
-      nullptr;         // what the next step begins with, for the owner to keep up to date; null: not watched
-  ImpulseWork work{};  // since the watch began
+//! Work of the impulses since `before` was set. A solver adds to it while `before` is not null: each impulse times the
+//! mean of the velocity along it before the step and after it.
+struct ImpulseAudit {
+  //! What the next step begins with, for the owner to keep up to date; null: no audit.
+  const Motion* before = nullptr;
+  ImpulseWork work{};
 };
 
 }  // namespace energymargin

@@ -7,11 +7,11 @@ namespace energymargin {
 
 Robot::Robot(const Scene& scene, const Plan& plan)
     : plan_(plan), steps_per_row_(static_cast<int>(std::lround(plan.step / scene.stepping().step))) {
-  for (const Drive& drive : plan.wrenches) pushed_.push_back(scene.index(drive.body));
+  for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
   for (const Targets& targets : plan.targets) joints_.push_back(scene.joint_index(targets.joint));
   for (Servo& servo : plan_.velocities) {
     servo = with_default_limits(scene, servo);
-    driven_.push_back(scene.index(servo.body));
+    servo_bodies_.push_back(scene.index(servo.body));
   }
 }
 
@@ -22,14 +22,14 @@ void Robot::act(Simulation& simulation, int step) const {
     simulation.set_target(joints_[i], plan_.targets[i].positions[std::min(row, last)]);
   }
   if (row > last) return;
-  for (std::size_t i = 0; i < pushed_.size(); ++i) {
+  for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
     const auto wrench = plan_.wrenches[i].wrenches.row(row);
-    simulation.actuate(pushed_[i], to_bullet(Vector3(wrench.head<3>())), to_bullet(Vector3(wrench.tail<3>())));
+    simulation.actuate(wrench_bodies_[i], to_bullet(Vector3(wrench.head<3>())), to_bullet(Vector3(wrench.tail<3>())));
   }
-  for (std::size_t i = 0; i < driven_.size(); ++i) {
+  for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
     const Servo& servo = plan_.velocities[i];
     const auto velocity = servo.velocities.row(row);
-    simulation.drive(driven_[i], velocity.head<3>(), velocity.tail<3>(), *servo.force, *servo.torque);
+    simulation.add_motor(servo_bodies_[i], velocity.head<3>(), velocity.tail<3>(), *servo.force, *servo.torque);
   }
 }
 

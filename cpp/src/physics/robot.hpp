@@ -2,7 +2,6 @@
 // A plan, as it goes.
 
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 #include "energymargin/plan.hpp"
@@ -23,7 +22,7 @@ class Robot {
  private:
   Plan plan_;
   int steps_per_row_;
-  std::vector<std::size_t> pushed_, driven_;  // bodies
+  std::vector<std::size_t> wrench_bodies_, servo_bodies_;
   std::vector<std::size_t> joints_;
 };
 

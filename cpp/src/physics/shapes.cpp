@@ -1,8 +1,3 @@
-// Of Bullet's btBoxShape::getPlane, which leaves a plane unset for a face that a box does not have.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#endif
-
 #include "physics/shapes.hpp"
 
 #include <LinearMath/btConvexHullComputer.h>
@@ -35,34 +30,35 @@ struct Roomy : Base {
   }
 };
 
-// A solid whose frame is at `pose` in Bullet's. Hulls are in_place there; other solids stay where they are.
+// A solid whose frame is at `pose` in Bullet's. The points of a hull are transformed to there; other solids keep their
+// own frame.
 struct Builder {
   Pose pose;
   double margin;
   double room;  // around its bounds
 
   template <typename Base, typename... Sizes>
-  std::unique_ptr<Roomy<Base>> roomy(const Sizes&... sizes) const {
+  std::unique_ptr<Roomy<Base>> with_room(const Sizes&... sizes) const {
     auto shape = std::make_unique<Roomy<Base>>(sizes...);
     shape->room = room;
     return shape;
   }
 
   std::unique_ptr<btCollisionShape> operator()(const Box& box) const {
-    auto shape = roomy<btBoxShape>(to_bullet(Vector3(0.5 * box.size)));
+    auto shape = with_room<btBoxShape>(to_bullet(Vector3(0.5 * box.size)));
     shape->setMargin(margin);
     return shape;
   }
   std::unique_ptr<btCollisionShape> operator()(const Sphere& sphere) const {
-    return roomy<btSphereShape>(sphere.radius);
+    return with_room<btSphereShape>(sphere.radius);
   }
   std::unique_ptr<btCollisionShape> operator()(const Cylinder& cylinder) const {
-    auto shape = roomy<btCylinderShapeZ>(btVector3(cylinder.radius, cylinder.radius, 0.5 * cylinder.length));
+    auto shape = with_room<btCylinderShapeZ>(btVector3(cylinder.radius, cylinder.radius, 0.5 * cylinder.length));
     shape->setMargin(margin);
     return shape;
   }
   std::unique_ptr<btCollisionShape> operator()(const Capsule& capsule) const {
-    return roomy<btCapsuleShapeZ>(capsule.radius, capsule.length);
+    return with_room<btCapsuleShapeZ>(capsule.radius, capsule.length);
   }
   std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
     std::vector<Vector3> points;
@@ -71,7 +67,7 @@ struct Builder {
     btConvexHullComputer computer;
     const double shrunk =
         computer.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), margin, 0.5);
-    auto shape = roomy<btConvexHullShape>();
+    auto shape = with_room<btConvexHullShape>();
     for (int i = 0; i < computer.vertices.size(); ++i) shape->addPoint(computer.vertices[i], false);
     shape->recalcLocalAabb();
     shape->setMargin(shrunk);

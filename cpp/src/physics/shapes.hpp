@@ -23,6 +23,11 @@ inline btTransform to_bullet(const Pose& pose) {
 //! Where Bullet's frame of a body is: at its centre of mass, along its principal axes.
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame);
 
+//! Index in the scene of a body that Bullet has.
+inline std::size_t body_index(const btCollisionObject& object) {
+  return static_cast<std::size_t>(object.getUserIndex());
+}
+
 //! A collision shape and the parts that it is made of.
 struct CollisionShape {
   std::unique_ptr<btCollisionShape> shape;

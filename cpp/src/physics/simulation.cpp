@@ -25,6 +25,10 @@ constexpr double error_share = 0.2;
 constexpr double shortest_part = 1e-4;
 constexpr double blocked_share = 0.25;
 
+// Rounds over the joints' rows in each of the solver's. Where a follower is heavier than what it follows, as its
+// multiplier makes it, one row undoes most of what the other did, and they need many.
+constexpr int mimic_rounds = 10;
+
 std::unique_ptr<Stepper> make_stepper(const Scene& scene, const std::vector<CollisionShape>& shapes) {
   if (scene.joints().empty()) return std::make_unique<FreeBodies>(scene, shapes);
   return std::make_unique<ArticulatedBodies>(scene, shapes);
@@ -32,7 +36,9 @@ std::unique_ptr<Stepper> make_stepper(const Scene& scene, const std::vector<Coll
 
 }  // namespace
 
-btContactSolverInfo solver_settings(const Stepping& stepping) {
+btContactSolverInfo solver_settings(const Scene& scene) {
+  const Stepping& stepping = scene.stepping();
+  const auto& joints = scene.joints();
   btContactSolverInfo info;
   info.m_numIterations = stepping.iterations;
   info.m_leastSquaresResidualThreshold = stepping.tolerance;
@@ -43,6 +49,8 @@ btContactSolverInfo solver_settings(const Stepping& stepping) {
   // Penetration recovery by split impulses changes positions and not velocities: no energy out of nothing.
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0.0;
+  const bool mimics = std::any_of(joints.begin(), joints.end(), [](const Joint& joint) { return joint.mimic; });
+  if (mimics) info.m_numNonContactInnerIterations = mimic_rounds;
   return info;
 }
 
@@ -56,7 +64,7 @@ Simulation::Simulation(const Scene& scene, Detection detection)
       stepper_(make_stepper(scene_, shapes_)),
       pairs_(dispatcher_.bullet()),
       springs_(scene_, *stepper_),
-      solver_(solver_settings(scene.stepping())),
+      solver_(solver_settings(scene)),
       axes_before_(scene.bodies().size()),
       velocities_(scene.bodies().size()) {
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
@@ -116,9 +124,9 @@ void Simulation::step() {
   for (int parts = 0; left > 0.0; ++parts) left -= advance(left, parts).duration;
 }
 
-Advance Simulation::advance(double duration, int parts) {
+PartResult Simulation::advance(double duration, int parts) {
   for (std::size_t i = 0; i < axes_before_.size(); ++i) axes_before_[i] = collider(i).getWorldTransform().getBasis();
-  const Advance part = advance_safely(duration, parts);
+  const PartResult part = advance_safely(duration, parts);
   turn_normals(dispatcher_.bullet(), axes_before_);
   springs_.update();
   return part;
@@ -126,7 +134,7 @@ Advance Simulation::advance(double duration, int parts) {
 
 // A part's length is known once its velocities are: if bodies would pass into each other, it is done again, as short as
 // they are safe.
-Advance Simulation::advance_safely(double duration, int parts) {
+PartResult Simulation::advance_safely(double duration, int parts) {
   stepper_->save();
   const ImpulseWork work = impulse_work();
   for (int tries = 1;; ++tries) {
@@ -165,6 +173,7 @@ void Simulation::solve(double duration) {
   // Of an overlap, and of a mimic's error, the share that is put right in this part: links are moved out by a velocity,
   // which would have no bound in short parts.
   solver_.m_erp2 = error_share * (duration / step_);
+  solver_.m_timeStep = duration;
   stepper_->solve({duration, pairs_.touching(), motors_, solver_});
   last_duration_ = duration;
 }
@@ -188,7 +197,8 @@ void Simulation::unload() {
   motors_.clear();
 }
 
-void Simulation::drive(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque) {
+void Simulation::add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force,
+                           double torque) {
   const Inertial& inertial = inertials_[body];
   const Quaternion orientation =
       from_bullet(collider(body).getWorldTransform().getRotation()) * inertial.axes.conjugate();

@@ -25,8 +25,8 @@ enum class Detection {
   discrete,    ///< at the poses alone, for comparison
 };
 
-//! A part of a step.
-struct Advance {
+//! What became of a part of a step.
+struct PartResult {
   double duration;  // that it took [s]
   double lost;      // of it, in which nothing moved [s]
 };
@@ -42,7 +42,7 @@ class Simulation {
   const StateLayout& layout() const { return layout_; }
   int whole_steps(double duration) const;
 
-  //! The objects' bodies, in the scene's order; throws std::invalid_argument if the scene has none, or one on joints.
+  //! Free bodies of role "object", in the scene's order; throws std::invalid_argument if there is none.
   const std::vector<btRigidBody*>& objects() const;
 
   //! Sets anew everything that could carry the past into the next rollout.
@@ -60,7 +60,7 @@ class Simulation {
   const std::vector<Load>& actuations() const { return actuations_; }
 
   //! A motor of limited force [N] and torque [N m] keeps a free body at the velocities of its frame, until `unload`.
-  void drive(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
+  void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
   //! Of a joint, until `restore`.
   void set_target(std::size_t joint, double target) { stepper_->set_target(joint, target); }
@@ -68,7 +68,7 @@ class Simulation {
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if
   //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
-  Advance advance(double duration, int parts);
+  PartResult advance(double duration, int parts);
 
   //! One step.
   void step();
@@ -77,9 +77,9 @@ class Simulation {
 
   //! Sums up the work of the impulses in the next steps; `before` is what each begins with, for the caller to keep up
   //! to date. Null ends it.
-  void watch(const Motion* before) { stepper_->impulses() = {before, {}}; }
+  void audit_impulses(const Motion* before) { stepper_->impulses() = {before, {}}; }
 
-  //! Since the watch began.
+  //! Since the audit began.
   const ImpulseWork& impulse_work() const { return stepper_->impulses().work; }
 
   //! With the forces of the last part of a step.
@@ -94,7 +94,7 @@ class Simulation {
 
  private:
   void add_pairs(Detection detection);
-  Advance advance_safely(double duration, int parts);
+  PartResult advance_safely(double duration, int parts);
   void accelerate(double duration);
   void solve(double duration);
   double safe_share(double duration);
@@ -120,7 +120,7 @@ class Simulation {
   double last_duration_ = 0.0;            // of the part before; 0: none since `restore` [s]
 };
 
-//! Bullet's settings for a scene's.
-btContactSolverInfo solver_settings(const Stepping& stepping);
+//! Bullet's settings for a scene.
+btContactSolverInfo solver_settings(const Scene& scene);
 
 }  // namespace energymargin

@@ -6,8 +6,8 @@
 
 namespace energymargin {
 
-Springs::Springs(const Scene& scene, const Stepper& bodies)
-    : bodies_(scene.bodies()), springs_(scene.springs()), stepper_(bodies) {
+Springs::Springs(const Scene& scene, const Stepper& stepper)
+    : bodies_(scene.bodies()), springs_(scene.springs()), stepper_(stepper) {
   const auto in_bullet = [&](std::size_t body, const Vector3& point) {
     const Inertial inertial = bodies_[body].principal_inertial();
     return to_bullet(Vector3(inertial.axes.conjugate() * (point - inertial.center)));

@@ -18,8 +18,8 @@ struct SpringSpan {
 
 class Springs {
  public:
-  //! Of `bodies`, which are those of the scene; both outlive this.
-  Springs(const Scene& scene, const Stepper& bodies);
+  //! `stepper` has the bodies of `scene`; both outlive this.
+  Springs(const Scene& scene, const Stepper& stepper);
 
   //! By the index in the scene.
   SpringSpan span(std::size_t spring) const;

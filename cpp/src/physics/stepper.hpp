@@ -9,6 +9,7 @@
 #include "energymargin/state.hpp"
 #include "physics/impulse_work.hpp"
 #include "physics/load.hpp"
+#include "physics/velocity.hpp"
 
 namespace energymargin {
 
@@ -17,7 +18,7 @@ struct StepPart {
   double duration;                                     // [s]
   const std::vector<btPersistentManifold*>& touching;  // contacts, by the indices of their bodies
   const std::vector<Motor>& motors;
-  btContactSolverInfo& solver;
+  const btContactSolverInfo& solver;
 };
 
 //! There is one implementation for scenes without joints, FreeBodies, and one for those with joints, ArticulatedBodies.
@@ -25,9 +26,12 @@ struct StepPart {
 //! into each other, the part has to be a shorter one.
 class Stepper {
  public:
+  Stepper() = default;
   virtual ~Stepper() = default;
+  Stepper(const Stepper&) = delete;
+  Stepper& operator=(const Stepper&) = delete;
 
-  //! Of all bodies, in the scene's order.
+  //! All bodies, in the scene's order.
   const std::vector<btCollisionObject*>& colliders() const { return colliders_; }
 
   //! Free bodies of role "object", in the scene's order.
@@ -39,10 +43,10 @@ class Stepper {
   //! Writes the bodies' numbers into a state of the scene's dimension.
   virtual void read(State& state) const = 0;
 
-  //! Of all bodies that move, each at the index of its body in the scene.
+  //! Reads the velocities of all bodies that move, each at the index of its body in the scene.
   virtual void read(std::vector<Velocity>& velocities) const = 0;
 
-  //! Without the loads of springs.
+  //! Reads velocities and loads, without those of springs.
   virtual void read(Motion& motion) const = 0;
 
   //! Velocity of the point of a body that is at `point` in the world [m/s].
@@ -52,9 +56,9 @@ class Stepper {
   virtual void apply(const Load& load, double duration) = 0;
   virtual void accelerate(double duration) = 0;
 
-  //! Of a joint, until the next `restore`.
-  virtual void set_target(std::size_t joint, double target) = 0;
-  virtual double target(std::size_t joint) const = 0;
+  //! Target of a joint, until the next `restore`; scenes without joints have none.
+  virtual void set_target(std::size_t, double) {}
+  virtual double target(std::size_t) const { return 0.0; }
 
   //! Saves the velocities and poses, for `undo`.
   virtual void save() = 0;
@@ -69,12 +73,12 @@ class Stepper {
   //! Moves with these velocities for a share of `duration` [s].
   virtual void move(double duration, double share) = 0;
 
-  ImpulseWatch& impulses() { return impulses_; }
-  const ImpulseWatch& impulses() const { return impulses_; }
+  ImpulseAudit& impulses() { return impulses_; }
+  const ImpulseAudit& impulses() const { return impulses_; }
 
  protected:
   std::vector<btCollisionObject*> colliders_;
-  ImpulseWatch impulses_;
+  ImpulseAudit impulses_;
 };
 
 }  // namespace energymargin

@@ -11,7 +11,7 @@ namespace {
 constexpr double most_turn = ANGULAR_MOTION_THRESHOLD;  // rad
 
 // Where a body is that has moved with a twist that is constant in space.
-btTransform screwed(const btTransform& start, const btVector3& linear, const btVector3& angular) {
+btTransform screw_motion(const btTransform& start, const btVector3& linear, const btVector3& angular) {
   const double turn = angular.length();
   if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
   const btVector3 once = angular.cross(linear);
@@ -42,7 +42,7 @@ btTransform integrated_pose(const btTransform& start, const btVector3& way, cons
 
 btTransform Sweep::at(double share) const {
   if (share == 0.0) return start;
-  if (screw) return screwed(start, linear * share, angular * share);
+  if (screw) return screw_motion(start, linear * share, angular * share);
   return integrated_pose(start, linear, angular, share);
 }
 

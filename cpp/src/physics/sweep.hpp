@@ -5,7 +5,8 @@
 
 namespace energymargin {
 
-//! The turn that Bullet makes of one [rad]: beyond an eighth of a circle less of it, and at most a half.
+//! The turn that Bullet gives a body that is asked for `turn` [rad]: the same up to an eighth of a circle, less beyond,
+//! never more than a half.
 btVector3 integrated_turn(const btVector3& turn);
 
 //! A pose that has gone a share of a way, and turned by that share about an axis that stays.

@@ -2,8 +2,6 @@
 
 #include "energymargin/world.hpp"
 
-#include <cmath>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -37,21 +35,22 @@ void require_steps(int steps) {
 World::World(const Scene& scene) : engine_(std::make_unique<Engine>(scene)) {}
 World::World(const Scene& scene, const Plan& plan) {
   validate(plan, scene);
-  engine_ = std::make_unique<Engine>(scene, plan);
+  engine_ = std::make_unique<Engine>(scene);
+  engine_->follow(plan);
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
-void World::follow(const Plan& plan) { engine_->robot.emplace(scene(), plan); }
+void World::follow(const Plan& plan) { engine_->follow(plan); }
 
-const Scene& World::scene() const { return engine_->simulation.scene(); }
-const StateLayout& World::layout() const { return engine_->simulation.layout(); }
+const Scene& World::scene() const { return engine_->simulation().scene(); }
+const StateLayout& World::layout() const { return engine_->simulation().layout(); }
 
 Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,
                        double time) {
   validate(scene(), state);
-  const std::size_t objects = engine_->simulation.objects().size();
+  const std::size_t objects = engine_->simulation().objects().size();
   if (wrenches.size() != objects) {
     reject("wrenches", std::to_string(wrenches.size()) + " wrenches", std::to_string(objects) + ", one an object");
   }
@@ -65,13 +64,13 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
       reject(name, text(seconds), "at most " + std::to_string(most_steps) + " steps");
     }
   }
-  const int steps = engine_->simulation.whole_steps(duration);
+  const int steps = engine_->simulation().whole_steps(duration);
   Watch watch;
-  watch.first = engine_->simulation.whole_steps(time);
+  watch.first = engine_->simulation().whole_steps(time);
   Rollout result = audit ? engine_->audited_rollout(state, {{wrenches, steps}}, limit, watch)
                          : rollout_unchecked(state, wrenches, steps, limit, watch);
   if (!result.complete) limit.require();
-  result.energy = engine_->energy(result.state);
+  result.energy = engine_->energy()(result.state);
   return result;
 }
 
@@ -110,12 +109,12 @@ std::vector<Frame> World::simulate(const State& state, int steps, const std::vec
   validate(scene(), state);
   require_steps(steps);
   validate_record(record, steps);
-  return engine_->simulate(state, engine_->robot ? &*engine_->robot : nullptr, steps, record, limit);
+  return engine_->simulate(state, engine_->robot() ? &*engine_->robot() : nullptr, steps, record, limit);
 }
 
 double World::energy(const State& state) const {
   validate(scene(), state);
-  return engine_->energy(state);
+  return engine_->energy()(state);
 }
 
 std::vector<Contact> World::contacts(const State& state) {
@@ -128,13 +127,13 @@ double World::distance(const State& state, const std::string& body_a, const std:
   const std::size_t b = scene().index(body_b);
   if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
   validate(scene(), state);
-  engine_->simulation.restore(state);
-  return engine_->simulation.closest_points(a, b, 1e9).distance;
+  engine_->simulation().restore(state);
+  return engine_->simulation().closest_points(a, b, 1e9).distance;
 }
 
 Contact World::deepest_contact(const State& state) {
   validate(scene(), state);
-  Simulation& simulation = engine_->simulation;
+  Simulation& simulation = engine_->simulation();
   simulation.restore(state);
   const std::vector<Body>& bodies = scene().bodies();
   Contact deepest;

@@ -12,7 +12,11 @@
 namespace energymargin {
 namespace {
 
-using namespace disturbances;
+using disturbances::Boltzmann;
+using disturbances::Gaussian;
+using disturbances::Given;
+using disturbances::OfPlan;
+using disturbances::Uniform;
 
 // Draws that are the same with every standard library.
 class Draw {

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"

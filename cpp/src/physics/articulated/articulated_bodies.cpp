@@ -1,27 +1,16 @@
 #include "physics/articulated/articulated_bodies.hpp"
 
-#include <BulletDynamics/Featherstone/btMultiBody.h>
-#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-
 #include <stdexcept>
 
 namespace energymargin {
-namespace {
-
-// Rounds over the joints' rows in each of the solver's. Where a follower is heavier than what it follows, as its
-// multiplier makes it, one row undoes most of what the other did, and they need many.
-constexpr int mimic_rounds = 10;
-
-}  // namespace
 
 ArticulatedBodies::ArticulatedBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
     : scene_(scene), rigids_(scene, shapes), tree_of_(scene.bodies().size()), solver_(impulses_) {
   colliders_.resize(scene.bodies().size());
-  for (const auto& body : rigids_.all()) colliders_[static_cast<std::size_t>(body->getUserIndex())] = body.get();
+  for (const auto& body : rigids_.all()) colliders_[body_index(*body)] = body.get();
   moving_.assign(rigids_.moving().begin(), rigids_.moving().end());
   add_trees(shapes);
   add_mimics();
-  joint_constraints_ = constraints_.size();
   saved_velocities_.resize(trees_.size());
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Vector3& force = scene.bodies()[i].force;
@@ -35,7 +24,7 @@ void ArticulatedBodies::add_trees(const std::vector<CollisionShape>& shapes) {
   const auto add = [&](std::size_t base, std::optional<std::size_t> first) {
     trees_.push_back(std::make_unique<Articulation>(scene_, shapes, base, first));
     for (const auto& collider : trees_.back()->colliders()) {
-      const auto body = static_cast<std::size_t>(collider->getUserIndex());
+      const auto body = body_index(*collider);
       colliders_[body] = collider.get();
       tree_of_[body] = trees_.size() - 1;
       moving_.push_back(collider.get());
@@ -99,14 +88,14 @@ void ArticulatedBodies::read(Motion& motion) const {
 }
 
 btVector3 ArticulatedBodies::velocity(std::size_t body, const btVector3& point) const {
-  return tree_of_[body] ? tree(body).velocity(link(body), point) : energymargin::velocity(rigid(body), point);
+  return tree_of_[body] ? articulation(body).velocity(link(body), point) : velocity_at(rigid(body), point);
 }
 
 void ArticulatedBodies::apply(const Load& load, double duration) {
   if (tree_of_[load.body]) {
-    tree(load.body).apply(link(load.body), load.force, load.torque);
+    articulation(load.body).apply(link(load.body), load.force, load.torque);
   } else {
-    energymargin::apply(rigid(load.body), load, duration);
+    apply_load(rigid(load.body), load, duration);
   }
 }
 
@@ -138,10 +127,10 @@ void ArticulatedBodies::undo() {
 }
 
 void ArticulatedBodies::solve(const StepPart& part) {
-  btContactSolverInfo& info = part.solver;
+  const btContactSolverInfo& info = part.solver;
   const btVector3 gravity = to_bullet(scene_.gravity());
   for (const auto& articulation : trees_) {
-    btMultiBody& tree = articulation->tree();
+    btMultiBody& tree = articulation->multi_body();
     tree.forwardKinematics(rotations_, origins_);
     tree.clearConstraintForces();
     tree.addBaseForce(gravity * tree.getBaseMass());
@@ -150,26 +139,24 @@ void ArticulatedBodies::solve(const StepPart& part) {
                                                               info.m_jointFeedbackInWorldSpace,
                                                               info.m_jointFeedbackInJointFrame);
   }
-  info.m_timeStep = part.duration;
-  if (!mimics_.empty()) info.m_numNonContactInnerIterations = mimic_rounds;
   add_motors(part.motors);
   std::vector<btPersistentManifold*> touching = part.touching;
   solver_.solveMultiBodyGroup(moving_.data(), static_cast<int>(moving_.size()), touching.data(),
                               static_cast<int>(touching.size()), rigid_constraints_.data(),
-                              static_cast<int>(rigid_constraints_.size()), constraints_.data(),
-                              static_cast<int>(constraints_.size()), info, nullptr, nullptr);
-  for (const auto& articulation : trees_) articulation->tree().processDeltaVeeMultiDof2();
+                              static_cast<int>(rigid_constraints_.size()), solver_constraints_.data(),
+                              static_cast<int>(solver_constraints_.size()), info, nullptr, nullptr);
+  for (const auto& articulation : trees_) articulation->multi_body().processDeltaVeeMultiDof2();
 }
 
 void ArticulatedBodies::add_motors(const std::vector<Motor>& motors) {
-  constraints_.resize(joint_constraints_);
+  solver_constraints_ = constraints_;
   base_motors_.clear();
   rigid_motors_.clear();
   rigid_constraints_.clear();
   for (const Motor& motor : motors) {
     if (tree_of_[motor.body]) {
-      base_motors_.push_back(std::make_unique<BaseMotor>(tree(motor.body).tree(), motor));
-      constraints_.push_back(base_motors_.back().get());
+      base_motors_.push_back(std::make_unique<BaseMotor>(articulation(motor.body).multi_body(), motor));
+      solver_constraints_.push_back(base_motors_.back().get());
     } else {
       rigid_motors_.push_back(std::make_unique<RigidMotor>(rigid(motor.body), motor));
       rigid_constraints_.push_back(rigid_motors_.back().get());
@@ -180,7 +167,7 @@ void ArticulatedBodies::add_motors(const std::vector<Motor>& motors) {
 void ArticulatedBodies::move(double duration, double share) {
   rigids_.move(duration, share);
   for (const auto& articulation : trees_) {
-    btMultiBody& tree = articulation->tree();
+    btMultiBody& tree = articulation->multi_body();
     tree.stepPositionsMultiDof(share * duration);
     tree.updateCollisionObjectWorldTransforms(rotations_, origins_);
     tree.clearForcesAndTorques();

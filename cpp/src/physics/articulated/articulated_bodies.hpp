@@ -11,8 +11,8 @@
 #include "physics/articulated/articulation.hpp"
 #include "physics/articulated/mimic_row.hpp"
 #include "physics/articulated/motor_rows.hpp"
-#include "physics/articulated/watched_solver.hpp"
-#include "physics/free_bodies/rigid_bodies.hpp"
+#include "physics/articulated/multi_body_solver.hpp"
+#include "physics/rigid_bodies.hpp"
 #include "physics/stepper.hpp"
 
 namespace energymargin {
@@ -51,7 +51,7 @@ class ArticulatedBodies : public Stepper {
   void add_trees(const std::vector<CollisionShape>& shapes);
   void add_mimics();
   void add_motors(const std::vector<Motor>& motors);
-  Articulation& tree(std::size_t body) const { return *trees_[*tree_of_[body]]; }
+  Articulation& articulation(std::size_t body) const { return *trees_[*tree_of_[body]]; }
   btMultiBodyLinkCollider& link(std::size_t body) const;
   btRigidBody& rigid(std::size_t body) const;
 
@@ -61,9 +61,9 @@ class ArticulatedBodies : public Stepper {
   std::vector<std::optional<std::size_t>> tree_of_;  // index of the tree that a body is in
   std::vector<Load> link_loads_;                     // constant forces on bodies of trees
   std::vector<std::unique_ptr<MimicRow>> mimics_;
-  WatchedSolver solver_;
-  std::vector<btMultiBodyConstraint*> constraints_;  // of the joints and mimics, and for a step those of motors
-  std::size_t joint_constraints_ = 0;
+  MultiBodySolver solver_;
+  std::vector<btMultiBodyConstraint*> constraints_;         // of the joints and mimics
+  std::vector<btMultiBodyConstraint*> solver_constraints_;  // these and, in a part of a step, the motors'
   std::vector<std::unique_ptr<BaseMotor>> base_motors_;
   std::vector<std::unique_ptr<RigidMotor>> rigid_motors_;
   std::vector<btTypedConstraint*> rigid_constraints_;

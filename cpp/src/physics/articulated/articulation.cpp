@@ -198,8 +198,7 @@ void Articulation::read(std::vector<Velocity>& velocities) const {
   for (const auto& collider : colliders_) {
     const auto link = static_cast<std::size_t>(collider->m_link + 1);
     const btMatrix3x3& axes = collider->getWorldTransform().getBasis();
-    velocities[static_cast<std::size_t>(collider->getUserIndex())] = {axes * of_links.linear[link],
-                                                                      axes * of_links.angular[link]};
+    velocities[body_index(*collider)] = {axes * of_links.linear[link], axes * of_links.angular[link]};
   }
 }
 

@@ -14,6 +14,7 @@
 #include "physics/impulse_work.hpp"
 #include "physics/load.hpp"
 #include "physics/shapes.hpp"
+#include "physics/velocity.hpp"
 
 namespace energymargin {
 
@@ -33,8 +34,8 @@ class Articulation {
   std::optional<JointPlace> place_of(std::size_t joint) const;
 
   //! As Bullet has it.
-  btMultiBody& tree() { return *body_; }
-  const btMultiBody& tree() const { return *body_; }
+  btMultiBody& multi_body() { return *body_; }
+  const btMultiBody& multi_body() const { return *body_; }
 
   //! The drives and stops of the joints.
   std::vector<btMultiBodyConstraint*> constraints() const;
@@ -42,11 +43,11 @@ class Articulation {
   void restore(const State& state);
   void read(State& state) const;
 
-  //! Of the links and of a free base, each at the index of its body in the scene.
+  //! Velocities of the links and of a free base, each at the index of its body in the scene.
   void read(std::vector<Velocity>& velocities) const;
   void read(Motion& motion) const;
 
-  //! Of the base, then of the joints.
+  //! Velocities of the base, then of the joints.
   void read_velocities(std::vector<double>& velocities) const;
 
   //! Also clears forces.

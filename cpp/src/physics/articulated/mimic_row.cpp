@@ -4,6 +4,7 @@
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
 namespace energymargin {
+
 MimicRow::MimicRow(const JointPlace& follower, const JointPlace& followed, const Mimic& mimic)
     : btMultiBodyConstraint(follower.body, followed.body, follower.link, followed.link, 1, false,
                             MULTIBODY_CONSTRAINT_GEAR),
@@ -20,9 +21,9 @@ void MimicRow::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBod
   const auto velocity = [](const JointPlace& joint) { return joint.body->getJointVel(joint.link); };
   btMultiBodySolverConstraint& row =
       add_row(*this, 0, rows, data, {follower_, 1.0}, JointShare{followed_, -mimic_.multiplier});
-  const double away = position(follower_) - mimic_.multiplier * position(followed_) - mimic_.offset;
-  const double growing = velocity(follower_) - mimic_.multiplier * velocity(followed_);
-  row.m_rhs = -(growing + info.m_erp2 * away / info.m_timeStep) * row.m_jacDiagABInv;
+  const double error = position(follower_) - mimic_.multiplier * position(followed_) - mimic_.offset;
+  const double error_rate = velocity(follower_) - mimic_.multiplier * velocity(followed_);
+  row.m_rhs = -(error_rate + info.m_erp2 * error / info.m_timeStep) * row.m_jacDiagABInv;
   row.m_lowerLimit = -no_impulse_limit;
   row.m_upperLimit = no_impulse_limit;
 }

@@ -7,7 +7,7 @@
 
 namespace energymargin {
 
-//! That of a row without a limit [N m s].
+//! Impulse limit of a row that has none [N m s].
 inline constexpr double no_impulse_limit = 1e10;
 
 //! A tree's velocities begin with those of its base.

@@ -87,7 +87,7 @@ TreeRows::Side TreeRows::side(int solver_body, btMultiBody* tree, int jacobian, 
   side.jacobian = &data_->m_jacobians[jacobian];
   side.response = &data_->m_deltaVelocitiesUnitImpulse[jacobian];
   side.changes = &data_->m_deltaVelocities[changes];
-  remember(*tree, side.changes);
+  save_changes(*tree, side.changes);
   const auto span = [count](const double* numbers) {
     const auto not_zero = [](double number) { return number != 0.0; };
     const double* const first = std::find_if(numbers, numbers + count, not_zero);
@@ -140,21 +140,21 @@ double TreeRows::resolve(Row& row) {
 double TreeRows::resolve_cone(Row& first, Row& second, double radius) {
   double change_second = second.unclamped_change();
   double change_first = first.unclamped_change();
-  const double wanted_first = first.impulse + change_first;
-  const double wanted_second = second.impulse + change_second;
+  const double unclamped_first = first.impulse + change_first;
+  const double unclamped_second = second.impulse + change_second;
   const auto limit = [](Row& row, double unclamped, double most, double& change) {
     const double clamped = std::min(std::max(unclamped, -most), most);
     if (clamped != unclamped) change = clamped - row.impulse;
     row.impulse = clamped;
   };
-  const double length = std::sqrt(squared(wanted_first) + squared(wanted_second));
+  const double length = std::sqrt(squared(unclamped_first) + squared(unclamped_second));
   if (length >= radius) {
     const double share = length > 0.0 ? radius / length : 0.0;
-    limit(first, wanted_first, std::abs(share * wanted_first), change_first);
-    limit(second, wanted_second, std::abs(share * wanted_second), change_second);
+    limit(first, unclamped_first, std::abs(share * unclamped_first), change_first);
+    limit(second, unclamped_second, std::abs(share * unclamped_second), change_second);
   } else {
-    first.impulse = wanted_first;
-    second.impulse = wanted_second;
+    first.impulse = unclamped_first;
+    second.impulse = unclamped_second;
   }
   first.push(change_first);
   second.push(change_second);
@@ -173,7 +173,7 @@ void TreeRows::finish() {
   }
 }
 
-void TreeRows::remember(btMultiBody& tree, const double* changes) {
+void TreeRows::save_changes(btMultiBody& tree, const double* changes) {
   const auto same = [&](const Tree& other) { return other.body == &tree; };
   if (std::any_of(trees_.begin(), trees_.end(), same)) return;
   trees_.push_back({&tree, changes, at_start_.size()});

@@ -62,7 +62,7 @@ class TreeRows {
   };
 
   Side side(int solver_body, btMultiBody* tree, int jacobian, int changes);
-  void remember(btMultiBody& tree, const double* changes);
+  void save_changes(btMultiBody& tree, const double* changes);
   Row row(btMultiBodySolverConstraint& constraint);
   static double resolve(Row& row);
   static double resolve_cone(Row& first, Row& second, double radius);

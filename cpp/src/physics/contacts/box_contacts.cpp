@@ -17,13 +17,13 @@ double reach_per_inflation(const btTransform& pose, const btVector3& direction) 
 }
 
 // Moves the points of two inflated boxes back to the boxes.
-struct Shrunk : btDiscreteCollisionDetectorInterface::Result {
+struct DeflatedPoints : btDiscreteCollisionDetectorInterface::Result {
   btManifoldResult& to;
   const btTransform& a;
   const btTransform& b;
   double inflation;
 
-  Shrunk(btManifoldResult& to_, const btTransform& a_, const btTransform& b_, double inflation_)
+  DeflatedPoints(btManifoldResult& to_, const btTransform& a_, const btTransform& b_, double inflation_)
       : to(to_), a(a_), b(b_), inflation(inflation_) {}
 
   void setShapeIdentifiersA(int, int) override {}
@@ -41,8 +41,8 @@ class BoxContacts : public PairContacts {
               const btCollisionObjectWrapper& b)
       : PairContacts(info, a, b),
         inflation_(hair * manifold_->getContactBreakingThreshold()),
-        a_(grown_box(a)),
-        b_(grown_box(b)) {}
+        a_(inflated_box(a)),
+        b_(inflated_box(b)) {}
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, const btDispatcherInfo&,
                         btManifoldResult* result) override {
@@ -50,13 +50,13 @@ class BoxContacts : public PairContacts {
     input.m_transformA = a->getWorldTransform();
     input.m_transformB = b->getWorldTransform();
     result->setPersistentManifold(manifold_);
-    Shrunk points(*result, input.m_transformA, input.m_transformB, inflation_);
+    DeflatedPoints points(*result, input.m_transformA, input.m_transformB, inflation_);
     btBoxBoxDetector(&a_, &b_).getClosestPoints(input, points, nullptr);
     result->refreshContactPoints();
   }
 
  private:
-  btBoxShape grown_box(const btCollisionObjectWrapper& object) const {
+  btBoxShape inflated_box(const btCollisionObjectWrapper& object) const {
     const auto& box = static_cast<const btBoxShape&>(*object.getCollisionShape());
     return btBoxShape(box.getHalfExtentsWithMargin() + btVector3(inflation_, inflation_, inflation_));
   }

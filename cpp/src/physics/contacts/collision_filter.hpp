@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "energymargin/scene.hpp"
 
 namespace energymargin {
 
-//! All but two fixed bodies, two that a joint connects, which overlap there, and those that the scene names.
+//! All pairs can, except two fixed bodies, two bodies that a joint connects, which overlap there, and those that the
+//! scene disables. The scene outlives this.
 class CollisionFilter {
  public:
   explicit CollisionFilter(const Scene& scene) : bodies_(scene.bodies()) {
@@ -17,7 +19,7 @@ class CollisionFilter {
     for (const auto& [a, b] : scene.disabled_collisions()) exclude(scene.index(a), scene.index(b));
   }
 
-  //! Of two bodies by their indices in the scene, which outlives this.
+  //! `a` and `b` are indices in the scene.
   bool operator()(std::size_t a, std::size_t b) const {
     return !(bodies_[a].fixed() && bodies_[b].fixed()) && excluded_.count(std::minmax(a, b)) == 0;
   }

@@ -5,8 +5,6 @@
 namespace energymargin {
 namespace {
 
-std::size_t body_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
-
 double trace(const btMatrix3x3& m) { return m[0][0] + m[1][1] + m[2][2]; }
 
 }  // namespace
@@ -15,8 +13,8 @@ std::vector<Contact> contact_points(const btCollisionDispatcher& dispatcher, con
   std::vector<Contact> contacts;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
-    const Body& a = scene.bodies()[body_of(*manifold->getBody0())];
-    const Body& b = scene.bodies()[body_of(*manifold->getBody1())];
+    const Body& a = scene.bodies()[body_index(*manifold->getBody0())];
+    const Body& b = scene.bodies()[body_index(*manifold->getBody1())];
     for (int j = 0; j < manifold->getNumContacts(); ++j) {
       const btManifoldPoint& point = manifold->getContactPoint(j);
       const btVector3 tangential = (point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
@@ -32,7 +30,7 @@ std::vector<Contact> contact_points(const btCollisionDispatcher& dispatcher, con
 
 void turn_normals(btDispatcher& dispatcher, const std::vector<btMatrix3x3>& before) {
   const auto turn = [&](const btCollisionObject& body) {
-    return body.getWorldTransform().getBasis() * before[body_of(body)].transpose();
+    return body.getWorldTransform().getBasis() * before[body_index(body)].transpose();
   };
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);

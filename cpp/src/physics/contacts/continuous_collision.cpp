@@ -8,8 +8,6 @@
 namespace energymargin {
 namespace {
 
-std::size_t index_of(const btCollisionObject& object) { return static_cast<std::size_t>(object.getUserIndex()); }
-
 bool is_rigid(const btCollisionObject& object) { return btRigidBody::upcast(&object) != nullptr; }
 
 // The base of a tree moves as a free body does.
@@ -44,7 +42,7 @@ double core_reach(const btConvexShape& shape, const btTransform& in_body) {
 
 // None of a plane.
 std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& object) const {
-  const CollisionShape& of = shapes_[index_of(object)];
+  const CollisionShape& of = shapes_[body_index(object)];
   std::vector<ConvexPiece> pieces;
   for (std::size_t i = 0; i < of.half_extents.size(); ++i) {
     const bool part = of.shape->isCompound();
@@ -60,7 +58,7 @@ std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& ob
 void ContinuousCollision::add(const btCollisionObject& a, const btCollisionObject& b) {
   BodyPair pair{&a, &b};
   reaches_.resize(shapes_.size(), 0.0);
-  const auto reach_of = [this](const btCollisionObject& body) -> double& { return reaches_[index_of(body)]; };
+  const auto reach_of = [this](const btCollisionObject& body) -> double& { return reaches_[body_index(body)]; };
   for (const ConvexPiece& of_a : pieces(a)) {
     reach_of(a) = std::max(reach_of(a), of_a.reach);
     for (const ConvexPiece& of_b : pieces(b)) {
@@ -104,10 +102,10 @@ double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::v
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     BodyPair& pair = pairs_[i];
     if (pair.pieces.empty()) continue;
-    const double motion = travels_[index_of(*pair.a)] + travels_[index_of(*pair.b)];
+    const double motion = travels_[body_index(*pair.a)] + travels_[body_index(*pair.b)];
     if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
-    const Sweep sweep_a = sweep(*pair.a, velocities[index_of(*pair.a)], duration);
-    const Sweep sweep_b = sweep(*pair.b, velocities[index_of(*pair.b)], duration);
+    const Sweep sweep_a = sweep(*pair.a, velocities[body_index(*pair.a)], duration);
+    const Sweep sweep_b = sweep(*pair.b, velocities[body_index(*pair.b)], duration);
     for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(sweep_a.first(share), sweep_b.first(share));
   }
   return share;

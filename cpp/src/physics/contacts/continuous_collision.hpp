@@ -7,8 +7,8 @@
 
 #include "physics/contacts/collision_pairs.hpp"
 #include "physics/contacts/piece_pair.hpp"
-#include "physics/load.hpp"
 #include "physics/shapes.hpp"
+#include "physics/velocity.hpp"
 
 namespace energymargin {
 

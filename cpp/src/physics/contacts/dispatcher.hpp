@@ -17,6 +17,8 @@ enum class RoundAlgorithm {
 class ContactDispatcher {
  public:
   explicit ContactDispatcher(RoundAlgorithm round = RoundAlgorithm::exact);
+  ContactDispatcher(const ContactDispatcher&) = delete;
+  ContactDispatcher& operator=(const ContactDispatcher&) = delete;
 
   btCollisionDispatcher& bullet() { return dispatcher_; }
   const btCollisionDispatcher& bullet() const { return dispatcher_; }

@@ -11,9 +11,10 @@ constexpr double lying = 0.7;  // sine of the angle between a round solid's axis
 constexpr int points_of_a_face = 4;  // with so many, a hull stands: no more are looked for
 
 // Points of a tilted body, put where they are on the body as it is.
-class Untilted : public GjkResult {
+class TiltCorrection : public GjkResult {
  public:
-  Untilted(btManifoldResult& result, const btTransform& back, bool of_a) : result_(result), back_(back), of_a_(of_a) {}
+  TiltCorrection(btManifoldResult& result, const btTransform& back, bool of_a)
+      : result_(result), back_(back), of_a_(of_a) {}
 
   void setShapeIdentifiersA(int, int) override {}
   void setShapeIdentifiersB(int, int) override {}
@@ -72,8 +73,8 @@ class Contacts : public PairContacts {
       GjkInput tilted = input;
       btTransform& turned = of_a ? tilted.m_transformA : tilted.m_transformB;
       turned.setBasis(btMatrix3x3(btQuaternion(axis, angle)) * body.getBasis());
-      Untilted untilted(result, body * turned.inverse(), of_a);
-      closest_points(a, b, tilted, untilted);
+      TiltCorrection correction(result, body * turned.inverse(), of_a);
+      closest_points(a, b, tilted, correction);
     };
     if (is_round(a) || is_round(b)) {
       const btTransform& round = is_round(a) ? input.m_transformA : input.m_transformB;

@@ -62,7 +62,7 @@ class SupportPoints {
   // `reach`: of a contact [m].
   SupportPoints(const btVector3& down, double reach)
       : down_(down), tie_(tie_share * reach), depth_(depth_share * reach) {
-    const btVector3 axis = std::abs(down.x()) < cos_45 ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
+    const btVector3 axis = std::abs(down.x()) < steep_x ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
     const btVector3 first = (axis - down * down.dot(axis)).normalized();
     along_ = first * std::cos(off_axis) + down.cross(first) * std::sin(off_axis);
   }
@@ -83,8 +83,8 @@ class SupportPoints {
   }
 
  private:
-  // Shares of the reach. Two points are equally far if they differ by less than the first, a thousand times what
-  // rounding errors amount to. The lowest point replaces another where it is deeper by the second: a corner that is
+  // Shares of the reach. Two points are equally far if they differ by less than the first, which is far above
+  // rounding errors. The lowest point replaces another where it is deeper by the second: a corner that is
   // less deep hardly carries anything.
   static constexpr double tie_share = 1e-3;
   static constexpr double depth_share = 0.01;
@@ -93,8 +93,8 @@ class SupportPoints {
   // many hulls have an edge at right angles, both ends of that edge would be outermost.
   static constexpr double off_axis = 0.46;
 
-  // The axis that is farther from vertical serves: a direction within 45 degrees of x has y beside it.
-  static constexpr double cos_45 = 0.7;
+  // Above this |x| of `down`, which is about cos 45 degrees, the y axis replaces the x axis.
+  static constexpr double steep_x = 0.7;
 
   // The first of those that are farthest along a direction.
   const btVector3& farthest(const btVector3& direction) const {

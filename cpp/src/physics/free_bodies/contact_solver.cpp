@@ -29,7 +29,7 @@ void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::ve
   for (const Motor& motor : motors) add_motor(motor, info);
   for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
   iterate(info);
-  if (watch_.before) add_work(info);
+  if (audit_.before) add_work(info);
   write_back(info);
 }
 
@@ -37,7 +37,7 @@ void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const bt
   moving_.clear();
   rows_.clear(bodies.size());
   for (btRigidBody* body : bodies) {
-    const auto index = static_cast<std::size_t>(body->getUserIndex());
+    const auto index = body_index(*body);
     if (slots_.size() <= index) slots_.resize(index + 1, -1);
     slots_[index] = static_cast<int>(moving_.size());
     const bool gyroscopic = body->getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY;
@@ -131,19 +131,19 @@ void ContactSolver::set_sides(ContactRow& row, const btVector3& direction, const
 
 // Returns the velocity at the point along the direction by an impulse of 1.
 double ContactSolver::set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const {
-  const Moving& body = moving_[static_cast<std::size_t>(slot)];
+  const MovingBody& body = moving_[static_cast<std::size_t>(slot)];
   const btVector3 turn = arm.cross(direction);
   const btVector3 spin = body.rigid->getInvInertiaTensorWorld() * turn * body.rigid->getAngularFactor();
   side.body = slot;
   side.jacobian = twist(direction, turn);
-  side.response = twist(direction * body.linear_share, spin);
+  side.response = twist(direction * body.inverse_masses, spin);
   return body.rigid->getInvMass() + direction.dot(spin.cross(arm));
 }
 
 // Along the row, before the step; in friction Bullet leaves out what gyroscopic torques will change.
 double ContactSolver::speed(const ContactRow& row, bool gyroscopic) const {
   const auto of = [&](const RowSide& side) {
-    const Moving& body = moving_[static_cast<std::size_t>(side.body)];
+    const MovingBody& body = moving_[static_cast<std::size_t>(side.body)];
     const btVector3& spin = body.rigid->getAngularVelocity();
     return linear(side.jacobian).dot(body.rigid->getLinearVelocity()) +
            angular(side.jacobian).dot(gyroscopic ? spin + body.gyroscopic : spin);
@@ -153,7 +153,7 @@ double ContactSolver::speed(const ContactRow& row, bool gyroscopic) const {
 
 btVector3 ContactSolver::velocity(int slot, const btVector3& arm) const {
   if (slot < 0) return {0, 0, 0};
-  const Moving& body = moving_[static_cast<std::size_t>(slot)];
+  const MovingBody& body = moving_[static_cast<std::size_t>(slot)];
   return body.rigid->getLinearVelocity() + (body.rigid->getAngularVelocity() + body.gyroscopic).cross(arm);
 }
 
@@ -184,14 +184,14 @@ void ContactSolver::write_back(const btContactSolverInfo& info) {
 }
 
 void ContactSolver::add_work(const btContactSolverInfo& info) {
-  for (const MotorRow& row : rows_.motors()) watch_.work.motors += work_of(row);
-  for (const NormalRow& row : rows_.normals()) watch_.work.contacts += work_of(row);
-  for (const FrictionRow& row : rows_.frictions()) watch_.work.friction += work_of(row);
+  for (const MotorRow& row : rows_.motors()) audit_.work.motors += work_of(row);
+  for (const NormalRow& row : rows_.normals()) audit_.work.contacts += work_of(row);
+  for (const FrictionRow& row : rows_.frictions()) audit_.work.friction += work_of(row);
   // These impulses move bodies and leave their velocities alone.
   for (std::size_t i = 0; i < moving_.size(); ++i) {
-    const Motion::OfBody& loaded = watch_.before->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
+    const Motion::OfBody& loaded = audit_.before->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
     const btVector3 turn = angular(rows_.split(i)) * info.m_splitImpulseTurnErp;
-    watch_.work.overlap -= (loaded.force.dot(linear(rows_.split(i))) + loaded.torque.dot(turn)) * info.m_timeStep;
+    audit_.work.overlap -= (loaded.force.dot(linear(rows_.split(i))) + loaded.torque.dot(turn)) * info.m_timeStep;
   }
 }
 
@@ -203,7 +203,7 @@ double ContactSolver::work_of(const ContactRow& row) const {
 double ContactSolver::mean_speed(const RowSide& side) const {
   const auto slot = static_cast<std::size_t>(side.body);
   const btRigidBody& body = *moving_[slot].rigid;
-  const Motion::OfBody& before = watch_.before->bodies[static_cast<std::size_t>(body.getUserIndex())];
+  const Motion::OfBody& before = audit_.before->bodies[body_index(body)];
   const btVector3 velocity = body.getLinearVelocity() + linear(rows_.change(slot));
   const btVector3 spin = body.getAngularVelocity() + moving_[slot].gyroscopic + angular(rows_.change(slot));
   return 0.5 *
@@ -211,7 +211,7 @@ double ContactSolver::mean_speed(const RowSide& side) const {
 }
 
 int ContactSolver::slot_of(const btCollisionObject& object) const {
-  const auto index = static_cast<std::size_t>(object.getUserIndex());
+  const auto index = body_index(object);
   return index < slots_.size() ? slots_[index] : -1;
 }
 

@@ -12,11 +12,11 @@
 namespace energymargin {
 
 //! Does for free bodies what Bullet's solver does, and to the same bits. It knows no joints: a scene that has some is
-//! solved by WatchedSolver.
+//! solved by MultiBodySolver.
 class ContactSolver {
  public:
-  //! Adds to the work of `watch`, which outlives this, while that is watched.
-  explicit ContactSolver(ImpulseWatch& watch) : watch_(watch) {}
+  //! Adds to the work of `audit`, which outlives this, while that is on.
+  explicit ContactSolver(ImpulseAudit& audit) : audit_(audit) {}
 
   //! Changes the velocities of `bodies`, which can all move, and by split impulses their positions where they overlap.
   //! `manifolds` have at least one of them each.
@@ -24,10 +24,10 @@ class ContactSolver {
              const std::vector<Motor>& motors, const btContactSolverInfo& info);
 
  private:
-  struct Moving {
+  struct MovingBody {
     btRigidBody* rigid;
-    btVector3 linear_share;  // of an impulse, that changes the velocity: the inverse mass, 0 along locked axes [1/kg]
-    btVector3 gyroscopic;    // change of angular velocity in this step [rad/s]
+    btVector3 inverse_masses;  // along each axis of the world, 0 along locked ones [1/kg]
+    btVector3 gyroscopic;      // change of angular velocity in this step [rad/s]
   };
 
   struct Ends {  // of a contact: moving bodies, or -1, and the arms from their centres of mass
@@ -52,10 +52,10 @@ class ContactSolver {
   double mean_speed(const RowSide& side) const;
   int slot_of(const btCollisionObject& object) const;
 
-  std::vector<Moving> moving_;
+  std::vector<MovingBody> moving_;
   std::vector<int> slots_;  // of bodies by their index in the scene; -1: fixed
   ContactRows rows_;
-  ImpulseWatch& watch_;
+  ImpulseAudit& audit_;
 };
 
 }  // namespace energymargin

@@ -8,15 +8,12 @@ FreeBodies::FreeBodies(const Scene& scene, const std::vector<CollisionShape>& sh
 }
 
 btVector3 FreeBodies::velocity(std::size_t body, const btVector3& point) const {
-  return energymargin::velocity(*bodies_.all()[body], point);
+  return velocity_at(*bodies_.all()[body], point);
 }
 
-void FreeBodies::apply(const Load& load, double duration) {
-  energymargin::apply(*bodies_.all()[load.body], load, duration);
-}
+void FreeBodies::apply(const Load& load, double duration) { apply_load(*bodies_.all()[load.body], load, duration); }
 
 void FreeBodies::solve(const StepPart& part) {
-  part.solver.m_timeStep = part.duration;
   solver_.solve(bodies_.moving(), part.touching, part.motors, part.solver);
 }
 

@@ -2,7 +2,7 @@
 // The step of a scene without joints.
 
 #include "physics/free_bodies/contact_solver.hpp"
-#include "physics/free_bodies/rigid_bodies.hpp"
+#include "physics/rigid_bodies.hpp"
 #include "physics/stepper.hpp"
 
 namespace energymargin {
@@ -22,8 +22,6 @@ class FreeBodies : public Stepper {
   btVector3 velocity(std::size_t body, const btVector3& point) const override;
   void apply(const Load& load, double duration) override;
   void accelerate(double duration) override { bodies_.accelerate(duration); }
-  void set_target(std::size_t, double) override {}
-  double target(std::size_t) const override { return 0.0; }
   void save() override { bodies_.save(); }
   void undo() override { bodies_.undo(); }
   void undo_split_impulses() override { bodies_.undo_split_impulses(); }

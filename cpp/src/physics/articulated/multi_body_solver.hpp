@@ -1,5 +1,5 @@
 #pragma once
-// Bullet's solver, with a view on the work of its impulses.
+// Bullet's solver for multi-bodies, faster and with the work of its impulses.
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
@@ -10,9 +10,9 @@
 
 namespace energymargin {
 
-//! Solves as Bullet does, with the rounds over rows of trees done by TreeRows. While it is watched it also sums up
-//! work: each impulse times the mean of the velocity along it before the step and after it.
-class WatchedSolver : public btMultiBodyConstraintSolver {
+//! Solves as Bullet does, with the rounds over rows of trees done by TreeRows. It adds up the work of the impulses for
+//! an audit.
+class MultiBodySolver : public btMultiBodyConstraintSolver {
  public:
   //! Who does the rounds over the rows of trees.
   enum class Rounds {
@@ -20,8 +20,8 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
     bullet,  ///< for comparison
   };
 
-  //! Adds to the work of `watch`, which outlives this, while that is watched.
-  explicit WatchedSolver(ImpulseWatch& watch, Rounds rounds = Rounds::tree_rows) : watch_(watch), rounds_(rounds) {}
+  //! Adds to the work of `audit`, which outlives this, while that is on.
+  explicit MultiBodySolver(ImpulseAudit& audit, Rounds rounds = Rounds::tree_rows) : audit_(audit), rounds_(rounds) {}
 
  protected:
   btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
@@ -42,7 +42,7 @@ class WatchedSolver : public btMultiBodyConstraintSolver {
   double mean_speed(int solver_body, const btVector3& normal, const btVector3& arm_cross_normal) const;
   double mean_speed(const btMultiBody& tree, int jacobian, int changes) const;
 
-  ImpulseWatch& watch_;
+  ImpulseAudit& audit_;
   Rounds rounds_;
   TreeRows tree_rows_;
 };

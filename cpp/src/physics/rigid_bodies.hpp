@@ -12,6 +12,7 @@
 #include "physics/impulse_work.hpp"
 #include "physics/load.hpp"
 #include "physics/shapes.hpp"
+#include "physics/velocity.hpp"
 
 namespace energymargin {
 
@@ -21,6 +22,7 @@ class RigidBodies {
   //! `shapes` are those of the scene's bodies, and outlive this.
   RigidBodies(const Scene& scene, const std::vector<CollisionShape>& shapes);
 
+  //! Fixed ones too; in a scene without joints each at the index of its body.
   const std::vector<std::unique_ptr<btRigidBody>>& all() const { return all_; }
   const std::vector<btRigidBody*>& moving() const { return moving_; }
   const std::vector<btRigidBody*>& objects() const { return objects_; }
@@ -57,9 +59,9 @@ class RigidBodies {
   std::vector<Snapshot> snapshots_;
 };
 
-void apply(btRigidBody& body, const Load& load, double duration);
+void apply_load(btRigidBody& body, const Load& load, double duration);
 
 //! Velocity of the point of a body that is at `point` in the world [m/s].
-btVector3 velocity(const btRigidBody& body, const btVector3& point);
+btVector3 velocity_at(const btRigidBody& body, const btVector3& point);
 
 }  // namespace energymargin

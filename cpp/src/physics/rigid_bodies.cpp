@@ -1,4 +1,4 @@
-#include "physics/free_bodies/rigid_bodies.hpp"
+#include "physics/rigid_bodies.hpp"
 
 #include "energymargin/kinematics.hpp"
 #include "physics/sweep.hpp"
@@ -92,8 +92,7 @@ void RigidBodies::read(State& state) const {
 
 void RigidBodies::read(std::vector<Velocity>& velocities) const {
   for (const btRigidBody* body : moving_) {
-    velocities[static_cast<std::size_t>(body->getUserIndex())] = {body->getLinearVelocity(),
-                                                                  body->getAngularVelocity()};
+    velocities[body_index(*body)] = {body->getLinearVelocity(), body->getAngularVelocity()};
   }
 }
 
@@ -101,8 +100,8 @@ void RigidBodies::read(Motion& motion) const {
   const btVector3 none(0, 0, 0);
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     const btRigidBody& rigid = *moving_[i];
-    motion.bodies[static_cast<std::size_t>(rigid.getUserIndex())] = {
-        rigid.getLinearVelocity(), rigid.getAngularVelocity(), free_[i].acceleration / rigid.getInvMass(), none};
+    motion.bodies[body_index(rigid)] = {rigid.getLinearVelocity(), rigid.getAngularVelocity(),
+                                        free_[i].acceleration / rigid.getInvMass(), none};
   }
 }
 
@@ -145,12 +144,12 @@ void RigidBodies::move(double duration, double share) {
   }
 }
 
-void apply(btRigidBody& body, const Load& load, double duration) {
+void apply_load(btRigidBody& body, const Load& load, double duration) {
   body.applyCentralImpulse(load.force * duration);
   body.applyTorqueImpulse(load.torque * duration);
 }
 
-btVector3 velocity(const btRigidBody& body, const btVector3& point) {
+btVector3 velocity_at(const btRigidBody& body, const btVector3& point) {
   return body.getVelocityInLocalPoint(point - body.getCenterOfMassPosition());
 }
 
