@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "search/nearest.hpp"
+#include "quasistatic/nearest.hpp"
 
 // OMPL declares these templates in its headers, and defines them where no other library can see them.
 namespace ompl::geometric {
@@ -23,7 +23,7 @@ void BITstar::setNearestNeighbors() {
 
 }  // namespace ompl::geometric
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 namespace {
 
 constexpr unsigned int least_batch = 50;
@@ -32,7 +32,7 @@ constexpr double batch_share = 0.25;
 
 }  // namespace
 
-void bit_star(QuasistaticProblem& problem) {
+void bit_star(BarrierProblem& problem) {
   while (!problem.spent()) {
     const ompl::base::ProblemDefinitionPtr definition = problem.ask();
     if (!definition) continue;
@@ -50,4 +50,4 @@ void bit_star(QuasistaticProblem& problem) {
   }
 }
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

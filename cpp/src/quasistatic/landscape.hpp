@@ -1,6 +1,6 @@
 #pragma once
-// What may happen to an object that is moved slowly while everything else stays: where it may be, on which ways, and
-// what height of energy it has there (Definitions 1 and 2).
+// The energy landscape of an object that is moved slowly while everything else stays: where it may be, on which ways,
+// and how high its energy is there (Definitions 1 and 2).
 
 #include <optional>
 #include <vector>
@@ -8,18 +8,10 @@
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "physics/free_space.hpp"
+#include "quasistatic/path.hpp"
 #include "quasistatic/potential.hpp"
 
-namespace energymargin {
-
-//! Poses from the start on; between two of them the object moves evenly, and turns the shorter way.
-using Path = std::vector<Pose>;
-
-//! The pose at a share `t` of the way.
-Pose between(const Pose& from, const Pose& to, double t);
-
-//! Angle between two orientations, 0..pi [rad].
-double angle(const Quaternion& a, const Quaternion& b);
+namespace energymargin::quasistatic {
 
 //! How an object can turn.
 enum class Turning {
@@ -28,12 +20,19 @@ enum class Turning {
   all,         ///< freely
 };
 
+//! Where a pose lies.
+enum class Side {
+  captured,  ///< in the capture set: an escape ends where it leaves that
+  outside,   ///< outside of it, settled as low as it gets there
+  any,
+};
+
 //! One object of a problem, quasi-statically. Its poses are those of its centre of mass: so it turns about that, and
 //! without springs its energy is linear on a way. One thread at a time.
-class Quasistatics {
+class Landscape {
  public:
   //! `object` is the index of a body that moves freely.
-  Quasistatics(const Problem& problem, std::size_t object);
+  Landscape(const Problem& problem, std::size_t object);
 
   const Pose& start() const { return start_; }
   const Vector3& sliding() const { return body_.linear_factor; }  //!< 1: free along the axis, 0: locked
@@ -76,7 +75,7 @@ class Quasistatics {
 
   //! Slides down the slope of the energy until something is in the way, at most by `reach` [m] along any axis of the
   //! world from the start; with `outside`, without entering the capture set.
-  Pose settled(Pose pose, double reach, bool outside);
+  Pose settle(Pose pose, double reach, bool outside);
 
   //! The full state with the object at a pose, all at rest.
   const State& state(const Pose& pose);
@@ -105,4 +104,4 @@ class Quasistatics {
   std::vector<std::pair<double, double>> open_;  // stretches of a way that are still to be looked at
 };
 
-}  // namespace energymargin
+}  // namespace energymargin::quasistatic

@@ -10,7 +10,7 @@
 
 #include "quasistatic/pose_space.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 
 //! `Element` is a planner's pointer to something with a `state` or a `state()`.
 template <typename Element>
@@ -75,7 +75,7 @@ class Nearest : public ompl::NearestNeighbors<Element> {
     const auto* state = static_cast<const ompl::base::State*>(state_of(element))->as<PoseSpace::StateType>();
     ranked_.clear();
     for (std::size_t i = 0; i < poses_.size(); ++i) {
-      ranked_.emplace_back(state->space->way(state->pose, poses_[i]), i);
+      ranked_.emplace_back(state->space->distance(state->pose, poses_[i]), i);
     }
   }
 
@@ -89,4 +89,4 @@ class Nearest : public ompl::NearestNeighbors<Element> {
   mutable std::vector<std::pair<double, std::size_t>> ranked_;
 };
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic
