@@ -9,6 +9,7 @@
 #include "expect.hpp"
 #include "quasistatic/barrier_problem.hpp"
 #include "scenes.hpp"
+#include "search/cost_space.hpp"
 #include "search/est.hpp"
 
 namespace energymargin::search {

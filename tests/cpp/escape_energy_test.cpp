@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "energymargin/membership.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
 #include "physics/free_space.hpp"
 #include "scenes.hpp"

@@ -1,6 +1,6 @@
 // Escapes within a horizon, against answers known on paper.
 
-#include "energymargin/search/horizon.hpp"
+#include "search/horizon.hpp"
 
 #include <gtest/gtest.h>
 

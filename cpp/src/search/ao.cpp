@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "energymargin/search/prunable.hpp"
+#include "search/ao_with_shortening.hpp"
+#include "search/cost_space.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -34,7 +36,7 @@ class Search {
 
   void plan() {
     const int before = problem_.nodes();
-    const bool take_turns = shortening_ && (!found_.empty() || problem_.horizon());
+    const bool take_turns = shortening_ && (!candidates_.empty() || problem_.horizon());
     planner_.solve(take_turns ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
@@ -45,10 +47,10 @@ class Search {
   }
 
   void shorten() {
-    if (!shortening_ || (found_.empty() && !problem_.horizon())) return;
+    if (!shortening_ || (candidates_.empty() && !problem_.horizon())) return;
     const int end = problem_.nodes() + shortening_turn;
     while (problem_.nodes() < end && !finished()) {
-      if (found_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
+      if (candidates_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
     }
   }
 
@@ -56,13 +58,13 @@ class Search {
   // above its cost anyway.
   void confirm() {
     const bool due = confirm_ == Confirm::each_turn || problem_.nodes() >= next_confirmation_ || finished();
-    if (!due || found_.size() == confirmed_) return;
-    while (found_.size() > confirmed_) {
-      const std::optional<bool> leads_out = problem_.confirmed(found_.back().node);
+    if (!due || candidates_.size() == confirmed_) return;
+    while (candidates_.size() > confirmed_) {
+      const std::optional<bool> leads_out = problem_.confirm(candidates_.back().node);
       if (!leads_out) {
-        stop_before(found_[confirmed_].node);
+        stop_before(candidates_[confirmed_].node);
       } else if (*leads_out) {
-        confirmed_ = found_.size();
+        confirmed_ = candidates_.size();
         next_confirmation_ = rarer * problem_.nodes();
         return;
       } else {
@@ -70,7 +72,7 @@ class Search {
       }
     }
     problem_.lower_bound(effort());
-    if (shortening_ && !found_.empty()) shortening_->start(found_.back().node);
+    if (shortening_ && !candidates_.empty()) shortening_->start(candidates_.back().node);
   }
 
   // What an escape that counts has made useless: a bound that is discarded again would have taken too much.
@@ -83,41 +85,41 @@ class Search {
   Escape result() {
     Escape escape;
     escape.effort = effort();
-    for (const Found& found : found_) escape.history.emplace_back(found.nodes, problem_.cost(found.node));
+    for (const Candidate& best : candidates_) escape.history.emplace_back(best.nodes, problem_.cost(best.node));
     escape.complete = counted_ < 0 && (problem_.nodes_are_spent() || escape.effort == 0.0 || nothing_left_);
     escape.discarded = discarded_;
     escape.diverged = problem_.diverged();
     escape.tree = problem_.take_tree(counted_ < 0 ? problem_.nodes() : counted_);
     escape.undisturbed = futures_ > 0;
-    escape.path = escape.tree.path_to(found_.empty() ? -1 : found_.back().node);
+    escape.path = escape.tree.path_to(candidates_.empty() ? -1 : candidates_.back().node);
     return escape;
   }
 
  private:
-  struct Found {
+  struct Candidate {
     int node;   // in which an escape ends
     int nodes;  // that there were
   };
 
   double effort() const {
-    return found_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(found_.back().node);
+    return candidates_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(candidates_.back().node);
   }
 
   // The node in which the planner's solution ends.
   static int solution(const ompl::base::ProblemDefinition& definition) {
     const auto& states = definition.getSolutionPath()->as<ompl::control::PathControl>()->getStates();
-    return states.back()->as<CostSpace::StateType>()->node;
+    return node_of(states.back());
   }
 
   void add(int node) {
-    found_.push_back({node, problem_.nodes() - futures_});
+    candidates_.push_back({node, problem_.nodes() - futures_});
     problem_.lower_bound(effort());
     if (shortening_) shortening_->start(node);
   }
 
   void discard_best() {
-    problem_.discard(found_.back().node);
-    found_.pop_back();
+    problem_.discard(candidates_.back().node);
+    candidates_.pop_back();
     ++discarded_;
     if (confirm_ == Confirm::best) ended_ = true;  // the bound was too low
   }
@@ -125,7 +127,7 @@ class Search {
   // Of the nodes from `node` on nothing is known.
   void stop_before(int node) {
     counted_ = std::max(node - 1, 0);
-    found_.resize(confirmed_);
+    candidates_.resize(confirmed_);
     ended_ = true;
   }
 
@@ -133,10 +135,10 @@ class Search {
   ompl::base::Planner& planner_;
   Shortening* shortening_;
   Confirm confirm_;
-  std::vector<Found> found_;   // each cheaper than the one before
-  std::size_t confirmed_ = 0;  // of them, which count
-  int futures_ = 0;            // nodes of the undisturbed future
-  int next_confirmation_ = 0;  // nodes
+  std::vector<Candidate> candidates_;  // each cheaper than the one before
+  std::size_t confirmed_ = 0;          // so many of them count
+  int futures_ = 0;                    // nodes of the undisturbed future
+  int next_confirmation_ = 0;          // nodes
   int discarded_ = 0;
   double pruned_ = std::numeric_limits<double>::infinity();  // the effort above which nothing is left in the planner
   bool ended_ = false;
@@ -145,6 +147,10 @@ class Search {
 };
 
 }  // namespace
+
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner) {
+  return ao(problem, planner, nullptr, Confirm::each_turn);
+}
 
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm) {
   Search search(problem, planner, shortening, confirm);

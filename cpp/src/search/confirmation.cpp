@@ -1,4 +1,4 @@
-#include "energymargin/search/confirmation.hpp"
+#include "search/confirmation.hpp"
 
 #include <algorithm>
 #include <utility>

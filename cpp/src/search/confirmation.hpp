@@ -7,10 +7,10 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
-#include "energymargin/search/horizon.hpp"
 #include "energymargin/search/tree.hpp"
-#include "energymargin/search/wrench_space.hpp"
 #include "energymargin/world.hpp"
+#include "search/edge.hpp"
+#include "search/horizon.hpp"
 
 namespace energymargin::search {
 
