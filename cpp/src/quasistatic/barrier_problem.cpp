@@ -10,9 +10,9 @@
 #include "energymargin/random.hpp"
 #include "quasistatic/adapters.hpp"
 #include "quasistatic/barrier.hpp"
-#include "quasistatic/box.hpp"
 #include "quasistatic/pose_space.hpp"
 #include "quasistatic/relax.hpp"
+#include "quasistatic/search_box.hpp"
 #include "quasistatic/streams.hpp"
 
 namespace energymargin::quasistatic {
@@ -49,7 +49,7 @@ BarrierProblem::BarrierProblem(const Problem& problem, std::size_t object, const
     history_.emplace_back(0, 0.0);
     return;
   }
-  std::optional<Box> box = find_box(landscape_, *sampler_, budget.reach, budget.limit);
+  std::optional<SearchBox> box = find_search_box(landscape_, *sampler_, budget.reach, budget.limit);
   if (!box) return;
   outside_.poses = std::move(box->outside);
   sampler_->set_reach(box->reach, !budget.reach);

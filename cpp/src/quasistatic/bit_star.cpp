@@ -8,17 +8,20 @@
 
 #include "quasistatic/nearest.hpp"
 
-// OMPL declares these templates in its headers, and defines them where no other library can see them.
+// BIT* takes its neighbours from this template alone. OMPL's headers declare it without a definition, so that others
+// can use it only by a specialization.
 namespace ompl::geometric {
 
-template <template <typename> class Neighbors>
-void BITstar::ImplicitGraph::setNearestNeighbors() {
-  samples_ = std::make_shared<Neighbors<VertexPtr>>();
+using energymargin::quasistatic::Nearest;
+
+template <>
+void BITstar::ImplicitGraph::setNearestNeighbors<Nearest>() {
+  samples_ = std::make_shared<Nearest<VertexPtr>>();
 }
 
-template <template <typename> class Neighbors>
-void BITstar::setNearestNeighbors() {
-  graphPtr_->setNearestNeighbors<Neighbors>();
+template <>
+void BITstar::setNearestNeighbors<Nearest>() {
+  graphPtr_->setNearestNeighbors<Nearest>();
 }
 
 }  // namespace ompl::geometric

@@ -56,9 +56,9 @@ Landscape::Landscape(const Problem& problem, std::size_t object)
   start_ = {start.position + start.orientation * center_, start.orientation};
   start_energy_ = potential_(frame(start_));
   for (int axis = 0; axis < 3; ++axis) {
-    Pose moved = start_;
-    moved.position[axis] += free_space_.tolerance() * body_.linear_factor[axis];
-    negligible_ = std::max(negligible_, std::abs(potential_(frame(moved)) - start_energy_));
+    Pose pose = start_;
+    pose.position[axis] += free_space_.tolerance() * body_.linear_factor[axis];
+    negligible_ = std::max(negligible_, std::abs(potential_(frame(pose)) - start_energy_));
   }
 }
 
@@ -110,16 +110,16 @@ bool Landscape::passes(const Pose& from, const Pose& to) {
       if (!within(interpolate(from, to, static_cast<double>(i) / count))) return false;
     }
   }
-  open_.assign(1, {0.0, 1.0});
-  for (std::size_t next = 0; next < open_.size(); ++next) {
-    const auto [first, last] = open_[next];
+  stretches_.assign(1, {0.0, 1.0});
+  for (std::size_t next = 0; next < stretches_.size(); ++next) {
+    const auto [first, last] = stretches_[next];
     const double middle = 0.5 * (first + last);
     const double half = 0.5 * (last - first) * whole;
     const double clear = free_space_.clearance(frame(interpolate(from, to, middle)), half);
     if (clear < 0.0) return false;
     if (clear >= half || half <= least_step_) continue;
-    open_.emplace_back(first, middle - clear / whole);
-    open_.emplace_back(middle + clear / whole, last);
+    stretches_.emplace_back(first, middle - clear / whole);
+    stretches_.emplace_back(middle + clear / whole, last);
   }
   return true;
 }

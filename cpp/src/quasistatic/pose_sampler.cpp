@@ -89,19 +89,20 @@ std::size_t PoseSampler::below(std::size_t end) {
 }
 
 Pose PoseSampler::near(const Pose& pose, double scale) {
-  Pose moved = pose;
+  Pose sample = pose;
   for (int axis = 0; axis < 3; ++axis) {
-    if (landscape_.sliding()[axis] != 0.0) moved.position[axis] += rng_.gaussian(0.0, scale);
+    if (landscape_.sliding()[axis] != 0.0) sample.position[axis] += rng_.gaussian(0.0, scale);
   }
   const double turn = scale / landscape_.radius();
   if (landscape_.turning() == Turning::about_axis) {
-    moved.orientation = Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), landscape_.axis())) * moved.orientation;
+    sample.orientation =
+        Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), landscape_.axis())) * sample.orientation;
   } else if (landscape_.turning() == Turning::all) {
     Vector3 by;
     for (double& angle : by) angle = rng_.gaussian(0.0, turn);  // one after the other: compilers order arguments freely
-    moved.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * moved.orientation;
+    sample.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * sample.orientation;
   }
-  return moved;
+  return sample;
 }
 
 }  // namespace energymargin::quasistatic

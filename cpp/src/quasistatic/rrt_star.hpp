@@ -1,5 +1,5 @@
 #pragma once
-// RRT* (Karaman and Frazzoli), asked on for a lower barrier after each way out.
+// RRT* (Karaman and Frazzoli), asked on for a lower barrier after each escape.
 
 #include "quasistatic/barrier_problem.hpp"
 

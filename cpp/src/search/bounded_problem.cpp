@@ -1,15 +1,12 @@
 #include "energymargin/search/bounded_problem.hpp"
 
-#include <ompl/base/Goal.h>
-#include <ompl/base/StateValidityChecker.h>
-#include <ompl/base/ValidStateSampler.h>
 #include <ompl/util/Console.h>
 
 #include "base/check.hpp"
 #include "energymargin/random.hpp"
+#include "search/adapters.hpp"
 #include "search/confirmation.hpp"
 #include "search/cost_space.hpp"
-#include "search/propagator.hpp"
 #include "search/rollout_tree.hpp"
 #include "search/streams.hpp"
 #include "search/wrench_space.hpp"
@@ -20,35 +17,6 @@ namespace {
 // Once the limit is reached, an escape may still be confirmed, if that is quick [s].
 constexpr double grace = 0.1;
 
-// Below the bound, and within Z_b.
-class Allowed : public ompl::base::StateValidityChecker {
- public:
-  Allowed(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem)
-      : StateValidityChecker(si), problem_(problem) {}
-  bool isValid(const ompl::base::State* state) const override { return problem_.allowed(node_of(state)); }
-
- private:
-  const BoundedProblem& problem_;
-};
-
-// The complement of the capture set.
-class Outside : public ompl::base::Goal {
- public:
-  Outside(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem) : Goal(si), problem_(problem) {}
-  bool isSatisfied(const ompl::base::State* state) const override { return problem_.escaped(node_of(state)); }
-
- private:
-  const BoundedProblem& problem_;
-};
-
-// EST asks for a target before it extends; a random control needs none.
-class NoTarget : public ompl::base::ValidStateSampler {
- public:
-  using ValidStateSampler::ValidStateSampler;
-  bool sample(ompl::base::State*) override { return true; }
-  bool sampleNear(ompl::base::State*, const ompl::base::State*, double) override { return true; }
-};
-
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
@@ -58,29 +26,15 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, streams::states));
   tree_ = std::make_unique<RolloutTree>(problem, *space_, nodes, limit, captured);
-  const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, streams::controls), sampling);
-  si_ = std::make_shared<ompl::control::SpaceInformation>(space_, controls);
-  si_->setStatePropagator(std::make_shared<Propagator>(si_, *tree_));
-  // The control carries its own duration, so OMPL's counts as one.
-  si_->setPropagationStepSize(1.0);
-  si_->setMinMaxControlDuration(1, 1);
-  si_->setValidStateSamplerAllocator(
-      [](const ompl::base::SpaceInformation* si) { return std::make_shared<NoTarget>(si); });
   if (captured) {
     captured_.emplace(*captured, problem.scene);
     problem_ = problem;
     captured_region_ = *captured;
   }
   if (captured && problem.within) within_.emplace(*problem.within, problem.scene);
-  si_->setStateValidityChecker(std::make_shared<Allowed>(si_, *this));
-  si_->setup();
-
-  definition_ = std::make_shared<ompl::base::ProblemDefinition>(si_);
-  definition_->setGoal(std::make_shared<Outside>(si_, *this));
-  CostSpace::StateType root;
-  root.objects = space_->starts();
-  root.node = 0;
-  definition_->addStartState(&root);
+  const auto controls = std::make_shared<WrenchSpace>(space_, problem, stream(seed, streams::controls), sampling);
+  si_ = search::space_information(controls, *tree_, *this);
+  definition_ = search::definition(si_, *this);
 }
 
 BoundedProblem::~BoundedProblem() = default;

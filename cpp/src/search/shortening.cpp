@@ -65,18 +65,18 @@ TimedEdges Shortening::edges_from(std::size_t node) const {
 
 // Each at its time, as far as the one before it and the horizon leave it; `time` is where they begin.
 TimedEdges Shortening::with_waits(const TimedEdges& edges, int time) const {
-  TimedEdges timed;
+  TimedEdges schedule;
   for (TimedEdge edge : edges) {
     const int end = std::min(edge.start + edge.steps, *horizon_);
     edge.start = std::max(edge.start, time);
     edge.steps = end - edge.start;
     if (edge.steps < 1 || edge.wrenches.isZero(0.0)) continue;
-    if (edge.start > time) timed.push_back(rest(time, edge.start - time));
-    timed.push_back(edge);
+    if (edge.start > time) schedule.push_back(rest(time, edge.start - time));
+    schedule.push_back(edge);
     time = end;
   }
-  if (time < *horizon_) timed.push_back(rest(time, *horizon_ - time));
-  return timed;
+  if (time < *horizon_) schedule.push_back(rest(time, *horizon_ - time));
+  return schedule;
 }
 
 TimedEdge Shortening::rest(int start, int steps) const {

@@ -27,8 +27,8 @@ struct Edge;
 class RolloutTree;
 
 //! A planner of OMPL works on `space_information` and `definition`. Its states are those of the objects with the effort
-//! since the root, eq. 9; its controls are a wrench on each object and how long they last. Every rollout is a node of
-//! one tree, counted from the root on, which is node 0.
+//! since the root, eq. 9, and have a default projection. Its controls are a wrench on each object and how long they
+//! last. Every rollout is a node of one tree, whose node 0 is the root.
 class BoundedProblem {
  public:
   //! At most `nodes` nodes, by default one a rollout; fewer if the limit is reached. The goal is the complement of

@@ -1,4 +1,4 @@
-#include "quasistatic/box.hpp"
+#include "quasistatic/search_box.hpp"
 
 #include <limits>
 #include <utility>
@@ -31,11 +31,11 @@ std::vector<Pose> find_outside(Landscape& landscape, PoseSampler& sampler, doubl
 
 }  // namespace
 
-std::optional<Box> find_box(Landscape& landscape, PoseSampler& sampler, const std::optional<double>& reach,
-                            const Limit& limit) {
+std::optional<SearchBox> find_search_box(Landscape& landscape, PoseSampler& sampler, const std::optional<double>& reach,
+                                         const Limit& limit) {
   const int boxes = reach ? 1 : settings.most_boxes;
   const int poses = reach ? settings.poses_in_given_box : settings.poses;
-  Box best;
+  SearchBox best;
   double best_share = 0.0;
   double next = reach.value_or(2.0 * landscape.radius());
   for (int i = 0; i < boxes && best_share < settings.fair_share && !limit.reached(); ++i, next *= 2.0) {
