@@ -18,7 +18,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 FOLDER = Path(__file__).parents[2] / "cpp/include/energymargin"
-SKIPPED = re.compile(r"#|namespace\b|}  // namespace|using namespace")
+SKIPPED = re.compile(r"#|namespace\b|}  // namespace|using namespace|(class|struct) \w+;")
 
 
 @dataclass

@@ -3,7 +3,6 @@
 #include "energymargin/search/ao.hpp"
 
 #include <gtest/gtest.h>
-#include <ompl/base/ProjectionEvaluator.h>
 #include <ompl/control/planners/kpiece/KPIECE1.h>
 #include <ompl/control/planners/rrt/RRT.h>
 
@@ -57,29 +56,11 @@ TEST(Ao, WorksOverOmplsOwnRrtWhichCannotPrune) {
   expect_good_escape(escape, problem);
 }
 
-// The object's place in the plane, in cells of the size of an edge.
-class InThePlane : public ompl::base::ProjectionEvaluator {
- public:
-  explicit InThePlane(const BoundedProblem& bounded)
-      : ProjectionEvaluator(bounded.space_information()->getStateSpace()),
-        cell_(bounded.space().scales().front().position) {
-    setCellSizes(std::vector<double>(2, 1.0));
-  }
-  unsigned int getDimension() const override { return 2; }
-  void project(const ompl::base::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
-    projection = state->as<CostSpace::StateType>()->objects.front().position.head<2>() / cell_;
-  }
-
- private:
-  double cell_;
-};
-
 TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, &problem.captured, 1000, 3);
   ompl::control::KPIECE1 kpiece(bounded.space_information());
   kpiece.setProblemDefinition(bounded.definition());
-  kpiece.setProjectionEvaluator(std::make_shared<InThePlane>(bounded));
   kpiece.setup();
   const Escape escape = ao(bounded, kpiece);
   EXPECT_EQ(escape.tree.size(), 1001);

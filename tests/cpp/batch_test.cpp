@@ -18,7 +18,6 @@
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/metrics/probability.hpp"
 #include "energymargin/random.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
 #include "few_threads.hpp"
 #include "scenes.hpp"

@@ -7,8 +7,9 @@
 #include <type_traits>
 
 #include "expect.hpp"
-#include "quasistatic/quasistatic_problem.hpp"
+#include "quasistatic/barrier_problem.hpp"
 #include "scenes.hpp"
+#include "search/cost_space.hpp"
 #include "search/est.hpp"
 
 namespace energymargin::search {
@@ -65,7 +66,7 @@ constexpr bool stays_where_it_is = !std::is_copy_constructible_v<Held> && !std::
 
 TEST(BoundedProblem, ProblemsToWhichOmplsCheckersReferAreNeitherCopiedNorMoved) {
   EXPECT_TRUE(stays_where_it_is<BoundedProblem>);
-  EXPECT_TRUE(stays_where_it_is<QuasistaticProblem>);
+  EXPECT_TRUE(stays_where_it_is<quasistatic::BarrierProblem>);
 }
 
 TEST(BoundedProblem, NoNodesAreRejected) {

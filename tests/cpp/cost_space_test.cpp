@@ -1,6 +1,6 @@
 // State x cost: distances, samples, copies.
 
-#include "energymargin/search/cost_space.hpp"
+#include "search/cost_space.hpp"
 
 #include <gtest/gtest.h>
 
@@ -149,7 +149,7 @@ TEST(CostSpace, CopyIsEqualAndInterpolationReachesBothEnds) {
   EXPECT_EQ(between.node, -1);
 }
 
-TEST(CostSpace, TurnedIsTheShortestRotationVector) {
+TEST(CostSpace, RotationIsTheShorterWay) {
   const auto oriented = [](const Quaternion& q) {
     BodyState state;
     state.orientation = q;
@@ -157,9 +157,9 @@ TEST(CostSpace, TurnedIsTheShortestRotationVector) {
   };
   const BodyState start = oriented(turn(0.5, Vector3::UnitX()));
   const BodyState end = oriented(turn(0.3, Vector3::UnitZ()) * turn(0.5, Vector3::UnitX()));
-  EXPECT_TRUE(turned(start, end).isApprox(Vector3(0.0, 0.0, 0.3), 1e-12));
-  EXPECT_TRUE(turned(start, oriented(Quaternion(-end.orientation.coeffs()))).isApprox(Vector3(0.0, 0.0, 0.3), 1e-12));
-  EXPECT_EQ(turned(start, start).norm(), 0.0);
+  EXPECT_TRUE(rotation(start, end).isApprox(Vector3(0.0, 0.0, 0.3), 1e-12));
+  EXPECT_TRUE(rotation(start, oriented(Quaternion(-end.orientation.coeffs()))).isApprox(Vector3(0.0, 0.0, 0.3), 1e-12));
+  EXPECT_EQ(rotation(start, start).norm(), 0.0);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "energymargin/membership.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "scenes.hpp"
 #include "search_checks.hpp"
 

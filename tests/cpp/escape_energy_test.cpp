@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "energymargin/membership.hpp"
-#include "energymargin/search/bounded_problem.hpp"
 #include "expect.hpp"
 #include "physics/free_space.hpp"
 #include "scenes.hpp"
@@ -366,7 +365,7 @@ TEST_P(Fixture, TimeoutGivesTheBestSoFar) {
   options.samples = 2 * timed.samples;
   const EscapeEnergy more = escape_energy(ball_in_pen(), options);
   EXPECT_TRUE(more.complete);
-  // The last way out may have been found, and not yet relaxed to the end.
+  // The last escape may have been found, and not yet relaxed to the end.
   ASSERT_GE(more.history.size(), timed.history.size());
   EXPECT_TRUE(std::equal(timed.history.begin(), timed.history.end() - 1, more.history.begin()));
   EXPECT_LE(more.energy, timed.energy);

@@ -1,6 +1,6 @@
 // Escapes within a horizon, against answers known on paper.
 
-#include "energymargin/search/horizon.hpp"
+#include "search/horizon.hpp"
 
 #include <gtest/gtest.h>
 
@@ -83,7 +83,7 @@ TEST(Horizon, GravityTakesItsShareOfTheTime) {
   expect_near(along(Vector3::UnitZ(), 20.0, 0.25, {0.0, 0.0, -g}), least_work(20.0, 0.25, g), "lifted");
 }
 
-TEST(Horizon, ForcesThatAreTooWeakForTheTimeFindNoWayOut) {
+TEST(Horizon, ForcesThatAreTooWeakForTheTimeFindNoEscape) {
   for (const char* planner : planners) {
     EXPECT_EQ(escape_effort(along(Vector3::UnitX(), 0.39, 1.0), {planner, 500, 0}).effort, infinity);
     EXPECT_LT(escape_effort(along(Vector3::UnitX(), 0.39, 2.0), {planner, 500, 0}).effort, infinity);

@@ -7,7 +7,7 @@
 #include "energymargin/world.hpp"
 #include "scenes.hpp"
 
-namespace energymargin {
+namespace energymargin::quasistatic {
 namespace {
 
 using namespace scenes;
@@ -53,4 +53,4 @@ TEST(Potential, ForceIsMinusItsSlope) {
 }
 
 }  // namespace
-}  // namespace energymargin
+}  // namespace energymargin::quasistatic

@@ -1,14 +1,15 @@
 // The world as a state propagator, and the controls that it is given.
 
-#include "energymargin/search/propagator.hpp"
+#include "search/propagator.hpp"
 
 #include <gtest/gtest.h>
 #include <ompl/control/SpaceInformation.h>
 
 #include <cmath>
 
-#include "energymargin/search/cost_space.hpp"
 #include "scenes.hpp"
+#include "search/cost_space.hpp"
+#include "search/wrench_space.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin::search {
@@ -23,7 +24,8 @@ struct Kit {
         space(std::make_shared<CostSpace>(asked, seed)),
         controls(std::make_shared<WrenchSpace>(space, asked, seed)),
         si(std::make_shared<ompl::control::SpaceInformation>(space, controls)),
-        propagator(si, asked, 10),
+        tree(asked, *space, 10),
+        propagator(si, tree),
         sampler(controls->allocControlSampler()),
         control(controls->allocControl()) {
     root.objects = space->starts();
@@ -35,6 +37,7 @@ struct Kit {
   std::shared_ptr<CostSpace> space;
   std::shared_ptr<WrenchSpace> controls;
   ompl::control::SpaceInformationPtr si;
+  RolloutTree tree;
   Propagator propagator;
   ompl::control::ControlSamplerPtr sampler;
   ompl::control::Control* control;
@@ -51,11 +54,11 @@ TEST(Propagator, EveryPropagationIsARolloutThatBecomesANode) {
     kit.sampler->sample(kit.control);
     kit.propagator.propagate(&state, kit.control, 1.0, &next);
     EXPECT_EQ(next.node, i);
-    EXPECT_EQ(kit.propagator.nodes(), i);
-    EXPECT_EQ(State(kit.propagator.state(i)).head<3>(), next.objects.front().position);
+    EXPECT_EQ(kit.tree.nodes(), i);
+    EXPECT_EQ(State(kit.tree.state(i)).head<3>(), next.objects.front().position);
     kit.space->copyState(&state, &next);
   }
-  const Tree tree = kit.propagator.take_tree(kit.propagator.nodes());
+  const Tree tree = kit.tree.take_tree(kit.tree.nodes());
   ASSERT_EQ(tree.size(), 11);
   EXPECT_EQ(tree.costs[10], next.cost);
   expect_each_edge_is_a_rollout(tree, problem);

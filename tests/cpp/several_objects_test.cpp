@@ -13,10 +13,10 @@
 #include "energymargin/metrics/force.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/search/bounded_problem.hpp"
-#include "energymargin/search/cost_space.hpp"
-#include "energymargin/search/propagator.hpp"
 #include "mechanisms.hpp"
+#include "search/cost_space.hpp"
 #include "search/est.hpp"
+#include "search/propagator.hpp"
 #include "search_checks.hpp"
 
 namespace energymargin {
@@ -182,7 +182,8 @@ TEST(SeveralObjects, DistanceIsTheMeanOverTheObjectsOfItsSquare) {
 }
 
 // Where a node lies in the grid of EST's density if the objects are displaced so from their starts, in longest edges.
-Eigen::VectorXi cell(const search::Est& est, const search::CostSpace& space, const std::vector<Vector3>& displaced) {
+Eigen::VectorXi cell(const search::Est& est, const std::vector<Vector3>& displaced) {
+  const auto& space = *est.getSpaceInformation()->getStateSpace()->as<search::CostSpace>();
   search::CostSpace::StateType state;
   state.objects = space.starts();
   for (std::size_t i = 0; i < displaced.size(); ++i) {
@@ -203,7 +204,7 @@ TEST(SeveralObjects, OppositeMotionsLieInAnotherCellOfEstsGridThanTheStartAndTha
                                                   {right, rest}, {rest, right},   {right, right}};
   for (const auto& one : motions) {
     for (const auto& other : motions) {
-      EXPECT_EQ(cell(est, bounded.space(), one) == cell(est, bounded.space(), other), one == other);
+      EXPECT_EQ(cell(est, one) == cell(est, other), one == other);
     }
   }
 }
@@ -212,7 +213,7 @@ TEST(SeveralObjects, NodeThatIsFarAwayLiesInTheLastCellOfEstsGridAndNanInNone) {
   const Problem problem = two_drifts();
   const search::BoundedProblem bounded(problem, nullptr, 1, 0);
   const search::Est est(bounded, 0);
-  const auto displaced = [&](double x, double y) { return cell(est, bounded.space(), {Vector3(x, y, 0.0)}); };
+  const auto displaced = [&](double x, double y) { return cell(est, {Vector3(x, y, 0.0)}); };
   using Cell = std::numeric_limits<int>;
   for (const double far : {1e9, 1e300, infinity}) {
     EXPECT_EQ(displaced(far, -far).head<3>(), Eigen::Vector3i(Cell::max(), Cell::min(), 0)) << far;

@@ -1,14 +1,14 @@
 // The controls of a search, and how they are drawn.
 
-#include "energymargin/search/wrench_space.hpp"
+#include "search/wrench_space.hpp"
 
 #include <gtest/gtest.h>
 #include <ompl/control/ControlSampler.h>
 
 #include <cmath>
 
-#include "energymargin/search/cost_space.hpp"
 #include "scenes.hpp"
+#include "search/cost_space.hpp"
 
 namespace energymargin::search {
 namespace {

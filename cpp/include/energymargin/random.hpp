@@ -1,11 +1,12 @@
 #pragma once
-// Seeds: one 64-bit seed a call, from which each problem, tree and sampler gets a stream of its own.
+// Seeds: each call has one of 64 bits, from which each problem, tree and sampler gets a stream of its own.
 
 #include <cstdint>
 
 namespace energymargin {
 
-//! Mixes a seed with the number of a stream (SplitMix64), so that neighbouring numbers give unrelated streams.
+//! The seed of a stream: mixes a seed with the stream's number (SplitMix64), so that neighbouring numbers give
+//! unrelated streams. It has the same name in Python.
 constexpr std::uint64_t stream(std::uint64_t seed, std::uint64_t number) {
   std::uint64_t mixed = seed + 0x9E3779B97F4A7C15ULL * (number + 1);
   mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9ULL;

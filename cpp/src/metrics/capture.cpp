@@ -11,7 +11,7 @@
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
-#include "search/est.hpp"
+#include "search/exploration.hpp"
 
 namespace energymargin {
 namespace {
@@ -28,15 +28,15 @@ struct Grown {
 // Line 3 of Algorithm 2: EST(P_inf, M); with a least likelihood EST(P_c, M), with c the cost at which it is reached.
 Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
                         const Limit& limit) {
-  search::BoundedProblem bounded(problem, nullptr, options.nodes, seed, limit);
-  bounded.set_nodes_per_edge(options.nodes_per_edge);
-  bounded.count_in(options.made);
-  if (options.least_likelihood > 0.0) bounded.lower_bound(-std::log(options.least_likelihood) / rate);
-  search::Est est(bounded, stream(seed, 0));
-  est.solve(bounded.termination());
-  const bool complete = bounded.nodes_are_spent();
-  const int diverged = bounded.diverged();
-  return {bounded.take_tree(), complete, diverged};
+  search::ExplorationOptions exploration;
+  exploration.nodes = options.nodes;
+  exploration.nodes_per_edge = options.nodes_per_edge;
+  if (options.least_likelihood > 0.0) exploration.bound = -std::log(options.least_likelihood) / rate;
+  exploration.seed = seed;
+  exploration.limit = limit;
+  exploration.counter = options.made;
+  search::Exploration field = search::explore(problem, exploration);
+  return {std::move(field.tree), field.complete, field.diverged};
 }
 
 // Eq. 5 and 6: the likelihood that falls into a set.

@@ -1,36 +1,23 @@
 #include "energymargin/metrics/effort.hpp"
 
-#include <stdexcept>
-
 #include "base/check.hpp"
-#include "energymargin/random.hpp"
-#include "energymargin/search/ao.hpp"
-#include "search/est.hpp"
-#include "search/rrt.hpp"
+#include "search/escape_search.hpp"
 
 namespace energymargin {
 namespace {
 
-// Streams of the call's seed; BoundedProblem has 1 and 2.
-constexpr std::uint64_t planner_stream = 0;
-constexpr std::uint64_t shortening_stream = 3;
-
-Escape search_for_escape(const Problem& problem, const EffortOptions& options, search::Confirm confirm) {
+search::EscapeSearchOptions search_options(const EffortOptions& options) {
   const bool improved = options.search == Search::improved;
-  const Sampling sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
-  search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.limit, sampling);
-  bounded.count_in(options.made);
-  if (options.stop_at_escape) bounded.stop_at_escape();
-  search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
-  search::Shortening* const polish = options.shorten.value_or(improved) ? &shortening : nullptr;
-  const std::uint64_t planner_seed = stream(options.seed, planner_stream);
-  if (options.planner == "est") {
-    search::Est est(bounded, planner_seed);
-    return search::ao(bounded, est, polish, confirm);
-  }
-  search::Rrt rrt(bounded, planner_seed);
-  return search::ao(bounded, rrt, polish, confirm);
+  search::EscapeSearchOptions result;
+  result.planner = options.planner == "est" ? search::FeasiblePlanner::est : search::FeasiblePlanner::rrt;
+  result.nodes = options.nodes;
+  result.seed = options.seed;
+  result.limit = options.limit;
+  result.sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
+  result.shorten = options.shorten.value_or(improved);
+  result.stop_at_escape = options.stop_at_escape;
+  result.counter = options.made;
+  return result;
 }
 
 }  // namespace
@@ -41,11 +28,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   }
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
-  // Nearly all best escapes are confirmed, and then the last one says as much as all of them.
-  Escape escape = search_for_escape(problem, options, search::Confirm::best);
-  if (escape.discarded == 0) return escape;
-  if (options.made) *options.made = 0;
-  return search_for_escape(problem, options, search::Confirm::each_turn);
+  return search::find_escape(problem, capture_set(problem, options.captured), search_options(options));
 }
 
 }  // namespace energymargin

@@ -22,22 +22,22 @@ std::size_t escaping(const Scene& scene, const std::string& name) {
   return objects.front();
 }
 
-EscapeEnergy result(search::QuasistaticProblem& problem) {
+EscapeEnergy result(quasistatic::BarrierProblem& problem) {
   EscapeEnergy escape;
   escape.energy = problem.energy();
   escape.history = problem.history();
   escape.samples = problem.samples();
   escape.complete = problem.finished();
-  const Path& path = problem.path();
+  const quasistatic::Path& path = problem.path();
   if (path.empty()) return escape;
-  Quasistatics& statics = problem.statics();
-  Path rows{path.front()};
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) statics.append_way(path[i], path[i + 1], rows);
-  escape.path.resize(static_cast<Eigen::Index>(rows.size()), statics.state(rows.front()).size());
-  const auto lower = [&](const Pose& a, const Pose& b) { return statics.energy(a) < statics.energy(b); };
+  quasistatic::Landscape& landscape = problem.landscape();
+  quasistatic::Path rows{path.front()};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) landscape.append_way(path[i], path[i + 1], rows);
+  escape.path.resize(static_cast<Eigen::Index>(rows.size()), landscape.state(rows.front()).size());
+  const auto lower = [&](const Pose& a, const Pose& b) { return landscape.energy(a) < landscape.energy(b); };
   escape.barrier = static_cast<int>(std::max_element(rows.begin(), rows.end(), lower) - rows.begin());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    escape.path.row(static_cast<Eigen::Index>(i)) = statics.state(rows[i]).transpose();
+    escape.path.row(static_cast<Eigen::Index>(i)) = landscape.state(rows[i]).transpose();
   }
   return escape;
 }
@@ -57,14 +57,13 @@ EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& op
   if (!std::isfinite(smallest_half_extent(body.shape))) {
     reject("object", "'" + body.name + "', which has no parts", "one that can collide with something");
   }
-  search::QuasistaticProblem quasistatic(problem, object,
-                                         {options.samples, options.seed, options.reach, options.limit});
+  quasistatic::BarrierProblem barrier(problem, object, {options.samples, options.seed, options.reach, options.limit});
   if (options.planner == "bit*") {
-    search::bit_star(quasistatic);
+    quasistatic::bit_star(barrier);
   } else {
-    search::rrt_star(quasistatic);
+    quasistatic::rrt_star(barrier);
   }
-  return result(quasistatic);
+  return result(barrier);
 }
 
 }  // namespace energymargin

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "base/check.hpp"
-#include "energymargin/search/horizon.hpp"
 #include "energymargin/world.hpp"
+#include "search/horizon.hpp"
 
 namespace energymargin {
 

@@ -11,8 +11,8 @@
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
-#include "energymargin/search/exit.hpp"
-#include "energymargin/search/horizon.hpp"
+#include "search/exit.hpp"
+#include "search/horizon.hpp"
 
 namespace energymargin {
 namespace {

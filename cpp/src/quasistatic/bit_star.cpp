@@ -6,24 +6,27 @@
 
 #include <algorithm>
 
-#include "search/nearest.hpp"
+#include "quasistatic/nearest.hpp"
 
-// OMPL declares these templates in its headers, and defines them where no other library can see them.
+// BIT* takes its neighbours from this template alone. OMPL's headers declare it without a definition, so that others
+// can use it only by a specialization.
 namespace ompl::geometric {
 
-template <template <typename> class Neighbors>
-void BITstar::ImplicitGraph::setNearestNeighbors() {
-  samples_ = std::make_shared<Neighbors<VertexPtr>>();
+using energymargin::quasistatic::Nearest;
+
+template <>
+void BITstar::ImplicitGraph::setNearestNeighbors<Nearest>() {
+  samples_ = std::make_shared<Nearest<VertexPtr>>();
 }
 
-template <template <typename> class Neighbors>
-void BITstar::setNearestNeighbors() {
-  graphPtr_->setNearestNeighbors<Neighbors>();
+template <>
+void BITstar::setNearestNeighbors<Nearest>() {
+  graphPtr_->setNearestNeighbors<Nearest>();
 }
 
 }  // namespace ompl::geometric
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 namespace {
 
 constexpr unsigned int least_batch = 50;
@@ -32,7 +35,7 @@ constexpr double batch_share = 0.25;
 
 }  // namespace
 
-void bit_star(QuasistaticProblem& problem) {
+void bit_star(BarrierProblem& problem) {
   while (!problem.spent()) {
     const ompl::base::ProblemDefinitionPtr definition = problem.ask();
     if (!definition) continue;
@@ -50,4 +53,4 @@ void bit_star(QuasistaticProblem& problem) {
   }
 }
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

@@ -1,12 +1,12 @@
 #pragma once
-// BIT* (Gammell, Srinivasa and Barfoot), asked again for a lower barrier after each way out.
+// BIT* (Gammell, Srinivasa and Barfoot), asked again for a lower barrier after each escape.
 
-#include "quasistatic/quasistatic_problem.hpp"
+#include "quasistatic/barrier_problem.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 
 //! Runs until the problem's samples are spent. OMPL's own pruning stays off: with several goals it may drop the start
-//! (its issue 949). Instead each new question starts from the poses drawn so far that are below the bound.
-void bit_star(QuasistaticProblem& problem);
+//! (its issue 949). Instead each run starts from the poses below the bound that the runs before it have drawn.
+void bit_star(BarrierProblem& problem);
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

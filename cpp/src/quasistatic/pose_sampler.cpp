@@ -6,7 +6,7 @@
 
 #include "base/angles.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 namespace {
 
 constexpr int most_tries = 200;
@@ -18,65 +18,66 @@ constexpr double upright_share = 0.5;  // whose orientation is nearer that of th
 
 }  // namespace
 
-PoseSampler::PoseSampler(Quasistatics& statics, std::uint64_t seed, const Limit& limit)
-    : statics_(statics), limit_(limit) {
+PoseSampler::PoseSampler(Landscape& landscape, std::uint64_t seed, const Limit& limit)
+    : landscape_(landscape), limit_(limit) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
 }
 
 std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector<Pose>& known) {
   for (int i = 0; i < most_tries && !limit_.reached(); ++i) {
     Pose pose = rng_.uniform01() < local_share ? along(known) : anywhere(bound);
-    if (statics_.energy(pose) >= bound) continue;
-    if (side != Side::any && statics_.outside(pose) != (side == Side::outside)) continue;
-    if (!statics_.allowed(pose)) continue;
-    return side == Side::outside ? statics_.settled(pose, reach_, true) : pose;
+    if (landscape_.energy(pose) >= bound) continue;
+    if (side != Side::any && landscape_.outside(pose) != (side == Side::outside)) continue;
+    if (!landscape_.allowed(pose)) continue;
+    return side == Side::outside ? landscape_.settle(pose, reach_, true) : pose;
   }
   return std::nullopt;
 }
 
 // Where gravity alone acts along an axis, what is above the bound is left out of the box.
 double PoseSampler::below_bound(int axis, double bound, double reach) const {
-  const Vector3& load = statics_.potential().load();
-  const bool alone = !statics_.potential().has_springs() && std::abs(load[axis]) == load.norm() && load[axis] != 0.0;
+  const Vector3& load = landscape_.potential().load();
+  const bool alone = !landscape_.potential().has_springs() && std::abs(load[axis]) == load.norm() && load[axis] != 0.0;
   return alone ? std::min(reach, bound / std::abs(load[axis])) : reach;
 }
 
 // Mostly in the box, and now and then in one twice, four times, ... as large.
 Pose PoseSampler::anywhere(double bound) {
-  Pose pose = statics_.start();
+  Pose pose = landscape_.start();
   double reach = reach_;
   while (may_grow_ && rng_.uniform01() < larger_share) reach *= 2.0;
   for (int axis = 0; axis < 3; ++axis) {
-    if (statics_.sliding()[axis] == 0.0) continue;
+    if (landscape_.sliding()[axis] == 0.0) continue;
     const double up = below_bound(axis, bound, reach);
-    const bool falls_up = statics_.potential().load()[axis] > 0.0;
+    const bool falls_up = landscape_.potential().load()[axis] > 0.0;
     pose.position[axis] += falls_up ? rng_.uniformReal(-up, reach) : rng_.uniformReal(-reach, up);
   }
   const bool upright = rng_.uniform01() < upright_share;
-  if (statics_.turning() == Turning::about_axis) {
+  if (landscape_.turning() == Turning::about_axis) {
     const double most = pi * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
-    pose.orientation = Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), statics_.axis())) * pose.orientation;
-  } else if (statics_.turning() == Turning::all) {
+    pose.orientation =
+        Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), landscape_.axis())) * pose.orientation;
+  } else if (landscape_.turning() == Turning::all) {
     double turn[4];
     rng_.quaternion(turn);
-    const Quaternion drawn(turn[3], turn[0], turn[1], turn[2]);
-    pose.orientation = upright ? pose.orientation.slerp(rng_.uniform01() * rng_.uniform01(), drawn) : drawn;
+    const Quaternion sample(turn[3], turn[0], turn[1], turn[2]);
+    pose.orientation = upright ? pose.orientation.slerp(rng_.uniform01() * rng_.uniform01(), sample) : sample;
   }
   return pose;
 }
 
 // A slot, a well or a rail is narrow in all directions but one: so one number changes by much, and the others little.
 Pose PoseSampler::along(const std::vector<Pose>& known) {
-  if (statics_.sliding().isZero(0.0)) return anywhere(std::numeric_limits<double>::infinity());
+  if (landscape_.sliding().isZero(0.0)) return anywhere(std::numeric_limits<double>::infinity());
   const bool from_start = known.empty() || rng_.uniform01() < start_share;
   const Pose& from = from_start
-                         ? statics_.start()
+                         ? landscape_.start()
                          : known[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(known.size()) - 1))];
-  Pose pose = near(from, log_uniform(0.03 * statics_.size(), statics_.size()));
+  Pose pose = near(from, log_uniform(0.03 * landscape_.size(), landscape_.size()));
   int axis = rng_.uniformInt(0, 2);
-  while (statics_.sliding()[axis] == 0.0) axis = (axis + 1) % 3;
+  while (landscape_.sliding()[axis] == 0.0) axis = (axis + 1) % 3;
   const double direction = rng_.uniformBool() ? 1.0 : -1.0;
-  pose.position[axis] += direction * log_uniform(statics_.size(), 2.0 * reach_);
+  pose.position[axis] += direction * log_uniform(landscape_.size(), 2.0 * reach_);
   return pose;
 }
 
@@ -88,19 +89,20 @@ std::size_t PoseSampler::below(std::size_t end) {
 }
 
 Pose PoseSampler::near(const Pose& pose, double scale) {
-  Pose moved = pose;
+  Pose sample = pose;
   for (int axis = 0; axis < 3; ++axis) {
-    if (statics_.sliding()[axis] != 0.0) moved.position[axis] += rng_.gaussian(0.0, scale);
+    if (landscape_.sliding()[axis] != 0.0) sample.position[axis] += rng_.gaussian(0.0, scale);
   }
-  const double turn = scale / statics_.radius();
-  if (statics_.turning() == Turning::about_axis) {
-    moved.orientation = Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), statics_.axis())) * moved.orientation;
-  } else if (statics_.turning() == Turning::all) {
+  const double turn = scale / landscape_.radius();
+  if (landscape_.turning() == Turning::about_axis) {
+    sample.orientation =
+        Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), landscape_.axis())) * sample.orientation;
+  } else if (landscape_.turning() == Turning::all) {
     Vector3 by;
     for (double& angle : by) angle = rng_.gaussian(0.0, turn);  // one after the other: compilers order arguments freely
-    moved.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * moved.orientation;
+    sample.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * sample.orientation;
   }
-  return moved;
+  return sample;
 }
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "energymargin/limit.hpp"
-#include "quasistatic/quasistatics.hpp"
+#include "quasistatic/landscape.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 
 class PoseSampler {
  public:
   //! A draw that reaches the limit ends without a result.
-  PoseSampler(Quasistatics& statics, std::uint64_t seed, const Limit& limit);
+  PoseSampler(Landscape& landscape, std::uint64_t seed, const Limit& limit);
 
   //! Half the edge of the box around the start that positions are drawn from [m].
   double reach() const { return reach_; }
@@ -24,15 +24,8 @@ class PoseSampler {
     may_grow_ = may_grow;
   }
 
-  //! Where to draw.
-  enum class Side {
-    captured,  ///< in the capture set: a way out ends where it leaves that
-    outside,   ///< settled as low as it gets outside
-    any,
-  };
-
-  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn around
-  //! those already known.
+  //! An allowed pose with an energy below `bound` [J]; none if a number of tries was in vain. Some are drawn
+  //! around the `known` ones.
   std::optional<Pose> draw(double bound, Side side, const std::vector<Pose>& known = {});
 
   //! A pose nearby: as far as about `scale` [m] away.
@@ -47,11 +40,11 @@ class PoseSampler {
   double below_bound(int axis, double bound, double reach) const;
   double log_uniform(double least, double most);
 
-  Quasistatics& statics_;
+  Landscape& landscape_;
   ompl::RNG rng_;
   Limit limit_;
   double reach_ = 0.0;
   bool may_grow_ = false;
 };
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

@@ -4,7 +4,7 @@
 
 #include "base/angles.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 namespace {
 
 constexpr double half_turn = pi;
@@ -16,16 +16,16 @@ unsigned int turns(Turning turning) {
 
 }  // namespace
 
-PoseSpace::PoseSpace(const Quasistatics& statics, double reach)
-    : statics_(statics),
-      dimension_(static_cast<unsigned int>(statics.sliding().sum()) + turns(statics.turning())),
-      extent_(2.0 * reach * std::sqrt(statics.sliding().sum()) +
-              (statics.turning() == Turning::none ? 0.0 : half_turn * statics.radius())) {
+PoseSpace::PoseSpace(const Landscape& landscape, double reach)
+    : landscape_(landscape),
+      dimension_(static_cast<unsigned int>(landscape.sliding().sum()) + turns(landscape.turning())),
+      extent_(2.0 * reach * std::sqrt(landscape.sliding().sum()) +
+              (landscape.turning() == Turning::none ? 0.0 : half_turn * landscape.radius())) {
   setName("Pose");
 }
 
 double PoseSpace::distance(const ompl::base::State* a, const ompl::base::State* b) const {
-  return way(pose_of(a), pose_of(b));
+  return distance(pose_of(a), pose_of(b));
 }
 
 void PoseSpace::copyState(ompl::base::State* destination, const ompl::base::State* source) const {
@@ -39,7 +39,7 @@ bool PoseSpace::equalStates(const ompl::base::State* a, const ompl::base::State*
 
 void PoseSpace::interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
                             ompl::base::State* state) const {
-  pose_of(state) = between(pose_of(from), pose_of(to), t);
+  pose_of(state) = quasistatic::interpolate(pose_of(from), pose_of(to), t);
 }
 
 ompl::base::StateSamplerPtr PoseSpace::allocDefaultStateSampler() const {
@@ -52,4 +52,4 @@ ompl::base::State* PoseSpace::allocState() const {
   return state;
 }
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

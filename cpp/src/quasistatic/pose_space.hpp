@@ -3,9 +3,9 @@
 
 #include <ompl/base/StateSpace.h>
 
-#include "quasistatic/quasistatics.hpp"
+#include "quasistatic/landscape.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 
 //! Poses of the object. The distance of two is the farthest that any point of the object moves on the way, or a little
 //! more: a turn counts by the object's radius, and not at all where it makes no difference.
@@ -17,9 +17,9 @@ class PoseSpace : public ompl::base::StateSpace {
   };
 
   //! `reach` is half the edge of the box around the start that positions are drawn from [m].
-  PoseSpace(const Quasistatics& statics, double reach);
+  PoseSpace(const Landscape& landscape, double reach);
 
-  double way(const Pose& from, const Pose& to) const { return statics_.length(from, to); }
+  double distance(const Pose& from, const Pose& to) const { return landscape_.length(from, to); }
 
   unsigned int getDimension() const override { return dimension_; }
   double getMaximumExtent() const override { return extent_; }
@@ -36,7 +36,7 @@ class PoseSpace : public ompl::base::StateSpace {
   void freeState(ompl::base::State* state) const override { delete state->as<StateType>(); }
 
  private:
-  const Quasistatics& statics_;
+  const Landscape& landscape_;
   unsigned int dimension_;
   double extent_;
 };
@@ -44,4 +44,4 @@ class PoseSpace : public ompl::base::StateSpace {
 inline const Pose& pose_of(const ompl::base::State* state) { return state->as<PoseSpace::StateType>()->pose; }
 inline Pose& pose_of(ompl::base::State* state) { return state->as<PoseSpace::StateType>()->pose; }
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

@@ -4,7 +4,7 @@
 
 #include "energymargin/kinematics.hpp"
 
-namespace energymargin {
+namespace energymargin::quasistatic {
 
 Potential::Potential(const Scene& scene, const State& state, std::size_t body)
     : load_(scene.bodies()[body].mass * scene.gravity() + scene.bodies()[body].force),
@@ -44,4 +44,4 @@ Vector3 Potential::force(const Pose& pose) const {
   return force;
 }
 
-}  // namespace energymargin
+}  // namespace energymargin::quasistatic

@@ -6,7 +6,7 @@
 #include "energymargin/scene.hpp"
 #include "energymargin/types.hpp"
 
-namespace energymargin {
+namespace energymargin::quasistatic {
 
 class Potential {
  public:
@@ -37,4 +37,4 @@ class Potential {
   std::vector<End> springs_;
 };
 
-}  // namespace energymargin
+}  // namespace energymargin::quasistatic

@@ -6,16 +6,17 @@
 #include <cmath>
 
 #include "energymargin/random.hpp"
-#include "search/nearest.hpp"
+#include "quasistatic/nearest.hpp"
+#include "quasistatic/streams.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 namespace {
 
 class RrtStar : public ompl::geometric::RRTstar {
  public:
-  RrtStar(QuasistaticProblem& problem, const ompl::base::ProblemDefinitionPtr& definition)
+  RrtStar(BarrierProblem& problem, const ompl::base::ProblemDefinitionPtr& definition)
       : RRTstar(problem.space_information()) {
-    rng_.setLocalSeed(static_cast<std::uint_fast32_t>(stream(problem.seed(), 2)));
+    rng_.setLocalSeed(static_cast<std::uint_fast32_t>(stream(problem.seed(), streams::rrt_star)));
     setProblemDefinition(definition);
     nn_ = std::make_shared<Nearest<Motion*>>();
     setup();
@@ -50,7 +51,7 @@ class RrtStar : public ompl::geometric::RRTstar {
 
 }  // namespace
 
-void rrt_star(QuasistaticProblem& problem) {
+void rrt_star(BarrierProblem& problem) {
   ompl::base::ProblemDefinitionPtr definition;
   while (!definition && !problem.spent()) definition = problem.ask();
   if (!definition) return;
@@ -64,4 +65,4 @@ void rrt_star(QuasistaticProblem& problem) {
   }
 }
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

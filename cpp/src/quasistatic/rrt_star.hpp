@@ -1,11 +1,11 @@
 #pragma once
-// RRT* (Karaman and Frazzoli), asked on for a lower barrier after each way out.
+// RRT* (Karaman and Frazzoli), asked on for a lower barrier after each escape.
 
-#include "quasistatic/quasistatic_problem.hpp"
+#include "quasistatic/barrier_problem.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 
 //! Runs until the problem's samples are spent. The tree stays, without what is not below the bound.
-void rrt_star(QuasistaticProblem& problem);
+void rrt_star(BarrierProblem& problem);
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "energymargin/search/prunable.hpp"
+#include "search/ao_with_shortening.hpp"
+#include "search/cost_space.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -18,9 +20,9 @@ constexpr int planner_turn = 50;
 constexpr int shortening_turn = 50;
 
 // Under Confirm::best a best escape is confirmed at the end, and before it whenever there are so many times the nodes.
-constexpr int rarer = 4;
+constexpr int confirmation_growth = 4;
 
-// AO-x, turn by turn.
+// Algorithm 1, turn by turn.
 class Search {
  public:
   Search(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm)
@@ -34,7 +36,7 @@ class Search {
 
   void plan() {
     const int before = problem_.nodes();
-    const bool take_turns = shortening_ && (!found_.empty() || problem_.horizon());
+    const bool take_turns = shortening_ && (!candidates_.empty() || problem_.horizon());
     planner_.solve(take_turns ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
@@ -45,10 +47,10 @@ class Search {
   }
 
   void shorten() {
-    if (!shortening_ || (found_.empty() && !problem_.horizon())) return;
+    if (!shortening_ || (candidates_.empty() && !problem_.horizon())) return;
     const int end = problem_.nodes() + shortening_turn;
     while (problem_.nodes() < end && !finished()) {
-      if (found_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
+      if (candidates_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
     }
   }
 
@@ -56,76 +58,76 @@ class Search {
   // above its cost anyway.
   void confirm() {
     const bool due = confirm_ == Confirm::each_turn || problem_.nodes() >= next_confirmation_ || finished();
-    if (!due || found_.size() == confirmed_) return;
-    while (found_.size() > confirmed_) {
-      const std::optional<bool> leads_out = problem_.confirmed(found_.back().node);
+    if (!due || candidates_.size() == first_doubtful_) return;
+    while (candidates_.size() > first_doubtful_) {
+      const std::optional<bool> leads_out = problem_.confirm(candidates_.back().node);
       if (!leads_out) {
-        stop_before(found_[confirmed_].node);
+        stop_before(candidates_[first_doubtful_].node);
       } else if (*leads_out) {
-        confirmed_ = found_.size();
-        next_confirmation_ = rarer * problem_.nodes();
+        first_doubtful_ = candidates_.size();
+        next_confirmation_ = confirmation_growth * problem_.nodes();
         return;
       } else {
         discard_best();
       }
     }
     problem_.lower_bound(effort());
-    if (shortening_ && !found_.empty()) shortening_->start(found_.back().node);
+    if (shortening_ && !candidates_.empty()) shortening_->start(candidates_.back().node);
   }
 
-  // What an escape that counts has made useless: a bound that is discarded again would have taken too much.
+  // Only by an escape that counts: pruning by one that is discarded later would take too much.
   void prune() {
-    if (effort() == pruned_) return;
-    pruned_ = effort();
-    if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(pruned_);
+    if (effort() == prune_bound_) return;
+    prune_bound_ = effort();
+    if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(prune_bound_);
   }
 
   Escape result() {
     Escape escape;
     escape.effort = effort();
-    for (const Found& found : found_) escape.history.emplace_back(found.nodes, problem_.cost(found.node));
-    escape.complete = counted_ < 0 && (problem_.nodes_are_spent() || escape.effort == 0.0 || nothing_left_);
-    escape.discarded = discarded_;
+    for (const Candidate& best : candidates_) escape.history.emplace_back(best.nodes, problem_.cost(best.node));
+    escape.complete = !last_node_ && (problem_.nodes_are_spent() || escape.effort == 0.0 || nothing_left_);
+    escape.discarded = discards_;
     escape.diverged = problem_.diverged();
-    escape.tree = problem_.take_tree(counted_ < 0 ? problem_.nodes() : counted_);
+    escape.tree = problem_.take_tree(last_node_.value_or(problem_.nodes()));
     escape.undisturbed = futures_ > 0;
-    escape.path = escape.tree.path_to(found_.empty() ? -1 : found_.back().node);
+    escape.path = escape.tree.path_to(candidates_.empty() ? -1 : candidates_.back().node);
     return escape;
   }
 
  private:
-  struct Found {
+  struct Candidate {
     int node;   // in which an escape ends
     int nodes;  // that there were
   };
 
   double effort() const {
-    return found_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(found_.back().node);
+    return candidates_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(candidates_.back().node);
   }
 
   // The node in which the planner's solution ends.
   static int solution(const ompl::base::ProblemDefinition& definition) {
     const auto& states = definition.getSolutionPath()->as<ompl::control::PathControl>()->getStates();
-    return states.back()->as<CostSpace::StateType>()->node;
+    return node_of(states.back());
   }
 
   void add(int node) {
-    found_.push_back({node, problem_.nodes() - futures_});
+    candidates_.push_back({node, problem_.nodes() - futures_});
     problem_.lower_bound(effort());
     if (shortening_) shortening_->start(node);
   }
 
   void discard_best() {
-    problem_.discard(found_.back().node);
-    found_.pop_back();
-    ++discarded_;
+    problem_.discard(candidates_.back().node);
+    candidates_.pop_back();
+    ++discards_;
     if (confirm_ == Confirm::best) ended_ = true;  // the bound was too low
   }
 
   // Of the nodes from `node` on nothing is known.
   void stop_before(int node) {
-    counted_ = std::max(node - 1, 0);
-    found_.resize(confirmed_);
+    last_node_ = std::max(node - 1, 0);
+    candidates_.resize(first_doubtful_);
     ended_ = true;
   }
 
@@ -133,18 +135,22 @@ class Search {
   ompl::base::Planner& planner_;
   Shortening* shortening_;
   Confirm confirm_;
-  std::vector<Found> found_;   // each cheaper than the one before
-  std::size_t confirmed_ = 0;  // of them, which count
-  int futures_ = 0;            // nodes of the undisturbed future
-  int next_confirmation_ = 0;  // nodes
-  int discarded_ = 0;
-  double pruned_ = std::numeric_limits<double>::infinity();  // the effort above which nothing is left in the planner
+  std::vector<Candidate> candidates_;  // each cheaper than the one before
+  std::size_t first_doubtful_ = 0;     // those before it count
+  int futures_ = 0;                    // nodes of the undisturbed future
+  int next_confirmation_ = 0;          // nodes
+  int discards_ = 0;
+  double prune_bound_ = std::numeric_limits<double>::infinity();  // on what is left in the planner [J]
   bool ended_ = false;
   bool nothing_left_ = false;
-  int counted_ = -1;  // nodes, if the limit was reached while an escape was confirmed; else all
+  std::optional<int> last_node_;  // of the result, if the limit was reached while an escape was confirmed
 };
 
 }  // namespace
+
+Escape ao(BoundedProblem& problem, ompl::base::Planner& planner) {
+  return ao(problem, planner, nullptr, Confirm::each_turn);
+}
 
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm) {
   Search search(problem, planner, shortening, confirm);

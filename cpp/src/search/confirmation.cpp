@@ -1,4 +1,4 @@
-#include "energymargin/search/confirmation.hpp"
+#include "search/confirmation.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -48,18 +48,18 @@ std::optional<bool> Confirmation::play(const std::vector<int>& nodes, const std:
                                        const Limit& limit) {
   std::size_t next = 0;
   if (strength == 1.0) {
-    while (next < played_.size() && next < nodes.size() && played_[next].node == nodes[next]) ++next;
-    played_.resize(next);
+    while (next < checkpoints_.size() && next < nodes.size() && checkpoints_[next].node == nodes[next]) ++next;
+    checkpoints_.resize(next);
   }
-  State state = next > 0 ? played_[next - 1].state : start_;
-  int time = next > 0 ? played_[next - 1].time : 0;
+  State state = next > 0 ? checkpoints_[next - 1].state : start_;
+  int time = next > 0 ? checkpoints_[next - 1].time : 0;
   for (; next <= edges.size() && !(horizon_ && time >= horizon_->end()); ++next) {
     const Stretch stretch = play(state, time, next < edges.size() ? edges[next] : rest_, strength, limit);
     if (!stretch.rollout.complete) return std::nullopt;
     if (stretch.escaped) return true;
     state = stretch.rollout.state;
     time += stretch.rollout.steps;
-    if (strength == 1.0 && next < edges.size()) played_.push_back({nodes[next], state, time});
+    if (strength == 1.0 && next < edges.size()) checkpoints_.push_back({nodes[next], state, time});
   }
   return false;
 }

@@ -1,4 +1,4 @@
-#include "energymargin/search/cost_space.hpp"
+#include "search/cost_space.hpp"
 
 #include <ompl/util/RandomNumbers.h>
 
@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "energymargin/kinematics.hpp"
-#include "energymargin/random.hpp"
+#include "search/projection.hpp"
 
 namespace energymargin::search {
 namespace {
@@ -16,8 +15,6 @@ namespace {
 constexpr double sample_reach = 6.0;
 // The cost counts as much as one longest edge over the whole of [0, c].
 constexpr double cost_weight = 1.0;
-// Where nothing pushes, a longest edge counts as this share of an object's smallest half extent.
-constexpr double smallest_reach = 0.01;
 
 Vector3 rotation_vector(const Quaternion& rotation) {
   const Eigen::AngleAxisd turn(rotation.w() < 0.0 ? Quaternion(-rotation.coeffs()) : rotation);
@@ -35,8 +32,8 @@ double squared_distance(const BodyState& a, const BodyState& b, const Scales& sc
          squared(a.angular_velocity - b.angular_velocity, scales.angular_velocity);
 }
 
-BodyState between(const BodyState& a, const BodyState& b, double t) {
-  const auto mix = [t](const Vector3& one, const Vector3& two) -> Vector3 { return (1.0 - t) * one + t * two; };
+BodyState interpolate(const BodyState& a, const BodyState& b, double t) {
+  const auto mix = [t](const Vector3& x, const Vector3& y) -> Vector3 { return (1.0 - t) * x + t * y; };
   return {mix(a.position, b.position), a.orientation.slerp(t, b.orientation), mix(a.velocity, b.velocity),
           mix(a.angular_velocity, b.angular_velocity)};
 }
@@ -65,50 +62,26 @@ class CostSampler : public ompl::base::StateSampler {
 
  private:
   BodyState around(const BodyState& start, const Scales& scales) {
-    BodyState drawn;
-    drawn.position = around(start.position, scales.position);
+    BodyState sample;
+    sample.position = around(start.position, scales.position);
     const Vector3 turn = around(Vector3::Zero(), std::min(scales.orientation, 1.0));
     const Eigen::AngleAxisd rotation(turn.norm(), turn.norm() > 0.0 ? Vector3(turn.normalized()) : Vector3::UnitZ());
-    drawn.orientation = Quaternion(rotation) * start.orientation;
-    drawn.velocity = around(start.velocity, scales.velocity);
-    drawn.angular_velocity = around(start.angular_velocity, scales.angular_velocity);
-    return drawn;
+    sample.orientation = Quaternion(rotation) * start.orientation;
+    sample.velocity = around(start.velocity, scales.velocity);
+    sample.angular_velocity = around(start.angular_velocity, scales.angular_velocity);
+    return sample;
   }
 
   Vector3 around(const Vector3& centre, double scale) {
-    Vector3 drawn = centre;
-    for (double& value : drawn) value += rng_.uniformReal(-sample_reach * scale, sample_reach * scale);
-    return drawn;
+    Vector3 sample = centre;
+    for (double& value : sample) value += rng_.uniformReal(-sample_reach * scale, sample_reach * scale);
+    return sample;
   }
 
   const CostSpace* cost_space_;
 };
 
 }  // namespace
-
-Scales::Scales(const Problem& problem, std::size_t index) {
-  const Scene& scene = problem.scene;
-  const Body& object = scene.bodies()[index];
-  const Kinematics kinematics(scene);
-  const BodyState start = kinematics(problem.state.data(), index);
-  double speed = 0.0;  // of the fastest part of the effector
-  for (const std::size_t effector : scene.with_role(Role::effector)) {
-    speed = std::max(speed, kinematics(problem.state.data(), effector).velocity.norm());
-  }
-  speed += start.velocity.norm();
-  const double time = problem.duration;
-  const double acceleration = problem.force.norm() / object.mass;
-  const double inertia = object.principal_inertial().moments.maxCoeff();
-  const double angular_acceleration = problem.torque.norm() / inertia;
-  const double inertial = std::sqrt(inertia / object.mass);
-  const double extent = smallest_half_extent(object.shape);
-  const double radius = std::isfinite(extent) ? extent : inertial;  // without parts it has none
-  const double gyration = std::max(inertial, radius);
-  position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
-  velocity = std::max(speed + acceleration * time, position / time);
-  angular_velocity = start.angular_velocity.norm() + velocity / gyration + angular_acceleration * time;
-  orientation = start.angular_velocity.norm() * time + position / gyration + 0.5 * angular_acceleration * time * time;
-}
 
 CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
     : bound_(std::numeric_limits<double>::infinity()), seed_(seed), duration_(problem.duration) {
@@ -121,6 +94,8 @@ CostSpace::CostSpace(const Problem& problem, std::uint64_t seed)
   }
 }
 
+void CostSpace::registerProjections() { registerDefaultProjection(std::make_shared<Projection>(*this)); }
+
 ompl::base::State* CostSpace::allocState() const {
   auto* state = new StateType;
   state->objects.resize(starts_.size());
@@ -128,19 +103,19 @@ ompl::base::State* CostSpace::allocState() const {
 }
 
 double CostSpace::distance(const ompl::base::State* a, const ompl::base::State* b) const {
-  const auto* one = a->as<StateType>();
-  const auto* two = b->as<StateType>();
+  const auto* from = a->as<StateType>();
+  const auto* to = b->as<StateType>();
   double sum = 0.0;
   for (std::size_t i = 0; i < scales_.size(); ++i) {
-    sum += squared_distance(one->objects[i], two->objects[i], scales_[i]);
+    sum += squared_distance(from->objects[i], to->objects[i], scales_[i]);
   }
   sum /= static_cast<double>(scales_.size());
   if (horizon_) {
-    const double time = (one->time - two->time) / duration_;
+    const double time = (from->time - to->time) / duration_;
     sum += time * time;
   }
   if (std::isfinite(bound_) && bound_ > 0.0) {
-    const double cost = cost_weight * (one->cost - two->cost) / bound_;
+    const double cost = cost_weight * (from->cost - to->cost) / bound_;
     sum += cost * cost;
   }
   return std::sqrt(sum);
@@ -153,26 +128,26 @@ void CostSpace::copyState(ompl::base::State* destination, const ompl::base::Stat
 }
 
 bool CostSpace::equalStates(const ompl::base::State* a, const ompl::base::State* b) const {
-  const auto* one = a->as<StateType>();
-  const auto* two = b->as<StateType>();
+  const auto* from = a->as<StateType>();
+  const auto* to = b->as<StateType>();
   const auto same = [](const BodyState& x, const BodyState& y) {
     return x.position == y.position && x.orientation.coeffs() == y.orientation.coeffs() && x.velocity == y.velocity &&
            x.angular_velocity == y.angular_velocity;
   };
-  return one->node == two->node && one->cost == two->cost && one->time == two->time &&
-         std::equal(one->objects.begin(), one->objects.end(), two->objects.begin(), same);
+  return from->node == to->node && from->cost == to->cost && from->time == to->time &&
+         std::equal(from->objects.begin(), from->objects.end(), to->objects.begin(), same);
 }
 
 void CostSpace::interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
                             ompl::base::State* state) const {
-  const Values one = *from->as<StateType>();
-  const Values two = *to->as<StateType>();
+  const Values first = *from->as<StateType>();  // copies: `state` may be either
+  const Values last = *to->as<StateType>();
   auto* middle = state->as<StateType>();
   for (std::size_t i = 0; i < starts_.size(); ++i) {
-    middle->objects[i] = between(one.objects[i], two.objects[i], t);
+    middle->objects[i] = search::interpolate(first.objects[i], last.objects[i], t);
   }
-  middle->cost = (1.0 - t) * one.cost + t * two.cost;
-  middle->time = (1.0 - t) * one.time + t * two.time;
+  middle->cost = (1.0 - t) * first.cost + t * last.cost;
+  middle->time = (1.0 - t) * first.time + t * last.time;
   middle->node = -1;
 }
 
@@ -180,7 +155,7 @@ ompl::base::StateSamplerPtr CostSpace::allocDefaultStateSampler() const {
   return std::make_shared<CostSampler>(this, seed_);
 }
 
-Vector3 turned(const BodyState& from, const BodyState& to) {
+Vector3 rotation(const BodyState& from, const BodyState& to) {
   return rotation_vector(to.orientation * from.orientation.conjugate());
 }
 

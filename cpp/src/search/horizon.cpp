@@ -1,9 +1,9 @@
-#include "energymargin/search/horizon.hpp"
+#include "search/horizon.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "energymargin/search/exit.hpp"
+#include "search/exit.hpp"
 
 namespace energymargin::search {
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "search/cost_space.hpp"
+
 namespace energymargin::search {
 namespace {
 
@@ -20,13 +22,11 @@ class FirstNearest : public ompl::NearestNeighborsGNAT<Motion> {
     Gnat::nearestR(target, this->distFun_(target, any) * (1.0 + rounding) + rounding, ties);
     ties.push_back(any);
     return *std::min_element(ties.begin(), ties.end(),
-                             [](const Motion& a, const Motion& b) { return node_of(a) < node_of(b); });
+                             [](const Motion& a, const Motion& b) { return node_of(a->state) < node_of(b->state); });
   }
 
  private:
   static constexpr double rounding = 1e-12;
-
-  static int node_of(const Motion& motion) { return motion->state->template as<CostSpace::StateType>()->node; }
 };
 
 }  // namespace
@@ -43,7 +43,7 @@ void Rrt::prune(double bound) {
   nn_->clear();
   lastGoalMotion_ = nullptr;
   for (Motion* motion : motions) {
-    if (problem_.worth_keeping(motion->state->as<CostSpace::StateType>()->node, bound)) {
+    if (problem_.worth_keeping(node_of(motion->state), bound)) {
       nn_->add(motion);
     } else {
       si_->freeState(motion->state);

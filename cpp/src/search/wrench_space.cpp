@@ -1,4 +1,4 @@
-#include "energymargin/search/wrench_space.hpp"
+#include "search/wrench_space.hpp"
 
 #include <ompl/control/ControlSampler.h>
 #include <ompl/util/RandomNumbers.h>
@@ -6,24 +6,44 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
-#include "energymargin/search/cost_space.hpp"
+#include "search/cost_space.hpp"
 
 namespace energymargin::search {
 namespace {
 
-constexpr int wrench_axes = 6;            // of one object
 constexpr double one_object_share = 0.5;  // of the draws disturb one object alone, where there are several
+constexpr double repeated_share = 0.15;   // of the mixed draws have the wrench of the edge before
 
-// Shares of the mixed draws; the rest is drawn evenly, which keeps AO-x asymptotically optimal.
-constexpr double repeated_share = 0.15;  // the wrench of the edge before
-constexpr double coasting_share = 0.15;  // no wrench: what moves costs nothing
-constexpr double ends_share = 0.15;      // each axis at a bound or at zero: least-effort pushes are often bang-bang
-constexpr double one_axis_share = 0.15;  // one axis alone
+// How a mixed draw that does not repeat comes about.
+enum class Kind {
+  coasting,   // no wrench: what moves costs nothing
+  at_bounds,  // each axis at a bound or at zero: least-effort pushes are often bang-bang
+  one_axis,   // one axis alone
+  even,       // evenly between the bounds
+};
 
-constexpr double wait_share =
-    0.5;  // with a horizon, of the draws without a wrench: even up to all the time that is left
-constexpr double longest_share = 0.2;  // with a horizon, of the others: as long as they may be
+struct Share {
+  Kind kind;
+  double share;
+};
+
+// The rest is even, which keeps AO-x asymptotically optimal.
+constexpr Share mixture[] = {{Kind::coasting, 0.15}, {Kind::at_bounds, 0.15}, {Kind::one_axis, 0.15}};
+
+// The kind of a draw by a number from [0, 1).
+Kind kind_of(double number) {
+  for (const Share& part : mixture) {
+    number -= part.share;
+    if (number < 0.0) return part.kind;
+  }
+  return Kind::even;
+}
+
+// With a horizon.
+constexpr double wait_share = 0.5;     // of the draws without a wrench last up to all the time that is left
+constexpr double longest_share = 0.2;  // of the others last as long as they may
 
 // Draws wrenches between their bounds, and durations as T U^(1/d) with d the number of axes that act on an object: even
 // in what they reach. Of several objects it disturbs all, or one alone, which is what gets it out with the least work.
@@ -41,8 +61,10 @@ class WrenchSampler : public ompl::control::ControlSampler {
   void sample(ompl::control::Control* control) override {
     double* values = control->as<WrenchSpace::ControlType>()->values;
     draw_evenly(values);
-    const bool coasts = mixed_ && mix(values, rng_.uniform01());
-    values[axes_] = coasts && steps_left_ && rng_.uniform01() < wait_share ? drawn_wait() : drawn_steps();
+    const Kind kind = mixed_ ? kind_of(rng_.uniform01()) : Kind::even;
+    change(values, kind);
+    const bool coasts = kind == Kind::coasting;
+    values[axes_] = coasts && steps_left_ && rng_.uniform01() < wait_share ? draw_wait() : draw_steps();
     if (mixed_ && steps_left_ && !coasts && rng_.uniform01() < longest_share) values[axes_] = bounds_.high.back();
   }
 
@@ -55,7 +77,7 @@ class WrenchSampler : public ompl::control::ControlSampler {
     if (!mixed_ || rng_.uniform01() >= repeated_share) return sample(control);
     double* values = control->as<WrenchSpace::ControlType>()->values;
     std::copy_n(previous->as<WrenchSpace::ControlType>()->values, axes_, values);
-    values[axes_] = drawn_steps();
+    values[axes_] = draw_steps();
   }
 
   void sampleNext(ompl::control::Control* control, const ompl::control::Control* previous,
@@ -68,50 +90,48 @@ class WrenchSampler : public ompl::control::ControlSampler {
 
  private:
   void draw_evenly(double* values) {
-    const unsigned int only = drawn_object();
+    const unsigned int only = draw_object();
     for (unsigned int i = 0; i < axes_; ++i) {
       const double bound = only == objects() || only == i / wrench_axes ? bounds_.high[i] : 0.0;
       values[i] = bound > 0.0 ? rng_.uniformReal(-bound, bound) : 0.0;
     }
   }
 
-  // True if there is no wrench at all.
-  bool mix(double* values, double share) {
-    if ((share -= coasting_share) < 0.0) {
-      std::fill_n(values, axes_, 0.0);
-      return true;
-    }
-    if ((share -= ends_share) < 0.0) {
-      for (unsigned int i = 0; i < axes_; ++i) {
-        if (values[i] != 0.0) values[i] = rng_.uniformInt(-1, 1) * bounds_.high[i];
-      }
-    } else if ((share -= one_axis_share) < 0.0) {
-      const unsigned int kept = drawn_axis(values);
-      for (unsigned int i = 0; i < axes_; ++i) values[i] = i == kept ? values[i] : 0.0;
-    }
-    return false;
+  // Of an even draw.
+  void change(double* values, Kind kind) {
+    if (kind == Kind::coasting) std::fill_n(values, axes_, 0.0);
+    if (kind == Kind::at_bounds) set_to_bounds(values);
+    if (kind == Kind::one_axis) leave_one_axis(values);
   }
 
-  double drawn_wait() { return rng_.uniformInt(1, std::max(*steps_left_, 1)); }
+  void set_to_bounds(double* values) {
+    for (unsigned int i = 0; i < axes_; ++i) {
+      if (values[i] != 0.0) values[i] = rng_.uniformInt(-1, 1) * bounds_.high[i];
+    }
+  }
 
-  double drawn_steps() {
+  void leave_one_axis(double* values) {
+    std::vector<unsigned int> acting;
+    for (unsigned int i = 0; i < axes_; ++i) {
+      if (values[i] != 0.0) acting.push_back(i);
+    }
+    const auto index = static_cast<std::size_t>(rng_.uniformInt(0, std::max(static_cast<int>(acting.size()) - 1, 0)));
+    for (std::size_t i = 0; i < acting.size(); ++i) {
+      if (i != index) values[acting[i]] = 0.0;
+    }
+  }
+
+  double draw_wait() { return rng_.uniformInt(1, std::max(*steps_left_, 1)); }
+
+  double draw_steps() {
     const double longest = bounds_.high.back();
     return std::clamp(std::ceil(longest * std::pow(rng_.uniform01(), 1.0 / active_)), 1.0, longest);
   }
 
   // The one that is disturbed alone, or the number of objects for all.
-  unsigned int drawn_object() {
+  unsigned int draw_object() {
     if (objects() == 1 || rng_.uniform01() >= one_object_share) return objects();
     return static_cast<unsigned int>(rng_.uniformInt(0, static_cast<int>(objects()) - 1));
-  }
-
-  // One of the axes that act; if none does, any.
-  unsigned int drawn_axis(const double* values) {
-    const auto acting = std::count_if(values, values + axes_, [](double value) { return value != 0.0; });
-    auto left = rng_.uniformInt(0, std::max(static_cast<int>(acting) - 1, 0));
-    unsigned int axis = 0;
-    while (axis + 1 < axes_ && (values[axis] == 0.0 || left-- > 0)) ++axis;
-    return axis;
   }
 
   unsigned int objects() const { return axes_ / wrench_axes; }
@@ -155,25 +175,6 @@ std::optional<int> WrenchSpace::steps_left(const ompl::base::State* state) const
 
 ompl::control::ControlSamplerPtr WrenchSpace::allocDefaultControlSampler() const {
   return std::make_shared<WrenchSampler>(this, seed_);
-}
-
-Edge largest_edge(const Problem& problem) {
-  const auto objects = static_cast<Eigen::Index>(problem.scene.with_role(Role::object).size());
-  Edge largest;
-  largest.wrenches.resize(objects * wrench_axes);
-  for (Eigen::Index i = 0; i < objects; ++i) {
-    largest.wrenches.segment<wrench_axes>(i * wrench_axes) << problem.force, problem.torque;
-  }
-  largest.steps = static_cast<int>(std::floor(problem.duration / problem.scene.stepping().step + 1e-9));
-  return largest;
-}
-
-Disturbance disturbance(const Eigen::VectorXd& wrenches) {
-  Disturbance made;
-  for (Eigen::Index i = 0; i < wrenches.size(); i += 6) {
-    made.push_back({wrenches.segment<3>(i), wrenches.segment<3>(i + 3)});
-  }
-  return made;
 }
 
 }  // namespace energymargin::search

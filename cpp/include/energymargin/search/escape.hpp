@@ -1,5 +1,5 @@
 #pragma once
-// What a search for an escape found.
+// The result of a search for an escape.
 
 #include <utility>
 #include <vector>
@@ -14,8 +14,8 @@ struct Escape {
   std::vector<int> path;                        //!< nodes of the tree from the root to the escape; empty if none
   Tree tree;                                    //!< all rollouts, also those above the bound
   bool complete = true;                         //!< the nodes are spent, or nothing is left to gain
-  int discarded = 0;  //!< best escapes that do not count: in a simulation with a quarter of the step they lead not out
-  int diverged = 0;   //!< rollouts that diverged: nodes of infinite cost
+  int discarded = 0;         //!< best escapes that do not count: with a quarter of the step they do not lead out
+  int diverged = 0;          //!< rollouts that diverged: nodes of infinite cost
   bool undisturbed = false;  //!< with a clock: node 1 is the undisturbed future, which is not one of the `nodes`
 
   int nodes() const { return tree.size() - 1 - (undisturbed ? 1 : 0); }

@@ -1,5 +1,5 @@
 #pragma once
-// What a planner offers to AO-x besides being a planner.
+// A planner that drops what AO-x no longer needs.
 
 namespace energymargin::search {
 

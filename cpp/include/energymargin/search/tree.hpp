@@ -1,5 +1,5 @@
 #pragma once
-// The result of a search: every rollout that it made, as flat arrays.
+// The tree of a search: each of its rollouts, as flat arrays.
 
 #include <vector>
 
@@ -7,7 +7,7 @@
 
 namespace energymargin {
 
-//! Nodes in the order in which they were made; node 0 is the root. Node i > 0 is what `controls[i]`, applied for
+//! Nodes in the order of the search; node 0 is the root. Node i > 0 is what `controls[i]`, applied for
 //! `durations[i]` at node `parents[i]`, leads to.
 struct Tree {
   States states;              //!< (M + 1, n)

@@ -10,7 +10,7 @@
 
 #include "quasistatic/pose_space.hpp"
 
-namespace energymargin::search {
+namespace energymargin::quasistatic {
 
 //! `Element` is a planner's pointer to something with a `state` or a `state()`.
 template <typename Element>
@@ -32,33 +32,33 @@ class Nearest : public ompl::NearestNeighbors<Element> {
   }
 
   bool remove(const Element& element) override {
-    const auto found = std::find(elements_.begin(), elements_.end(), element);
-    if (found == elements_.end()) return false;
-    poses_.erase(poses_.begin() + (found - elements_.begin()));
-    elements_.erase(found);
+    const auto place = std::find(elements_.begin(), elements_.end(), element);
+    if (place == elements_.end()) return false;
+    poses_.erase(poses_.begin() + (place - elements_.begin()));
+    elements_.erase(place);
     return true;
   }
 
   Element nearest(const Element& element) const override {
-    std::vector<Element> one;
-    nearestK(element, 1, one);
-    return one.front();
+    std::vector<Element> first;
+    nearestK(element, 1, first);
+    return first.front();
   }
 
-  void nearestK(const Element& element, std::size_t count, std::vector<Element>& found) const override {
+  void nearestK(const Element& element, std::size_t count, std::vector<Element>& neighbors) const override {
     rank(element);
-    count = std::min(count, ranked_.size());
-    std::partial_sort(ranked_.begin(), ranked_.begin() + static_cast<std::ptrdiff_t>(count), ranked_.end());
-    ranked_.resize(count);
-    give(found);
+    count = std::min(count, ranking_.size());
+    std::partial_sort(ranking_.begin(), ranking_.begin() + static_cast<std::ptrdiff_t>(count), ranking_.end());
+    ranking_.resize(count);
+    copy_ranking(neighbors);
   }
 
-  void nearestR(const Element& element, double radius, std::vector<Element>& found) const override {
+  void nearestR(const Element& element, double radius, std::vector<Element>& neighbors) const override {
     rank(element);
     const auto is_far = [radius](const auto& entry) { return entry.first > radius; };
-    ranked_.erase(std::remove_if(ranked_.begin(), ranked_.end(), is_far), ranked_.end());
-    std::sort(ranked_.begin(), ranked_.end());
-    give(found);
+    ranking_.erase(std::remove_if(ranking_.begin(), ranking_.end(), is_far), ranking_.end());
+    std::sort(ranking_.begin(), ranking_.end());
+    copy_ranking(neighbors);
   }
 
  private:
@@ -73,20 +73,20 @@ class Nearest : public ompl::NearestNeighbors<Element> {
 
   void rank(const Element& element) const {
     const auto* state = static_cast<const ompl::base::State*>(state_of(element))->as<PoseSpace::StateType>();
-    ranked_.clear();
+    ranking_.clear();
     for (std::size_t i = 0; i < poses_.size(); ++i) {
-      ranked_.emplace_back(state->space->way(state->pose, poses_[i]), i);
+      ranking_.emplace_back(state->space->distance(state->pose, poses_[i]), i);
     }
   }
 
-  void give(std::vector<Element>& found) const {
-    found.clear();
-    for (const auto& entry : ranked_) found.push_back(elements_[entry.second]);
+  void copy_ranking(std::vector<Element>& neighbors) const {
+    neighbors.clear();
+    for (const auto& entry : ranking_) neighbors.push_back(elements_[entry.second]);
   }
 
   std::vector<Element> elements_;
   std::vector<Pose> poses_;
-  mutable std::vector<std::pair<double, std::size_t>> ranked_;
+  mutable std::vector<std::pair<double, std::size_t>> ranking_;
 };
 
-}  // namespace energymargin::search
+}  // namespace energymargin::quasistatic

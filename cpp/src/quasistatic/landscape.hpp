@@ -1,6 +1,6 @@
 #pragma once
-// What may happen to an object that is moved slowly while everything else stays: where it may be, on which ways, and
-// what height of energy it has there (Definitions 1 and 2).
+// The energy landscape of an object that is moved slowly while everything else stays: where it may be, on which ways,
+// and how high its energy is there (Definitions 1 and 2).
 
 #include <optional>
 #include <vector>
@@ -8,18 +8,10 @@
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
 #include "physics/free_space.hpp"
+#include "quasistatic/path.hpp"
 #include "quasistatic/potential.hpp"
 
-namespace energymargin {
-
-//! Poses from the start on; between two of them the object moves evenly, and turns the shorter way.
-using Path = std::vector<Pose>;
-
-//! The pose at a share `t` of the way.
-Pose between(const Pose& from, const Pose& to, double t);
-
-//! Angle between two orientations, 0..pi [rad].
-double angle(const Quaternion& a, const Quaternion& b);
+namespace energymargin::quasistatic {
 
 //! How an object can turn.
 enum class Turning {
@@ -28,12 +20,19 @@ enum class Turning {
   all,         ///< freely
 };
 
+//! Where a pose lies.
+enum class Side {
+  captured,  ///< in the capture set: an escape ends where it leaves that
+  outside,   ///< outside of it, settled as low as it gets there
+  any,
+};
+
 //! One object of a problem, quasi-statically. Its poses are those of its centre of mass: so it turns about that, and
 //! without springs its energy is linear on a way. One thread at a time.
-class Quasistatics {
+class Landscape {
  public:
   //! `object` is the index of a body that moves freely.
-  Quasistatics(const Problem& problem, std::size_t object);
+  Landscape(const Problem& problem, std::size_t object);
 
   const Pose& start() const { return start_; }
   const Vector3& sliding() const { return body_.linear_factor; }  //!< 1: free along the axis, 0: locked
@@ -43,46 +42,45 @@ class Quasistatics {
   double size() const { return size_; }      //!< the object's smallest half extent [m]
   double radius() const { return radius_; }  //!< of its farthest point from its centre of mass [m]
 
-  //! Above that at the start, and at least 0 [J].
+  //! Potential energy above that at the start, and at least 0 [J].
   double energy(const Pose& pose) const;
 
-  //! What it gains or loses by a move as short as the depth that counts as touching [J].
+  //! The energy of a move as short as the depth that counts as touching [J].
   double negligible() const { return negligible_; }
 
-  //! In nothing, and within the problem's bounds.
+  //! Whether the object overlaps nothing, and is within Z_b.
   bool allowed(const Pose& pose);
 
-  //! Outside of the capture set, at rest.
+  //! Whether the object is outside of the capture set, at rest.
   bool outside(const Pose& pose);
 
-  //! No point of the object moves farther on the way [m].
+  //! How far the object moves: no point of it moves farther on the way [m].
   double length(const Pose& from, const Pose& to) const;
 
-  //! Poses along the way, the first one left out, `spacing` apart or closer.
+  //! Appends the poses of a way but its first, a tenth of the radius apart or closer.
   void append_way(const Pose& from, const Pose& to, Path& way) const;
 
-  //! Highest energy on the way [J], and where: the share of the way. With springs, what is high for less than a tenth
-  //! of the radius may be missed.
   struct Peak {
-    double energy = 0.0;
-    double at = 0.0;
+    double energy = 0.0;  //!< [J]
+    double at = 0.0;      //!< share of the way, 0..1
   };
+
+  //! The highest energy on a way. With springs, what is high for less than a tenth of the radius may be missed.
   Peak peak(const Pose& from, const Pose& to) const;
 
-  //! Whether the way is allowed from an allowed start to its end. No wall is too thin to be seen: between two poses
-  //! that are looked at no point moves farther than a hundredth of the object's smallest half extent, unless the
-  //! clearance there is larger; so the object may cut a corner by that little.
+  //! Whether a way is allowed up to its end; its start is. No wall is too thin: between two poses that are checked no
+  //! point moves farther than a hundredth of the object's smallest half extent, unless the clearance there is larger.
+  //! So the object may cut a corner by that little.
   bool passes(const Pose& from, const Pose& to);
 
   //! Slides down the slope of the energy until something is in the way, at most by `reach` [m] along any axis of the
   //! world from the start; with `outside`, without entering the capture set.
-  Pose settled(Pose pose, double reach, bool outside);
+  Pose settle(Pose pose, double reach, bool outside);
 
-  //! The full state with the object at a pose, all at rest.
+  //! The full state with the object at a pose, all at rest. The next call overwrites it.
   const State& state(const Pose& pose);
 
  private:
-  //! Of the body's frame.
   Pose frame(const Pose& pose) const;
   bool in_reach(const Pose& pose, double reach) const;
   Vector3 downhill(const Pose& pose) const;
@@ -102,7 +100,7 @@ class Quasistatics {
   double negligible_ = 0.0;
   int offset_;
   State state_;
-  std::vector<std::pair<double, double>> open_;  // stretches of a way that are still to be looked at
+  std::vector<std::pair<double, double>> stretches_;  // of a way, as shares of it, still to be checked
 };
 
-}  // namespace energymargin
+}  // namespace energymargin::quasistatic

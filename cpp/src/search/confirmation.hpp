@@ -7,10 +7,10 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
-#include "energymargin/search/horizon.hpp"
 #include "energymargin/search/tree.hpp"
-#include "energymargin/search/wrench_space.hpp"
 #include "energymargin/world.hpp"
+#include "search/edge.hpp"
+#include "search/horizon.hpp"
 
 namespace energymargin::search {
 
@@ -28,7 +28,7 @@ class Confirmation {
   std::optional<bool> leads_out(const std::vector<int>& nodes, const std::vector<Edge>& edges, const Limit& limit);
 
  private:
-  struct Played {  // up to a node
+  struct Checkpoint {  // where a replay was at a node
     int node;
     State state;
     int time;
@@ -46,7 +46,7 @@ class Confirmation {
   EdgeStart edge_start_;
   Membership captured_;
   Edge rest_;
-  std::vector<Played> played_;  // of the last path, with its own wrenches
+  std::vector<Checkpoint> checkpoints_;  // on the last path, under the wrenches themselves
 };
 
 }  // namespace energymargin::search

@@ -1,11 +1,11 @@
-#include "quasistatic/quasistatics.hpp"
+#include "quasistatic/landscape.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "energymargin/kinematics.hpp"
 
-namespace energymargin {
+namespace energymargin::quasistatic {
 namespace {
 
 constexpr double spacing_share = 0.1;      // of the radius: between poses at which energies are looked at
@@ -37,13 +37,7 @@ Turning turning_of(const Body& body, const Potential& potential) {
 
 }  // namespace
 
-Pose between(const Pose& from, const Pose& to, double t) {
-  return {(1.0 - t) * from.position + t * to.position, from.orientation.slerp(t, to.orientation).normalized()};
-}
-
-double angle(const Quaternion& a, const Quaternion& b) { return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b)))); }
-
-Quasistatics::Quasistatics(const Problem& problem, std::size_t object)
+Landscape::Landscape(const Problem& problem, std::size_t object)
     : body_(problem.scene.bodies()[object]),
       center_(body_.principal_inertial().center),
       free_space_(problem.scene, problem.state, object),
@@ -62,35 +56,35 @@ Quasistatics::Quasistatics(const Problem& problem, std::size_t object)
   start_ = {start.position + start.orientation * center_, start.orientation};
   start_energy_ = potential_(frame(start_));
   for (int axis = 0; axis < 3; ++axis) {
-    Pose moved = start_;
-    moved.position[axis] += free_space_.tolerance() * body_.linear_factor[axis];
-    negligible_ = std::max(negligible_, std::abs(potential_(frame(moved)) - start_energy_));
+    Pose pose = start_;
+    pose.position[axis] += free_space_.tolerance() * body_.linear_factor[axis];
+    negligible_ = std::max(negligible_, std::abs(potential_(frame(pose)) - start_energy_));
   }
 }
 
-double Quasistatics::energy(const Pose& pose) const { return std::max(0.0, potential_(frame(pose)) - start_energy_); }
+double Landscape::energy(const Pose& pose) const { return std::max(0.0, potential_(frame(pose)) - start_energy_); }
 
-bool Quasistatics::allowed(const Pose& pose) { return free_space_.clearance(frame(pose), 0.0) >= 0.0 && within(pose); }
+bool Landscape::allowed(const Pose& pose) { return free_space_.clearance(frame(pose), 0.0) >= 0.0 && within(pose); }
 
-bool Quasistatics::within(const Pose& pose) { return !within_ || (*within_)(state(pose)); }
+bool Landscape::within(const Pose& pose) { return !within_ || (*within_)(state(pose)); }
 
-bool Quasistatics::outside(const Pose& pose) { return !captured_(state(pose)); }
+bool Landscape::outside(const Pose& pose) { return !captured_(state(pose)); }
 
-double Quasistatics::length(const Pose& from, const Pose& to) const {
+double Landscape::length(const Pose& from, const Pose& to) const {
   const double distance = (to.position - from.position).norm();
   return turning_ == Turning::none ? distance : distance + radius_ * angle(from.orientation, to.orientation);
 }
 
-void Quasistatics::append_way(const Pose& from, const Pose& to, Path& way) const {
+void Landscape::append_way(const Pose& from, const Pose& to, Path& way) const {
   const int count = std::max(1, static_cast<int>(std::ceil(length(from, to) / spacing_)));
-  for (int i = 1; i < count; ++i) way.push_back(between(from, to, static_cast<double>(i) / count));
+  for (int i = 1; i < count; ++i) way.push_back(interpolate(from, to, static_cast<double>(i) / count));
   way.push_back(to);
 }
 
-Quasistatics::Peak Quasistatics::peak(const Pose& from, const Pose& to) const {
+Landscape::Peak Landscape::peak(const Pose& from, const Pose& to) const {
   Peak highest{energy(from), 0.0};
   const auto look = [&](double at) {
-    const double here = energy(at == 1.0 ? to : between(from, to, at));
+    const double here = energy(at == 1.0 ? to : interpolate(from, to, at));
     if (here > highest.energy) highest = {here, at};
   };
   look(1.0);
@@ -107,42 +101,40 @@ Quasistatics::Peak Quasistatics::peak(const Pose& from, const Pose& to) const {
 }
 
 // The middle first: what is in the way is found early. The clearance there clears a stretch on both sides.
-bool Quasistatics::passes(const Pose& from, const Pose& to) {
+bool Landscape::passes(const Pose& from, const Pose& to) {
   if (!allowed(to)) return false;
   const double whole = length(from, to);
   if (within_) {
     const int count = static_cast<int>(std::ceil(whole / spacing_));
     for (int i = 1; i < count; ++i) {
-      if (!within(between(from, to, static_cast<double>(i) / count))) return false;
+      if (!within(interpolate(from, to, static_cast<double>(i) / count))) return false;
     }
   }
-  open_.assign(1, {0.0, 1.0});
-  for (std::size_t next = 0; next < open_.size(); ++next) {
-    const auto [first, last] = open_[next];
+  stretches_.assign(1, {0.0, 1.0});
+  for (std::size_t next = 0; next < stretches_.size(); ++next) {
+    const auto [first, last] = stretches_[next];
     const double middle = 0.5 * (first + last);
     const double half = 0.5 * (last - first) * whole;
-    const double clear = free_space_.clearance(frame(between(from, to, middle)), half);
+    const double clear = free_space_.clearance(frame(interpolate(from, to, middle)), half);
     if (clear < 0.0) return false;
     if (clear >= half || half <= least_step_) continue;
-    open_.emplace_back(first, middle - clear / whole);
-    open_.emplace_back(middle + clear / whole, last);
+    stretches_.emplace_back(first, middle - clear / whole);
+    stretches_.emplace_back(middle + clear / whole, last);
   }
   return true;
 }
 
-Vector3 Quasistatics::downhill(const Pose& pose) const {
+Vector3 Landscape::downhill(const Pose& pose) const {
   return potential_.force(frame(pose)).cwiseProduct(body_.linear_factor);
 }
 
-Pose Quasistatics::frame(const Pose& pose) const {
-  return {pose.position - pose.orientation * center_, pose.orientation};
-}
+Pose Landscape::frame(const Pose& pose) const { return {pose.position - pose.orientation * center_, pose.orientation}; }
 
-bool Quasistatics::in_reach(const Pose& pose, double reach) const {
+bool Landscape::in_reach(const Pose& pose, double reach) const {
   return ((pose.position - start_.position).array().abs() <= reach).all();
 }
 
-Pose Quasistatics::settled(Pose pose, double reach, bool outside) {
+Pose Landscape::settle(Pose pose, double reach, bool outside) {
   // Half of what counts as touching stays, so that it can slide on along what it rests on.
   const double rest = 0.5 * free_space_.tolerance();
   double longest = reach;
@@ -164,7 +156,7 @@ Pose Quasistatics::settled(Pose pose, double reach, bool outside) {
   return pose;
 }
 
-const State& Quasistatics::state(const Pose& pose) {
+const State& Landscape::state(const Pose& pose) {
   double* numbers = state_.data() + offset_;
   const Pose at = frame(pose);
   std::copy_n(at.position.data(), 3, numbers);
@@ -172,4 +164,4 @@ const State& Quasistatics::state(const Pose& pose) {
   return state_;
 }
 
-}  // namespace energymargin
+}  // namespace energymargin::quasistatic

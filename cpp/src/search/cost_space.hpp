@@ -8,22 +8,12 @@
 #include <vector>
 
 #include "energymargin/problem.hpp"
+#include "search/scales.hpp"
 
 namespace energymargin::search {
 
-//! How far an object gets in one longest edge: the unit of each kind of coordinate, so that distances and densities
-//! are free of units. Made from the wrench bounds, the longest edge and the speeds at the start.
-struct Scales {
-  double position = 1.0;          //!< [m]
-  double orientation = 1.0;       //!< [rad]
-  double velocity = 1.0;          //!< [m/s]
-  double angular_velocity = 1.0;  //!< [rad/s]
-
-  Scales(const Problem& problem, std::size_t object);
-};
-
-//! The space Z x R+ of the feasible problem P_c. A planner needs of z only the objects' parts; the whole state is
-//! kept once, in the tree's row `node`.
+//! The space Z x R+ of the feasible problem P_c. A planner needs of z only the objects' parts; the whole state stands
+//! once, in the tree's row `node`.
 class CostSpace : public ompl::base::StateSpace {
  public:
   struct Values {
@@ -45,14 +35,14 @@ class CostSpace : public ompl::base::StateSpace {
   double bound() const { return bound_; }
   void lower_bound(double cost) { bound_ = cost; }
 
-  //! Up to which times are drawn [s]; none without a clock.
+  //! Times are sampled up to here [s]; none without a clock.
   const std::optional<double>& horizon() const { return horizon_; }
 
   //! The unit of time, a longest edge [s].
   double duration() const { return duration_; }
 
-  //! Root of the sum of squared, scaled differences of an object's coordinates, squares meaned over the objects; with a
-  //! horizon of the time too; once the bound is finite, of the cost too.
+  //! Root of the sum of the squared differences of an object's coordinates in units of its scales, the squares averaged
+  //! over the objects. With a horizon the time counts too; once the bound is finite, so does the cost.
   double distance(const ompl::base::State* a, const ompl::base::State* b) const override;
 
   unsigned int getDimension() const override {
@@ -66,6 +56,8 @@ class CostSpace : public ompl::base::StateSpace {
   bool equalStates(const ompl::base::State* a, const ompl::base::State* b) const override;
   void interpolate(const ompl::base::State* from, const ompl::base::State* to, double t,
                    ompl::base::State* state) const override;
+  //! The default is a Projection, for planners that count states in a grid.
+  void registerProjections() override;
   ompl::base::StateSamplerPtr allocDefaultStateSampler() const override;
   ompl::base::State* allocState() const override;
   void freeState(ompl::base::State* state) const override { delete state->as<StateType>(); }
@@ -79,7 +71,10 @@ class CostSpace : public ompl::base::StateSpace {
   double duration_;
 };
 
-//! Rotation vector that turns one orientation into another [rad].
-Vector3 turned(const BodyState& from, const BodyState& to);
+//! The row of the tree in which a state of a CostSpace stands; -1 for a sample.
+inline int node_of(const ompl::base::State* state) { return state->as<CostSpace::StateType>()->node; }
+
+//! Rotation vector from one orientation to another, the shorter way [rad].
+Vector3 rotation(const BodyState& from, const BodyState& to);
 
 }  // namespace energymargin::search

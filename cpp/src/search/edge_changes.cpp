@@ -1,0 +1,161 @@
+#include "search/edge_changes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin::search {
+namespace {
+
+// Sizes of a nudge, as shares of the bounds, drawn evenly in their logarithm: an escape that is far from the best wants
+// large ones, and one that is close small ones.
+constexpr double smallest_nudge = 1e-3;
+constexpr double largest_nudge = 0.5;
+constexpr double axis_share = 0.5;  // of the nudges are along one axis
+constexpr double end_share = 0.15;  // of the nudges set an axis to zero or to a bound
+constexpr double rest_share = 0.5;  // of the edges that are cut go on without a wrench
+
+// With a clock.
+constexpr double all_share = 0.5;    // of the shifts, and of the pushes that become one, take all edges
+constexpr double small_share = 0.5;  // of the shifts are small
+constexpr double tiny = 1e-300;      // instead of a bound of 0, where the wrench is 0 too
+
+}  // namespace
+
+void prepend(TimedEdges& edges, const TimedEdge& push, int longest) {
+  const int left = push.steps % longest;
+  for (int over = push.steps - left; over >= 0; over -= longest) {
+    TimedEdge part = push;
+    part.start += over;
+    part.steps = std::min(longest, push.steps - over);
+    if (part.steps > 0) edges.insert(edges.begin(), part);
+  }
+}
+
+EdgeChanges::EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng)
+    : largest_(largest),
+      horizon_(horizon),
+      rng_(rng),
+      changes_{&EdgeChanges::drop,        &EdgeChanges::halt,      &EdgeChanges::weaken, &EdgeChanges::coast,
+               &EdgeChanges::nudge_first, &EdgeChanges::nudge_all, &EdgeChanges::cut,    &EdgeChanges::merge} {
+  if (!horizon_) return;
+  changes_.insert(changes_.end(), {&EdgeChanges::shift, &EdgeChanges::hasten});
+  if (largest_.wrenches.size() > wrench_axes) changes_.push_back(&EdgeChanges::silence);
+}
+
+EdgeChanges::Change EdgeChanges::draw() {
+  return changes_[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(changes_.size()) - 1))];
+}
+
+void EdgeChanges::drop(TimedEdges& edges) { edges.erase(edges.begin()); }
+
+void EdgeChanges::halt(TimedEdges& edges) {
+  edges.front().steps = std::max(1, static_cast<int>(edges.front().steps * rng_.uniform01()));
+}
+
+void EdgeChanges::weaken(TimedEdges& edges) { edges.front().wrenches *= rng_.uniform01(); }
+
+void EdgeChanges::coast(TimedEdges& edges) { edges.front().wrenches.setZero(); }
+
+void EdgeChanges::nudge_first(TimedEdges& edges) { edges.front() = nudge(edges.front()); }
+
+void EdgeChanges::nudge_all(TimedEdges& edges) {
+  for (TimedEdge& edge : edges) edge = nudge(edge);
+}
+
+void EdgeChanges::cut(TimedEdges& edges) {
+  const TimedEdge whole = edges.front();
+  if (whole.steps < 2) return;
+  TimedEdge first = whole;
+  TimedEdge second = whole;
+  first.steps = rng_.uniformInt(1, whole.steps - 1);
+  second.steps = whole.steps - first.steps;
+  second.start += first.steps;
+  if (rng_.uniform01() < rest_share) {
+    second.wrenches.setZero();
+  } else {
+    second = nudge(second);
+  }
+  edges.front() = nudge(first);
+  edges.insert(edges.begin() + 1, second);
+}
+
+void EdgeChanges::merge(TimedEdges& edges) {
+  if (edges.size() < 2) return;
+  const TimedEdge& first = edges[0];
+  TimedEdge& second = edges[1];
+  const int steps = first.steps + second.steps;
+  second.wrenches = (first.steps * first.wrenches + second.steps * second.wrenches) / steps;
+  second.steps = std::min(steps, largest_.steps);
+  second.start = first.start;
+  edges.erase(edges.begin());
+}
+
+// All edges, or those from one of them on, come later or earlier: as far as there is time, or by a little.
+void EdgeChanges::shift(TimedEdges& edges) {
+  const auto last = static_cast<int>(edges.size()) - 1;
+  const int first = rng_.uniform01() < all_share ? 0 : rng_.uniformInt(0, last);
+  const int most = std::max(*horizon_ - 1 - edges[static_cast<std::size_t>(first)].start, 0);
+  const int least = -std::min(edges[static_cast<std::size_t>(first)].start, *horizon_);
+  int steps = rng_.uniformInt(least, most);
+  if (rng_.uniform01() < small_share) steps = static_cast<int>(steps * draw_size());
+  if (steps == 0) steps = 1 - 2 * rng_.uniformInt(0, 1);
+  for (int i = first; i <= last; ++i) edges[static_cast<std::size_t>(i)].start += steps;
+}
+
+// The first few edges become one push with all their impulse, or a little less: as strong as the bounds let it be, and
+// so as early as can be.
+void EdgeChanges::hasten(TimedEdges& edges) {
+  const auto all = static_cast<int>(edges.size());
+  const int count = rng_.uniform01() < all_share ? all : rng_.uniformInt(1, all);
+  TimedEdge push{{Eigen::VectorXd::Zero(largest_.wrenches.size()), 0}, edges.front().start};
+  for (int i = 0; i < count; ++i) {
+    const TimedEdge& edge = edges[static_cast<std::size_t>(i)];
+    push.wrenches += edge.steps * edge.wrenches;
+  }
+  const double steps = (push.wrenches.array().abs() / largest_.wrenches.array().max(tiny)).maxCoeff();
+  edges.erase(edges.begin(), edges.begin() + count);
+  if (steps == 0.0) return;
+  push.wrenches /= steps;
+  const double share = rng_.uniform01();  // first this: compilers order operands freely
+  push.steps = std::max(1, static_cast<int>(std::ceil(steps * (1.0 - share * draw_size()))));
+  prepend(edges, push, largest_.steps);
+}
+
+// All objects but one are left alone.
+void EdgeChanges::silence(TimedEdges& edges) {
+  const auto objects = static_cast<int>(largest_.wrenches.size()) / wrench_axes;
+  const int disturbed = rng_.uniformInt(0, objects - 1);
+  for (TimedEdge& edge : edges) {
+    for (int axis = 0; axis < edge.wrenches.size(); ++axis) {
+      if (axis / wrench_axes != disturbed) edge.wrenches[axis] = 0.0;
+    }
+  }
+}
+
+TimedEdge EdgeChanges::nudge(TimedEdge edge) {
+  const double size = draw_size();
+  nudge_wrenches(edge.wrenches, size);
+  const double steps = edge.steps * std::exp(size * rng_.gaussian01());
+  edge.steps = std::clamp(static_cast<int>(std::lround(steps)) + rng_.uniformInt(-1, 1), 1, largest_.steps);
+  return edge;
+}
+
+void EdgeChanges::nudge_wrenches(Eigen::VectorXd& wrenches, double size) {
+  const auto axes = static_cast<int>(wrenches.size());
+  const int only = rng_.uniform01() < axis_share ? rng_.uniformInt(0, axes - 1) : axes;
+  for (int axis = 0; axis < axes; ++axis) {
+    const double bound = largest_.wrenches[axis];
+    if (bound == 0.0 || (only < axes && axis != only)) continue;
+    const double value = wrenches[axis] + size * bound * rng_.gaussian01();
+    wrenches[axis] = std::clamp(value, -bound, bound);
+  }
+  if (rng_.uniform01() >= end_share) return;
+  const int axis = rng_.uniformInt(0, axes - 1);
+  wrenches[axis] = rng_.uniformInt(-1, 1) * largest_.wrenches[axis];
+}
+
+double EdgeChanges::draw_size() {
+  return std::exp(rng_.uniformReal(std::log(smallest_nudge), std::log(largest_nudge)));
+}
+
+}  // namespace energymargin::search

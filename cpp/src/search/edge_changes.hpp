@@ -1,0 +1,64 @@
+#pragma once
+// Small random changes to the edges of an escape.
+
+#include <ompl/util/RandomNumbers.h>
+
+#include <optional>
+#include <vector>
+
+#include "search/edge.hpp"
+
+namespace energymargin::search {
+
+//! An edge and when it starts.
+struct TimedEdge : Edge {
+  int start = 0;  //!< steps since the root; without a clock edges follow one another, and it means nothing
+};
+using TimedEdges = std::vector<TimedEdge>;
+
+//! Puts a push in front of other edges, as edges of at most `longest` steps.
+void prepend(TimedEdges& edges, const TimedEdge& push, int longest);
+
+class EdgeChanges {
+ public:
+  //! `largest` bounds the edges; `horizon` is in steps, none without a clock. The generator has to outlive this.
+  EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng);
+
+  //! A change of the first of some edges, or of several of them.
+  using Change = void (EdgeChanges::*)(TimedEdges&);
+
+  //! Any change, all equally likely.
+  Change draw();
+
+  //! Whether a change is one of all edges of an escape.
+  static bool concerns_all(Change change) { return change == &EdgeChanges::silence; }
+
+  //! There is at least one edge. Afterwards there may be none.
+  void apply(Change change, TimedEdges& edges) { (this->*change)(edges); }
+
+ private:
+  void drop(TimedEdges& edges);
+  void halt(TimedEdges& edges);
+  void weaken(TimedEdges& edges);
+  void coast(TimedEdges& edges);
+  void nudge_first(TimedEdges& edges);
+  void nudge_all(TimedEdges& edges);
+  void cut(TimedEdges& edges);
+  void merge(TimedEdges& edges);
+
+  // With a clock alone.
+  void shift(TimedEdges& edges);
+  void hasten(TimedEdges& edges);
+  void silence(TimedEdges& edges);
+
+  TimedEdge nudge(TimedEdge edge);
+  void nudge_wrenches(Eigen::VectorXd& wrenches, double size);
+  double draw_size();
+
+  const Edge& largest_;
+  std::optional<int> horizon_;
+  ompl::RNG& rng_;
+  std::vector<Change> changes_;
+};
+
+}  // namespace energymargin::search

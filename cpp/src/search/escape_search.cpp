@@ -1,0 +1,37 @@
+#include "search/escape_search.hpp"
+
+#include "energymargin/random.hpp"
+#include "search/ao_with_shortening.hpp"
+#include "search/est.hpp"
+#include "search/rrt.hpp"
+#include "search/streams.hpp"
+
+namespace energymargin::search {
+namespace {
+
+Escape run(const Problem& problem, const Region& captured, const EscapeSearchOptions& options, Confirm confirm) {
+  BoundedProblem bounded(problem, &captured, options.nodes, options.seed, options.limit, options.sampling);
+  bounded.count_in(options.counter);
+  if (options.stop_at_escape) bounded.stop_at_escape();
+  Shortening shortening(bounded, largest_edge(problem), stream(options.seed, streams::shortening));
+  Shortening* const turns = options.shorten ? &shortening : nullptr;
+  const std::uint64_t seed = stream(options.seed, streams::planner);
+  if (options.planner == FeasiblePlanner::est) {
+    Est est(bounded, seed);
+    return ao(bounded, est, turns, confirm);
+  }
+  Rrt rrt(bounded, seed);
+  return ao(bounded, rrt, turns, confirm);
+}
+
+}  // namespace
+
+// Nearly all best escapes are confirmed, and then the last one says as much as all of them.
+Escape find_escape(const Problem& problem, const Region& captured, const EscapeSearchOptions& options) {
+  Escape escape = run(problem, captured, options, Confirm::best);
+  if (escape.discarded == 0) return escape;
+  if (options.counter) *options.counter = 0;
+  return run(problem, captured, options, Confirm::each_turn);
+}
+
+}  // namespace energymargin::search

@@ -1,0 +1,21 @@
+#include "search/exploration.hpp"
+
+#include "energymargin/random.hpp"
+#include "search/est.hpp"
+#include "search/streams.hpp"
+
+namespace energymargin::search {
+
+Exploration explore(const Problem& problem, const ExplorationOptions& options) {
+  BoundedProblem bounded(problem, nullptr, options.nodes, options.seed, options.limit);
+  bounded.set_nodes_per_edge(options.nodes_per_edge);
+  bounded.count_in(options.counter);
+  bounded.lower_bound(options.bound);
+  Est est(bounded, stream(options.seed, streams::planner));
+  est.solve(bounded.termination());
+  const bool complete = bounded.nodes_are_spent();
+  const int diverged = bounded.diverged();
+  return {bounded.take_tree(), complete, diverged};
+}
+
+}  // namespace energymargin::search

@@ -1,0 +1,138 @@
+#include "search/rollout_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace energymargin::search {
+namespace {
+
+// Steps between two looks at a rollout: more often takes time in small scenes, and tells no more
+// (docs/results/fewer_steps.md).
+constexpr int look_every = 4;
+
+constexpr int first_room = 4096;  // rows of a tree that may end before all its nodes are made
+
+// The steps at which an edge is divided into so many stretches, without its end.
+std::vector<int> division(int steps, int stretches) {
+  stretches = std::min(stretches, steps);
+  std::vector<int> division;
+  for (int i = 1; i < stretches; ++i) {
+    division.push_back(static_cast<int>(static_cast<long long>(i) * steps / stretches));
+  }
+  return division;
+}
+
+}  // namespace
+
+RolloutTree::RolloutTree(const Problem& problem, const CostSpace& space, int nodes, const Limit& limit,
+                         const Region* captured)
+    : space_(space),
+      most_nodes_(nodes),
+      limit_(limit),
+      world_(world_of(problem)),
+      edge_start_(problem),
+      horizon_(Horizon::of(problem, captured)),
+      step_(problem.scene.stepping().step),
+      times_{0},
+      escaped_{false} {
+  for (const std::size_t object : problem.scene.with_role(Role::object)) {
+    objects_.push_back(world_.layout().offset(object));
+  }
+  make_room(std::min(nodes, first_room) + 1);
+  tree_.states.row(0) = problem.state.transpose();
+  tree_.costs[0] = 0.0;
+  tree_.parents[0] = -1;
+  tree_.controls.row(0).setZero();
+  tree_.durations[0] = 0.0;
+}
+
+int RolloutTree::extend(int from, const Edge& edge) {
+  const int before = nodes_;
+  const int node = grow(from, edge);
+  if (counter_) counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
+  return node;
+}
+
+int RolloutTree::grow(int from, const Edge& edge) {
+  const Watch watch{tree_.costs[from], space_.bound(),
+                    division(edge.steps, std::min(nodes_per_edge_, most_nodes_ - nodes_)), outside_, look_every};
+  const std::optional<Stretch> stretch = roll_out(from, edge, watch);
+  if (!stretch) return add(from, edge, 0, std::numeric_limits<double>::infinity(), tree_.states.row(from));
+  const Rollout& rollout = stretch->rollout;
+  if (!rollout.complete) return -1;
+  for (const Moment& moment : rollout.recorded) {
+    if (moment.steps < rollout.steps) add(from, edge, moment.steps, moment.effort, moment.state);
+  }
+  const int node = add(from, edge, rollout.steps, rollout.effort, rollout.state);
+  escaped_.back() = stretch->escaped;
+  return node;
+}
+
+int RolloutTree::extend_undisturbed() {
+  const Edge rest{Eigen::VectorXd::Zero(tree_.controls.cols()), horizon_->end()};
+  std::optional<Stretch> stretch;
+  try {
+    stretch = horizon_->undisturbed(world_, tree_.states.row(0), limit_);
+  } catch (const Diverged&) {
+    ++diverged_;
+    return add(0, rest, 0, std::numeric_limits<double>::infinity(), tree_.states.row(0));
+  }
+  if (!stretch->rollout.complete) return -1;
+  const int node = add(0, rest, stretch->rollout.steps, 0.0, stretch->rollout.state);
+  escaped_.back() = stretch->escaped;
+  return node;
+}
+
+// None if the simulation diverges.
+std::optional<Stretch> RolloutTree::roll_out(int from, const Edge& edge, const Watch& watch) {
+  try {
+    if (horizon_) return horizon_->extend(world_, tree_.states.row(from), time(from), edge, limit_, watch);
+    return Stretch{world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps,
+                                            limit_, watch)};
+  } catch (const Diverged&) {
+    ++diverged_;
+    return std::nullopt;
+  }
+}
+
+int RolloutTree::add(int from, const Edge& edge, int steps, double effort, const State& state) {
+  const int node = ++nodes_;
+  if (node >= tree_.costs.size()) make_room(2 * tree_.costs.size());
+  tree_.states.row(node) = state.transpose();
+  tree_.costs[node] = tree_.costs[from] + effort;
+  tree_.parents[node] = from;
+  tree_.controls.row(node) = edge.wrenches.transpose();
+  tree_.durations[node] = steps * step_;
+  times_.push_back(time(from) + steps);
+  escaped_.push_back(false);
+  return node;
+}
+
+void RolloutTree::describe(int node, CostSpace::Values& values) const {
+  const double* state = tree_.states.row(node).data();
+  for (std::size_t i = 0; i < objects_.size(); ++i) values.objects[i] = StateLayout::read(state + objects_[i]);
+  values.cost = tree_.costs[node];
+  values.time = horizon_ ? time(node) * step_ : 0.0;
+  values.node = node;
+}
+
+Edge RolloutTree::edge(int node) const {
+  return {tree_.controls.row(node), static_cast<int>(std::lround(tree_.durations[node] / step_))};
+}
+
+void RolloutTree::make_room(Eigen::Index rows) {
+  tree_.states.conservativeResize(rows, world_.layout().dimension());
+  tree_.costs.conservativeResize(rows);
+  tree_.parents.conservativeResize(rows);
+  tree_.controls.conservativeResize(rows, 6 * static_cast<Eigen::Index>(objects_.size()));
+  tree_.durations.conservativeResize(rows);
+}
+
+Tree RolloutTree::take_tree(int nodes) {
+  make_room(nodes + 1);
+  return std::move(tree_);
+}
+
+}  // namespace energymargin::search

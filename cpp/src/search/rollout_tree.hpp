@@ -1,0 +1,100 @@
+#pragma once
+// The tree of a search while it grows: every rollout becomes a node.
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "energymargin/limit.hpp"
+#include "energymargin/problem.hpp"
+#include "energymargin/search/tree.hpp"
+#include "energymargin/world.hpp"
+#include "search/cost_space.hpp"
+#include "search/edge.hpp"
+#include "search/horizon.hpp"
+
+namespace energymargin::search {
+
+//! The augmented dynamics G of eq. 9: z' by a rollout, c' = c + effort. Records each rollout, until its cost reaches
+//! the bound c: what comes after it is valid nowhere.
+class RolloutTree {
+ public:
+  //! Of at most `nodes` nodes; the world is built here. The bound is that of `space`, which has to outlive this. With a
+  //! clock, rollouts end at the horizon or where they are outside of `captured`, which may be null.
+  RolloutTree(const Problem& problem, const CostSpace& space, int nodes, const Limit& limit = {},
+              const Region* captured = nullptr);
+
+  //! From now on up to so many states of a rollout are nodes: its end and, before it, evenly spaced ones on its way.
+  void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
+
+  //! From now on `counter`, unless it is null, goes up with each node but the undisturbed future.
+  void count_in(std::atomic<int>* counter) { counter_ = counter; }
+
+  //! From now on a rollout ends where `outside` says so, which is asked every few steps. Without a clock.
+  void end_where(std::function<bool(const State&)> outside) { outside_ = std::move(outside); }
+
+  //! The last of the nodes that an edge from `node` leads to; -1, and no node, if the limit was reached before. A
+  //! rollout that diverges leads to a node of infinite cost, at the state where it began.
+  int extend(int node, const Edge& edge);
+
+  //! The node that the undisturbed future leads to; -1 if the limit was reached before. With a clock.
+  int extend_undisturbed();
+
+  //! Nodes so far, besides the root.
+  int nodes() const { return nodes_; }
+
+  //! State of a node, shape (n,).
+  auto state(int node) const { return tree_.states.row(node); }
+
+  //! Effort from the root to a node [J].
+  double cost(int node) const { return tree_.costs[node]; }
+
+  //! Steps from the root to a node.
+  int time(int node) const { return times_[static_cast<std::size_t>(node)]; }
+
+  //! With a clock: whether an escape ends in a node.
+  bool escaped(int node) const { return escaped_[static_cast<std::size_t>(node)]; }
+
+  //! A node as planners see it.
+  void describe(int node, CostSpace::Values& values) const;
+
+  //! The edge that led to a node.
+  Edge edge(int node) const;
+  std::vector<int> path_to(int node) const { return tree_.path_to(node); }
+
+  const std::optional<Horizon>& horizon() const { return horizon_; }
+
+  //! Rollouts that diverged so far.
+  int diverged() const { return diverged_; }
+
+  //! The tree of the first `nodes` rollouts; leaves this empty.
+  Tree take_tree(int nodes);
+
+ private:
+  int grow(int from, const Edge& edge);
+  std::optional<Stretch> roll_out(int from, const Edge& edge, const Watch& watch);
+  int add(int from, const Edge& edge, int steps, double effort, const State& state);
+  void make_room(Eigen::Index rows);
+
+  const CostSpace& space_;
+  int most_nodes_;
+  int nodes_per_edge_ = 1;
+  std::function<bool(const State&)> outside_;
+  std::atomic<int>* counter_ = nullptr;
+
+  Limit limit_;
+  World world_;
+  EdgeStart edge_start_;
+  std::optional<Horizon> horizon_;
+  std::vector<int> objects_;  // where their numbers begin in a state
+  double step_;               // [s]
+
+  Tree tree_;
+  std::vector<int> times_;
+  std::vector<bool> escaped_;
+  int nodes_ = 0;
+  int diverged_ = 0;
+};
+
+}  // namespace energymargin::search
