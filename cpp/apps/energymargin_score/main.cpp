@@ -57,21 +57,19 @@ Json capture(const energymargin::Problem& problem, const Arguments& arguments) {
   options.limit = limit(arguments);
   const energymargin::CaptureScore score = energymargin::guarded_capture_score(problem, options);
   tell(energymargin::implausible(score));
-  return {{"capture", score.capture},
-          {"success", optional_number(score.success)},
-          {"capture_any", optional_number(score.capture_any)},
-          {"success_any", optional_number(score.success_any)},
-          {"capture_stderr", optional_number(score.capture_stderr)},
-          {"success_stderr", optional_number(score.success_stderr)},
-          {"capture_any_stderr", optional_number(score.capture_any_stderr)},
-          {"success_any_stderr", optional_number(score.success_any_stderr)},
-          {"capture_interval", interval_of(score, "capture", true)},
-          {"success_interval", interval_of(score, "success", score.success.has_value())},
-          {"resolution", score.resolution},
-          {"undisturbed_exit", optional_number(score.undisturbed_exit)},
-          {"trees", score.trees.size()},
-          {"nodes", score.nodes()},
-          {"complete", score.complete}};
+  Json json;
+  for (const auto& [name, set] : energymargin::set_scores(score)) json[name] = set ? Json(set->mean) : Json(nullptr);
+  for (const auto& [name, set] : energymargin::set_scores(score)) {
+    json[std::string(name) + "_stderr"] = set ? optional_number(set->standard_error) : Json(nullptr);
+  }
+  json["capture_interval"] = interval_of(score, "capture", true);
+  json["success_interval"] = interval_of(score, "success", score.success.has_value());
+  json["resolution"] = score.resolution;
+  json["undisturbed_exit"] = optional_number(score.undisturbed_exit);
+  json["trees"] = score.trees.size();
+  json["nodes"] = score.nodes();
+  json["complete"] = score.complete;
+  return json;
 }
 
 Json effort(const energymargin::Problem& problem, const Arguments& arguments) {

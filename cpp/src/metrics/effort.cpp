@@ -5,6 +5,7 @@
 #include "base/check.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/search/ao.hpp"
+#include "metrics/words.hpp"
 #include "search/est.hpp"
 #include "search/rrt.hpp"
 
@@ -20,7 +21,7 @@ Escape search_for_escape(const Problem& problem, const EffortOptions& options, s
   const Sampling sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
                                  options.limit, sampling);
-  bounded.count_in(options.made);
+  bounded.count_in(options.node_counter);
   if (options.stop_at_escape) bounded.stop_at_escape();
   search::Shortening shortening(bounded, search::largest_edge(problem), stream(options.seed, shortening_stream));
   search::Shortening* const polish = options.shorten.value_or(improved) ? &shortening : nullptr;
@@ -36,15 +37,13 @@ Escape search_for_escape(const Problem& problem, const EffortOptions& options, s
 }  // namespace
 
 Escape escape_effort(const Problem& problem, const EffortOptions& options) {
-  if (options.planner != "est" && options.planner != "rrt") {
-    reject("planner", "'" + options.planner + "'", "'est' or 'rrt'");
-  }
+  require_word("planner", options.planner, effort_planners);
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
   // Nearly all best escapes are confirmed, and then the last one says as much as all of them.
   Escape escape = search_for_escape(problem, options, search::Confirm::best);
   if (escape.discarded == 0) return escape;
-  if (options.made) *options.made = 0;
+  if (options.node_counter) *options.node_counter = 0;
   return search_for_escape(problem, options, search::Confirm::each_turn);
 }
 
