@@ -17,6 +17,6 @@ int main(int argc, char** argv) {
   const em::CaptureScore score = em::capture_score(problem, options);
 
   const em::Interval interval = em::interval(score, "capture");
-  std::printf("capture score %.6f, 95 %% interval %.6f to %.6f\n", score.capture, interval.low, interval.high);
-  if (score.success) std::printf("success score %.6f\n", *score.success);
+  std::printf("capture score %.6f, 95 %% interval %.6f to %.6f\n", score.capture.mean, interval.low, interval.high);
+  if (score.success) std::printf("success score %.6f\n", score.success->mean);
 }

@@ -35,11 +35,11 @@ int main() {
   pusher.role = em::Role::effector;
   scene.add_body(pusher);
 
-  const em::Vector3 force{1.0, 1.0, 0.0};    // the largest disturbance along each axis [N]
-  const em::Vector3 torque{0.0, 0.0, 0.02};  // and about each axis [N m]
-  const double duration = 0.2;               // for which one lasts at most [s]
   const em::regions::Ball in_front{"box", {0.0, 0.04, 0.0}, 0.05, "pusher"};
-  em::Problem problem{scene, em::pack(scene), force, torque, duration, in_front};
+  em::Problem problem(scene, em::pack(scene), in_front);
+  problem.force = {1.0, 1.0, 0.0};                     // the largest disturbance along each axis [N]
+  problem.torque = {0.0, 0.0, 0.02};                   // and about each axis [N m]
+  problem.duration = 0.2;                              // the longest disturbance [s]
   problem.plan = em::hold(scene, problem.state, 0.5);  // the pusher goes on as it moves
 
   em::ProbabilityOptions options;

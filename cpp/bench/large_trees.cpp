@@ -27,7 +27,7 @@ void grow(const Problem& problem, int nodes) {
   const CaptureScore score = capture_score(problem, options);
   const double took = cpu_seconds() - start;
   std::printf("| %d | %.1f | %.0f | %.0f | %.6f |\n", score.nodes(), took, memory.grown() / 1e6, memory.grown() / nodes,
-              score.capture);
+              score.capture.mean);
   std::fflush(stdout);
 }
 

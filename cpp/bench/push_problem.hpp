@@ -29,7 +29,9 @@ inline Problem push() {
   Body effector = moving("effector", Cylinder{0.1, 0.1}, 4.0, {1.0, 0.1, 0.05}, Role::effector);
   effector.state.velocity = {0.0, 0.4, 0.0};
   scene.add_body(effector);
-  Problem problem{scene, pack(scene), {0.8, 0.8, 0.0}, {0.0, 0.0, 0.05}, 0.5, regions::Disc{"object", {1.0, 0.4}, 0.3}};
+  Problem problem(scene, pack(scene), regions::Disc{"object", {1.0, 0.4}, 0.3});
+  problem.force = {0.8, 0.8, 0.0};
+  problem.torque = {0.0, 0.0, 0.05};
   problem.effector = Effector::drive;
   return problem;
 }

@@ -9,7 +9,7 @@ namespace {
 
 using Dispatch = PyObject* (*)(PyObject*, PyObject* const*, Py_ssize_t, PyObject*);
 
-// pybind11's own, the same for all functions.
+// That of pybind11, the same for all functions.
 Dispatch dispatch = nullptr;
 
 PyMethodDef* definition(const py::handle& function) {
@@ -28,7 +28,7 @@ std::string title_of(const py::detail::function_record& record) {
   return record.is_constructor ? record.scope.attr("__name__").cast<std::string>() : record.name;
 }
 
-// The fault in words; None if nobody finds it.
+// The fault in words, or None.
 py::object fault(const py::detail::function_record& record, PyObject* const* values, Py_ssize_t count,
                  PyObject* names) {
   py::list positional;
@@ -75,10 +75,10 @@ void name_arguments_of(const py::handle& value) {
   PyObject* const record = PyCFunction_Check(function.ptr()) ? PyCFunction_GET_SELF(function.ptr()) : nullptr;
   if (record == nullptr || py::detail::function_record_ptr_from_PyObject(record) == nullptr) return;
   PyMethodDef* const method = definition(function);
-  const auto own = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));
-  if (method->ml_flags != (METH_FASTCALL | METH_KEYWORDS) || method->ml_meth == own) return;
+  const auto wrapper = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));
+  if (method->ml_flags != (METH_FASTCALL | METH_KEYWORDS) || method->ml_meth == wrapper) return;
   dispatch = reinterpret_cast<Dispatch>(reinterpret_cast<void (*)()>(method->ml_meth));
-  method->ml_meth = own;
+  method->ml_meth = wrapper;
 }
 
 }  // namespace

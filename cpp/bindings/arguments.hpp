@@ -5,8 +5,8 @@
 
 namespace energymargin::binding {
 
-//! From now on a call that a function or method of the module refuses for its arguments raises a TypeError that names
-//! the argument, its value and what was expected. Calls that are right cost what they did.
+//! Makes the TypeErrors of the module's functions and methods name the argument, its value and what was expected. Calls
+//! without an error take no longer.
 void name_refused_arguments(pybind11::module_& module);
 
 }  // namespace energymargin::binding

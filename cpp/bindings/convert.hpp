@@ -88,15 +88,6 @@ std::string effector_name(Effector effector);
 Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>& quaternion_xyzw,
                        std::optional<double> yaw, const Quaternion& otherwise);
 
-void bind_limit(py::module_& module);
-void bind_scene(py::module_& module);
-void bind_world(py::module_& module);
-void bind_regions(py::module_& module);
-void bind_plan(py::module_& module);
-void bind_probability(py::module_& module);
-void bind_problem(py::module_& module);
-void bind_scores(py::module_& module);
-
 }  // namespace energymargin::binding
 
 namespace pybind11::detail {

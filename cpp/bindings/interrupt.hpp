@@ -1,5 +1,5 @@
 #pragma once
-// Long calls from Python: they end at a time, when another thread says so, or on Ctrl-C.
+// Long calls from Python: they end after a timeout, when another thread cancels them, or on Ctrl-C.
 
 #include <atomic>
 #include <chrono>
@@ -11,6 +11,7 @@
 #include "base/threads.hpp"
 #include "convert.hpp"
 #include "energymargin/limit.hpp"
+#include "keywords.hpp"
 
 namespace energymargin::binding {
 
@@ -21,38 +22,38 @@ struct Cancel {
 
 using TimeoutArgument = std::optional<Number>;
 using CancelArgument = std::optional<std::shared_ptr<Cancel>>;
+using ProgressArgument = std::optional<py::typing::Callable<void(int)>>;
 
 //! Of a call that begins now; `cancel` has to outlive it.
 inline Limit limit_of(const TimeoutArgument& timeout, const CancelArgument& cancel) {
   return Limit(cancel ? &(*cancel)->is_set : nullptr, real("timeout", timeout));
 }
 
-using ProgressArgument = std::optional<py::typing::Callable<void(int)>>;
-
-//! Tells Python how many nodes a search has made.
+//! Reports to Python how far a search is.
 class Progress {
  public:
-  explicit Progress(const ProgressArgument& call) : call_(call) {}
+  explicit Progress(const ProgressArgument& callback) : callback_(callback) {}
 
-  //! For the search to count in; null if nobody wants to know.
-  std::atomic<int>* made() { return call_ ? &made_ : nullptr; }
+  //! For the search to count in; null without a callback.
+  std::atomic<int>* counter() { return callback_ ? &count_ : nullptr; }
 
-  void tell() {
-    const int made = made_;
-    if (!call_ || made == told_) return;
-    told_ = made;
-    (*call_)(made);
+  //! Calls back if the count has changed.
+  void report() {
+    const int count = count_;
+    if (!callback_ || count == reported_) return;
+    reported_ = count;
+    (*callback_)(count);
   }
 
  private:
-  ProgressArgument call_;
-  std::atomic<int> made_{0};
-  int told_ = 0;
+  ProgressArgument callback_;
+  std::atomic<int> count_{0};
+  int reported_ = 0;
 };
 
-//! Runs `search()` on a thread of its own. Without a future where the build has no threads, or the system gives none.
+//! Runs `search()` on another thread. No future where the build has no threads, or the system gives none.
 template <typename Search>
-auto started(const Search& search) {
+auto run_on_thread(const Search& search) {
   std::optional<std::future<decltype(search())>> result;
   if constexpr (with_threads) {
     try {
@@ -66,24 +67,24 @@ auto started(const Search& search) {
 
 //! Runs `search(limit)` on this thread: Ctrl-C and progress wait until it has ended.
 template <typename Search>
-auto uninterrupted(const Limit& limit, const Search& search, Progress* progress) {
+auto run_uninterrupted(const Limit& limit, const Search& search, Progress* progress) {
   auto result = [&] {
     const py::gil_scoped_release release;
     return search(limit);
   }();
-  if (progress) progress->tell();
+  if (progress) progress->report();
   return result;
 }
 
-//! Runs `search(limit)` on a thread of its own while this one looks for Ctrl-C and tells of the progress; without one
-//! on this thread. Without the GIL: `search` may not touch Python objects. What `progress` raises ends the search.
+//! Runs `search(limit)` on another thread, while this one checks for Ctrl-C and reports the progress. `search` runs
+//! without the GIL and may not touch Python objects. An exception of the callback ends the search.
 template <typename Search>
-auto interruptible(const Limit& limit, const Search& search, Progress* progress = nullptr) {
+auto run_interruptible(const Limit& limit, const Search& search, Progress* progress = nullptr) {
   constexpr auto signal_interval = std::chrono::milliseconds(20);
   std::atomic<bool> stop{false};
   const Limit either = limit.or_when(stop);
-  auto thread = started([&] { return search(either); });
-  if (!thread) return uninterrupted(limit, search, progress);
+  auto thread = run_on_thread([&] { return search(either); });
+  if (!thread) return run_uninterrupted(limit, search, progress);
   auto& result = *thread;
   const auto ready = [&] {
     const py::gil_scoped_release release;
@@ -92,9 +93,9 @@ auto interruptible(const Limit& limit, const Search& search, Progress* progress 
   try {
     while (!ready()) {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (progress) progress->tell();
+      if (progress) progress->report();
     }
-    if (progress) progress->tell();
+    if (progress) progress->report();
   } catch (...) {
     stop = true;
     const py::gil_scoped_release release;
@@ -102,6 +103,42 @@ auto interruptible(const Limit& limit, const Search& search, Progress* progress 
     throw;
   }
   return result.get();
+}
+
+//! How a call ends early.
+struct LimitCall {
+  TimeoutArgument timeout{};
+  CancelArgument cancel{};
+
+  Limit call_limit() const { return limit_of(timeout, cancel); }
+};
+
+//! The same of a call that reports its progress.
+struct ProgressCall : LimitCall {
+  ProgressArgument progress{};
+};
+
+inline auto limit_keywords() {
+  return std::tuple{keyword("timeout", &LimitCall::timeout), keyword("cancel", &LimitCall::cancel)};
+}
+
+inline auto progress_keywords() {
+  return std::tuple_cat(limit_keywords(), std::tuple{keyword("progress", &ProgressCall::progress)});
+}
+
+//! Runs `metric(problem, options)` with the call's limit, and with its progress in the options' `counter`.
+template <typename Metric, typename Options>
+auto run_with_progress(const Metric& metric, const Problem& problem, Options options,
+                       std::atomic<int>* Options::* counter, const ProgressCall& call) {
+  Progress progress(call.progress);
+  options.*counter = progress.counter();
+  return run_interruptible(
+      call.call_limit(),
+      [&](const Limit& limit) {
+        options.limit = limit;
+        return metric(problem, options);
+      },
+      &progress);
 }
 
 }  // namespace energymargin::binding

@@ -1,12 +1,13 @@
 // Timeouts and cancels for Python.
 
+#include "bindings.hpp"
 #include "interrupt.hpp"
 
 namespace energymargin::binding {
 
 void bind_limit(py::module_& module) {
   py::register_exception<Cancelled>(module, "Cancelled", PyExc_RuntimeError).attr("__doc__") =
-      "A long call was ended by its Cancel before there was anything to return.";
+      "A Cancel ended a long call that had no result yet.";
   py::register_exception_translator([](std::exception_ptr error) {
     try {
       if (error) std::rethrow_exception(error);
@@ -15,10 +16,10 @@ void bind_limit(py::module_& module) {
     }
   });
   py::class_<Cancel, std::shared_ptr<Cancel>>(
-      module, "Cancel", "Ends the long calls that it is given to, from any thread. Once set it stays so.")
+      module, "Cancel", "Ends the long calls that have it as `cancel`, from any thread. It cannot be reset.")
       .def(py::init<>())
       .def(
-          "set", [](Cancel& cancel) { cancel.is_set = true; }, "Ends them, and those that come.")
+          "set", [](Cancel& cancel) { cancel.is_set = true; }, "Ends these calls, and all later ones.")
       .def_property_readonly(
           "is_set", [](const Cancel& cancel) { return cancel.is_set.load(); }, "Whether `set` was called.")
       .def("__repr__", [](const Cancel& cancel) {

@@ -1,19 +1,18 @@
 #include "arguments.hpp"
-#include "convert.hpp"
+#include "bindings.hpp"
 
+// A class comes before the functions whose signatures name it.
 PYBIND11_MODULE(_core, module) {
+  using namespace energymargin::binding;
   module.doc() = "The compiled core of energymargin.";
-  energymargin::binding::bind_limit(module);
-  energymargin::binding::bind_scene(module);
-  energymargin::binding::bind_plan(module);
-  energymargin::binding::bind_world(module);
-  energymargin::binding::bind_regions(module);
-  energymargin::binding::bind_problem(module);
-  energymargin::binding::bind_scores(module);
-  energymargin::binding::bind_probability(module);
-  py::module_ regions = module.attr("regions");
-  energymargin::binding::name_refused_arguments(module);
-  energymargin::binding::name_refused_arguments(regions);
-  py::module_ disturbances = module.attr("disturbances");
-  energymargin::binding::name_refused_arguments(disturbances);
+  for (const auto bind :
+       {bind_limit, bind_scene, bind_plan, bind_audit, bind_world, bind_regions, bind_problem, bind_tree, bind_capture,
+        bind_effort, bind_escape_energy, bind_force, bind_batch, bind_disturbances, bind_probability}) {
+    bind(module);
+  }
+  name_refused_arguments(module);
+  for (const char* name : {"regions", "disturbances"}) {
+    pybind11::module_ submodule = module.attr(name);
+    name_refused_arguments(submodule);
+  }
 }

@@ -2,6 +2,7 @@
 
 #include "energymargin/plan.hpp"
 
+#include "bindings.hpp"
 #include "convert.hpp"
 #include "described.hpp"
 #include "energymargin/problem_io.hpp"
@@ -10,14 +11,20 @@ namespace energymargin::binding {
 namespace {
 
 constexpr const char* plan_doc =
-    R"(What the robot does from a problem's state on: K rows in time, each held for `step` [s].
+    R"(The robot's actions from a problem's state on: K rows in time, each for `step` [s].
 
-wrenches: by free or jointed body, shape (K, 6), force [N] and torque [N m] at its centre of mass in the world's axes.
-targets: by joint under position control, shape (K,) [rad] or [m]. velocities: by free body, shape (K, 6), the velocity of
-its frame [m/s] and its angular velocity [rad/s], which a motor of limited force keeps it at. limits: by body of
-`velocities`, (force [N], torque [N m]), the most along and about each axis of the world; by default twice what holds the
-body and its links against gravity, and that at the body's radius. Behind the last row motors and wrenches rest, and joints
-keep their targets. Raises ValueError on rows of unequal number, or that are not finite.)";
+Args:
+    step: duration of a row [s].
+    wrenches: by free or jointed body, shape (K, 6): force [N] and torque [N m] at its centre of mass, along the world's
+        axes.
+    targets: by joint under position control, shape (K,) [rad] or [m].
+    velocities: by free body, shape (K, 6): the velocity of its frame [m/s] and its angular velocity [rad/s]. A motor of
+        limited force keeps the body at them.
+    limits: of the motors, by body of `velocities`: (force [N], torque [N m]), the largest along and about each axis of the
+        world. By default twice what holds the body and its links against gravity, and that at the body's radius.
+
+After the last row motors and wrenches are off, and joints keep their targets. Raises ValueError on rows of unequal number,
+or that are not finite.)";
 
 using Rows = std::map<std::string, ArrayLike>;
 using Limits = std::map<std::string, std::pair<Number, Number>>;
@@ -49,12 +56,12 @@ Plan plan_of(const Number& step, const Rows& wrenches, const Rows& targets, cons
 
 template <typename Entries, typename Value>
 py::typing::Dict<py::str, py::object> by_name(const Entries& entries, const Value& value) {
-  py::dict found;
+  py::dict values;
   for (const auto& entry : entries) {
     const auto [name, numbers] = value(entry);
-    found[py::str(name)] = numbers;
+    values[py::str(name)] = numbers;
   }
-  return found;
+  return values;
 }
 
 py::typing::Dict<py::str, py::object> wrenches_of(const Plan& plan) {
@@ -62,7 +69,7 @@ py::typing::Dict<py::str, py::object> wrenches_of(const Plan& plan) {
 }
 
 py::typing::Dict<py::str, py::object> targets_of(const Plan& plan) {
-  return by_name(plan.targets, [](const Targets& one) { return std::pair(one.joint, py::cast(one.positions)); });
+  return by_name(plan.targets, [](const Targets& joint) { return std::pair(joint.joint, py::cast(joint.positions)); });
 }
 
 py::typing::Dict<py::str, py::object> velocities_of(const Plan& plan) {
@@ -70,11 +77,11 @@ py::typing::Dict<py::str, py::object> velocities_of(const Plan& plan) {
 }
 
 py::typing::Dict<py::str, py::object> limits_of(const Plan& plan) {
-  py::dict found;
+  py::dict limits;
   for (const Servo& servo : plan.velocities) {
-    if (servo.force && servo.torque) found[py::str(servo.body)] = py::make_tuple(*servo.force, *servo.torque);
+    if (servo.force && servo.torque) limits[py::str(servo.body)] = py::make_tuple(*servo.force, *servo.torque);
   }
-  return found;
+  return limits;
 }
 
 }  // namespace
@@ -89,7 +96,7 @@ void bind_plan(py::module_& module) {
             return hold(scene, vector("state", state, -1), real("duration", duration));
           },
           py::arg("scene"), py::arg("state"), py::arg("duration"),
-          "Everything goes on as it moves at a state (n,), for a duration [s]: free effector bodies, or those that "
+          "The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that "
           "carry "
           "one, keep their twist in their own frames; joints under position control keep the scene's targets.")
       .def_readonly("step", &Plan::step, "Of a row [s].")
@@ -99,7 +106,7 @@ void bind_plan(py::module_& module) {
       .def_property_readonly("targets", &targets_of, "By joint, shape (K,) [rad] or [m].")
       .def_property_readonly("velocities", &velocities_of, "By body, shape (K, 6) [m/s, rad/s].")
       .def_property_readonly("limits", &limits_of,
-                             "Of motors whose limits were given: by body, (force [N], torque [N m]).")
+                             "Of motors, where the plan has them: by body, (force [N], torque [N m]).")
       .def("__repr__",
            [](const Plan& plan) {
              py::list names;

@@ -2,33 +2,53 @@
 
 #include "energymargin/problem.hpp"
 
-#include "convert.hpp"
+#include "bindings.hpp"
 #include "described.hpp"
 #include "energymargin/problem_io.hpp"
+#include "keywords.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
 
-constexpr const char* problem_doc = R"(One question: how robust is this state against these disturbances?
+constexpr const char* problem_doc =
+    R"(One question: how robust is this state against these disturbances?
 
-scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of each
-object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
-succeeded: the success set Z_suc. Where there are several objects, a dict of regions, one by object, asks twice: are all of
-them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
-escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
-it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
-state, for the force score. horizon [s]: the question is about the next so many seconds, with a plan its length by default; plan: what the robot does
-in them; check [s]: between two looks at the capture set, by default about 1/60; dwell [s]: how long an object has to stay
-outside. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
-Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look
-like another unit, and of a start that falls or is outside of the capture set.)";
+Args:
+    scene: the bodies.
+    state: where they are and how they move, shape (n,).
+    force: the largest disturbance of each object along each axis, shape (3,) [N].
+    torque: the same about each axis, shape (3,) [N m].
+    duration: the longest edge of a search [s].
+    captured: the capture set Z_cap. Of several objects a dict, a region for each: it asks whether all of them are in
+        theirs (captured), and whether at least one is (captured_any).
+    succeeded: the success set Z_suc, or a dict in the same way.
+    within: where the search for an escape may go, Z_b.
+    effector: 'coast', no actuation; or 'drive', each edge of a search starts with its velocity of the start state.
+    rate: lambda of eq. 4 [1/J].
+    force_weights: of the force score.
+    contacts: measured at the state, for the force score; by default simulated.
+    horizon: the question is about the next so many seconds; by default the plan's duration.
+    plan: the robot's actions in that time.
+    check: time between two looks at the capture set [s], by default about 1/60.
+    dwell: how long an object has to stay outside for an escape [s].
+    start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
+
+Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
+another unit, and of a start that falls or is outside of the capture set.)";
 
 constexpr const char* force_weights_doc = R"(Weights of the force score, Section V-B.
 
-engage [1/N]: of the normal forces between effector and object; stick [1/N]: of their distances to the friction cones'
-edges; distance [1/m]: taken off per metre between object and effector. ground_engage and ground_stick: the same for the
-object's contacts with all that is not the effector, of use where the object is meant to stick there.)";
+engage [1/N]: of the normal forces between effector and object. stick [1/N]: of their distances to the friction cones'
+edges. distance [1/m]: of the distance between object and effector, which the score subtracts. ground_engage and
+ground_stick: as engage and stick, for the object's contacts with everything but the effector.)";
+
+constexpr const char* save_doc =
+    R"(Writes a JSON file, atomically.
+
+meshes: 'embedded' writes the points of convex hulls, as those of a mesh, into the file; 'files' writes them into OBJ files
+beside it, for compounds whose parts are all hulls without a pose of their own. Raises ValueError if a region is a
+Predicate, and OSError if a file cannot be written.)";
 
 using RegionByObject = std::map<std::string, Region>;
 using Sets = std::variant<RegionByObject, Region>;
@@ -36,11 +56,10 @@ using Sets = std::variant<RegionByObject, Region>;
 std::vector<Region> by_object(const std::string& name, const Scene& scene, const RegionByObject& given) {
   std::vector<Region> regions;
   for (const std::size_t index : scene.with_role(Role::object)) {
-    const auto found = given.find(scene.bodies()[index].name);
-    if (found == given.end()) {
-      throw std::invalid_argument(name + " has no '" + scene.bodies()[index].name + "', expected every object");
-    }
-    regions.push_back(found->second);
+    const std::string& object = scene.bodies()[index].name;
+    const auto entry = given.find(object);
+    if (entry == given.end()) throw std::invalid_argument(name + " has no '" + object + "', expected every object");
+    regions.push_back(entry->second);
   }
   if (regions.size() == given.size() && !given.empty()) return regions;
   for (const auto& [body, region] : given) {
@@ -69,12 +88,6 @@ std::string file_path(const py::object& path) {
   return text;
 }
 
-Meshes meshes(const std::string& name) {
-  if (name == "embedded") return Meshes::embedded;
-  if (name == "files") return Meshes::files;
-  throw std::invalid_argument("meshes is '" + name + "', expected 'embedded' or 'files'");
-}
-
 std::optional<double> horizon(const Problem& problem) {
   const auto timing = timing_of(problem);
   return timing ? std::optional(timing->horizon * problem.scene.stepping().step) : std::nullopt;
@@ -84,65 +97,176 @@ std::optional<RegionByObject> sets_by_object(const Problem& problem) {
   const std::vector<Region> sets = captured_by_object(problem);
   if (sets.empty()) return std::nullopt;
   const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);
-  RegionByObject found;
-  for (std::size_t i = 0; i < sets.size(); ++i) found.emplace(problem.scene.bodies()[objects[i]].name, sets[i]);
-  return found;
+  RegionByObject by_name;
+  for (std::size_t i = 0; i < sets.size(); ++i) by_name.emplace(problem.scene.bodies()[objects[i]].name, sets[i]);
+  return by_name;
 }
 
-// Through the constructor, so that what it says of bad values holds here too.
-py::object replace(const py::object& problem, const py::kwargs& changes) {
+Problem make_problem(const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
+                     const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
+                     const std::optional<Region>& within, const std::string& effector_word, const Number& rate,
+                     const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts,
+                     const std::optional<Number>& horizon_time, const std::optional<Plan>& plan,
+                     const std::optional<Number>& check, const Number& dwell, bool start_outside) {
+  Problem problem(scene, vector("state", state, -1), all_of("captured", scene, captured));
+  problem.force = vector3("force", force);
+  problem.torque = vector3("torque", torque);
+  problem.duration = real("duration", duration);
+  if (succeeded) problem.succeeded = all_of("succeeded", scene, *succeeded);
+  problem.within = within;
+  problem.captured_any = any_of("captured", scene, captured);
+  problem.succeeded_any = any_of("succeeded", scene, succeeded);
+  problem.effector = effector(effector_word);
+  problem.rate = real("rate", rate);
+  problem.force_weights = force_weights;
+  problem.contacts = contacts;
+  problem.horizon = real("horizon", horizon_time);
+  problem.plan = plan;
+  problem.check = real("check", check);
+  problem.dwell = real("dwell", dwell);
+  validate(problem);
+  warn(implausible(problem, start_outside), problem.scene);
+  return problem;
+}
+
+// Keywords that give the same problem to the constructor.
+py::dict keywords_of(const py::object& problem) {
   py::dict keywords;
   for (const char* name : {"scene", "state", "force", "torque", "duration", "captured", "succeeded", "within",
                            "effector", "rate", "force_weights", "contacts", "horizon", "plan", "check", "dwell"}) {
     keywords[name] = problem.attr(name);
   }
-  const auto& own = problem.cast<const Problem&>();
-  if (!own.horizon) keywords["horizon"] = py::none();
+  if (!problem.cast<const Problem&>().horizon) keywords["horizon"] = py::none();  // of the plan
   keywords["start_outside"] = true;
+  return keywords;
+}
+
+// Through the constructor, which checks the values.
+py::object replace(const py::object& self, const py::kwargs& changes) {
+  py::dict keywords = keywords_of(self);
   for (const auto& [name, value] : changes) {
     if (!keywords.contains(name)) {
       throw py::type_error("replace has no keyword '" + name.cast<std::string>() + "', expected one of Problem's");
     }
     keywords[name] = value;
   }
-  py::object made = py::type::of<Problem>()(**keywords);
-  auto& other = made.cast<Problem&>();
-  if (!changes.contains("captured")) other.captured_any = own.captured_any;
-  if (!changes.contains("succeeded")) other.succeeded_any = own.succeeded_any;
-  validate(other);
-  return made;
+  const py::object copy = py::type::of<Problem>()(**keywords);
+  const auto& original = self.cast<const Problem&>();
+  auto& problem = copy.cast<Problem&>();
+  if (!changes.contains("captured")) problem.captured_any = original.captured_any;
+  if (!changes.contains("succeeded")) problem.succeeded_any = original.succeeded_any;
+  validate(problem);
+  return copy;
+}
+
+Problem with_state(const Problem& problem, const ArrayLike& state) {
+  Problem copy = problem;
+  copy.state = vector("state", state, -1);
+  copy.contacts.reset();
+  validate(copy);
+  return copy;
+}
+
+State edge_start(const Problem& problem, const ArrayLike& node) {
+  const State state = vector("node", node, -1);
+  validate(problem.scene, state, "node");
+  return EdgeStart(problem)(state);
+}
+
+void save_file(const Problem& problem, const py::object& path, const std::string& meshes) {
+  save(problem, file_path(path), value_of<Meshes>("meshes", meshes));
+}
+
+Problem load_file(const py::object& path, bool start_outside) {
+  Problem problem = load(file_path(path));
+  warn(implausible(problem, start_outside), problem.scene);
+  return problem;
+}
+
+Problem problem_from_json(const std::string& text, const py::object& folder) {
+  return from_json(text, folder.is_none() ? "" : file_path(folder));
+}
+
+std::string repr_of(const Problem& problem) {
+  return described("Problem", {{"scene", py::cast(problem.scene)},
+                               {"effector", py::cast(effector_name(problem.effector))},
+                               {"rate", py::cast(problem.rate)}});
 }
 
 py::typing::Dict<py::str, py::object> schema() { return py::module_::import("json").attr("loads")(problem_schema()); }
 
-}  // namespace
-
-void bind_problem(py::module_& module) {
+void bind_file_error() {
   py::register_exception_translator([](std::exception_ptr error) {
     try {
       if (error) std::rethrow_exception(error);
-    } catch (const FileError& failed) {
-      py::set_error(PyExc_OSError, failed.what());
+    } catch (const FileError& failure) {
+      py::set_error(PyExc_OSError, failure.what());
     }
   });
-  py::class_<ForceWeights>(module, "ForceWeights", force_weights_doc)
-      .def(py::init([](const Number& engage, const Number& stick, const Number& distance, const Number& ground_engage,
-                       const Number& ground_stick) {
-             return ForceWeights{real("engage", engage), real("stick", stick), real("distance", distance),
-                                 real("ground_engage", ground_engage), real("ground_stick", ground_stick)};
-           }),
-           py::arg("engage") = ForceWeights{}.engage, py::arg("stick") = ForceWeights{}.stick,
-           py::arg("distance") = ForceWeights{}.distance, py::arg("ground_engage") = ForceWeights{}.ground_engage,
-           py::arg("ground_stick") = ForceWeights{}.ground_stick)
-      .def_readonly("engage", &ForceWeights::engage, "Of the normal forces between object and effector.")
-      .def_readonly("stick", &ForceWeights::stick, "Of the distances to the friction cones' edges there.")
+}
+
+void bind_force_weights(py::module_& module) {
+  py::class_<ForceWeights> type(module, "ForceWeights", force_weights_doc);
+  def_members_constructor(
+      type, "",
+      std::tuple{keyword("engage", &ForceWeights::engage), keyword("stick", &ForceWeights::stick),
+                 keyword("distance", &ForceWeights::distance), keyword("ground_engage", &ForceWeights::ground_engage),
+                 keyword("ground_stick", &ForceWeights::ground_stick)});
+  type.def_readonly("engage", &ForceWeights::engage, "Of the normal forces between object and effector [1/N].")
+      .def_readonly("stick", &ForceWeights::stick, "Of the distances to the friction cones' edges there [1/N].")
       .def_readonly("distance", &ForceWeights::distance,
-                    "Of the distance between object and effector, which is taken off.")
+                    "Of the distance between object and effector, which the score subtracts [1/m].")
       .def_readonly("ground_engage", &ForceWeights::ground_engage,
-                    "Of the normal forces between the object and all else.")
+                    "Of the normal forces between the object and everything but the effector [1/N].")
       .def_readonly("ground_stick", &ForceWeights::ground_stick,
-                    "Of the distances to the friction cones' edges there.");
-  py::class_<Problem> type(module, "Problem", problem_doc);
+                    "Of the distances to the friction cones' edges there [1/N].");
+}
+
+using ProblemClass = py::class_<Problem>;
+
+void def_problem_constructor(ProblemClass& type) {
+  type.def(py::init(&make_problem), py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"),
+           py::arg("torque"), py::arg("duration"), py::arg("captured"), py::arg("succeeded") = py::none(),
+           py::arg("within") = py::none(), py::arg("effector") = "coast", py::arg("rate") = 5.0,
+           py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none(),
+           py::arg("horizon") = py::none(), py::arg("plan") = py::none(), py::arg("check") = py::none(),
+           py::arg("dwell") = 0.0, py::arg("start_outside") = false);
+}
+
+void def_question(ProblemClass& type) {
+  type.def_property_readonly(
+          "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
+      .def_readonly("state", &Problem::state, "z_init, shape (n,).")
+      .def_readonly("force", &Problem::force, "Largest |force| along each axis, shape (3,) [N].")
+      .def_readonly("torque", &Problem::torque, "Largest |torque| about each axis, shape (3,) [N m].")
+      .def_readonly("duration", &Problem::duration, "Longest edge [s].")
+      .def_property_readonly(
+          "effector", [](const Problem& problem) { return effector_name(problem.effector); },
+          "\"drive\" or \"coast\": whether each edge of a search starts with the effector at its velocity of the "
+          "start.")
+      .def_readonly("rate", &Problem::rate, "lambda [1/J].")
+      .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
+      .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.");
+}
+
+void def_sets(ProblemClass& type) {
+  type.def_readonly("captured", &Problem::captured, "Capture set.")
+      .def_readonly("succeeded", &Problem::succeeded, "Success set, or None.")
+      .def_readonly("captured_any", &Problem::captured_any, "Where at least one object is captured, or None.")
+      .def_readonly("succeeded_any", &Problem::succeeded_any, "Where at least one object has succeeded, or None.")
+      .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
+      .def_property_readonly("captured_by_object", &sets_by_object,
+                             "The capture set of each object by its name; None where there is one for all.");
+}
+
+void def_clock(ProblemClass& type) {
+  type.def_property_readonly("horizon", &horizon, "The question is about so many seconds [s]; None: it has no clock.")
+      .def_readonly("plan", &Problem::plan, "The robot's actions, or None: the effector coasts.")
+      .def_readonly("check", &Problem::check, "Time between two looks at the capture set [s]; None: about 1/60.")
+      .def_readonly("dwell", &Problem::dwell, "How long an object has to stay outside for an escape [s].");
+}
+
+void def_copies(ProblemClass& type) {
   {
     py::options options;
     options.disable_function_signatures();
@@ -150,125 +274,42 @@ void bind_problem(py::module_& module) {
              "replace(self, **changes: typing.Any) -> Problem\n\nA copy with other values of some of the constructor's "
              "keywords. Raises as the constructor does, and TypeError on other keywords.");
   }
-  type.def(py::init([](const Scene& scene, const ArrayLike& state, const ArrayLike& force, const ArrayLike& torque,
-                       const Number& duration, const Sets& captured, const std::optional<Sets>& succeeded,
-                       const std::optional<Region>& within, const std::string& mode, const Number& rate,
-                       const ForceWeights& force_weights, const std::optional<std::vector<Contact>>& contacts,
-                       const std::optional<Number>& horizon, const std::optional<Plan>& plan,
-                       const std::optional<Number>& check, const Number& dwell, bool start_outside) {
-             Problem problem{scene,
-                             vector("state", state, -1),
-                             vector3("force", force),
-                             vector3("torque", torque),
-                             real("duration", duration),
-                             all_of("captured", scene, captured),
-                             succeeded ? std::make_optional(all_of("succeeded", scene, *succeeded)) : std::nullopt,
-                             within,
-                             any_of("captured", scene, captured),
-                             any_of("succeeded", scene, succeeded),
-                             effector(mode),
-                             real("rate", rate),
-                             force_weights,
-                             contacts,
-                             real("horizon", horizon),
-                             plan,
-                             real("check", check),
-                             real("dwell", dwell)};
-             validate(problem);
-             warn(implausible(problem, start_outside), problem.scene);
-             return problem;
-           }),
-           py::arg("scene"), py::arg("state"), py::kw_only(), py::arg("force"), py::arg("torque"), py::arg("duration"),
-           py::arg("captured"), py::arg("succeeded") = py::none(), py::arg("within") = py::none(),
-           py::arg("effector") = "coast", py::arg("rate") = 5.0,
-           py::arg_v("force_weights", ForceWeights{}, "ForceWeights()"), py::arg("contacts") = py::none(),
-           py::arg("horizon") = py::none(), py::arg("plan") = py::none(), py::arg("check") = py::none(),
-           py::arg("dwell") = 0.0, py::arg("start_outside") = false)
-      .def_property_readonly(
-          "scene", [](const Problem& problem) { return problem.scene; }, "A copy.")
-      .def_readonly("state", &Problem::state, "z_init, shape (n,).")
-      .def_readonly("force", &Problem::force, "Largest |force| along each axis, shape (3,) [N].")
-      .def_readonly("torque", &Problem::torque, "Largest |torque| about each axis, shape (3,) [N m].")
-      .def_readonly("duration", &Problem::duration, "Longest edge [s].")
-      .def_readonly("captured", &Problem::captured, "Capture set.")
-      .def_readonly("succeeded", &Problem::succeeded, "Success set, or None.")
-      .def_readonly("captured_any", &Problem::captured_any, "Where at least one object is captured, or None.")
-      .def_readonly("succeeded_any", &Problem::succeeded_any, "Where at least one object has succeeded, or None.")
-      .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
-      .def_property_readonly(
-          "effector", [](const Problem& problem) { return effector_name(problem.effector); },
-          "\"drive\" or \"coast\": whether each edge of a search starts with the effector at its velocity of the "
-          "start.")
-      .def_readonly("rate", &Problem::rate, "lambda [1/J].")
-      .def_readonly("force_weights", &Problem::force_weights, "Weights of the force score.")
-      .def_readonly("contacts", &Problem::contacts, "Measured contacts, or None.")
-      .def_property_readonly("horizon", &horizon, "The question is about so many seconds [s]; None: it has no clock.")
-      .def_readonly("plan", &Problem::plan, "What the robot does, or None: the effector coasts.")
-      .def_readonly("check", &Problem::check, "Between two looks at the capture set [s]; None: about 1/60.")
-      .def_readonly("dwell", &Problem::dwell, "How long an object has to stay outside for an escape [s].")
-      .def_property_readonly("captured_by_object", &sets_by_object,
-                             "The capture set of each object by its name; None where there is one for all.")
+  type.def("with_state", &with_state, py::arg("state"),
+           "The same question about another state, shape (n,). The copy has no measured contacts.")
       .def(
-          "with_state",
-          [](const Problem& problem, const ArrayLike& state) {
-            Problem other = problem;
-            other.state = vector("state", state, -1);
-            other.contacts.reset();
-            validate(other);
-            return other;
-          },
-          py::arg("state"),
-          "The same question of another state, shape (n,); contacts measured at the old one are gone.")
-      .def(
-          "save",
-          [](const Problem& problem, const py::object& path, const std::string& mode) {
-            save(problem, file_path(path), meshes(mode));
-          },
-          py::arg("path"), py::arg("meshes") = "embedded",
-          "Write a JSON file, atomically. meshes: where the points of compounds go that are convex hulls alone, "
-          "unmoved, "
-          "as those of a mesh: 'embedded', into the file, or 'files', into OBJ files beside it. Raises ValueError if a "
-          "region is a Predicate, OSError if a file cannot be written.")
-      .def_static(
-          "load",
-          [](const py::object& path, bool start_outside) {
-            Problem problem = load(file_path(path));
-            warn(implausible(problem, start_outside), problem.scene);
-            return problem;
-          },
-          py::arg("path"), py::kw_only(), py::arg("start_outside") = false,
-          "Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place "
-          "in it and what was expected. Warns as the constructor does.")
+          "edge_start", &edge_start, py::arg("node"),
+          "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
+          "its velocity of the start state.");
+}
+
+void def_files(ProblemClass& type) {
+  type.def("save", &save_file, py::arg("path"), py::arg("meshes") = "embedded", save_doc)
+      .def_static("load", &load_file, py::arg("path"), py::kw_only(), py::arg("start_outside") = false,
+                  "Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the "
+                  "place in it and what was expected. Warns as the constructor does.")
       .def_static("schema", &schema, "The JSON Schema (draft-07) of problem files.")
       .def(
-          "edge_start",
-          [](const Problem& problem, const ArrayLike& node) {
-            const State state = vector("node", node, -1);
-            validate(problem.scene, state, "node");
-            return EdgeStart(problem)(state);
-          },
-          py::arg("node"),
-          "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
-          "its velocity of the start state.")
-      .def(
           "to_json", [](const Problem& problem) { return to_json(problem); }, "The problem as JSON text.")
-      .def_static(
-          "from_json",
-          [](const std::string& text, const py::object& folder) {
-            return from_json(text, folder.is_none() ? "" : file_path(folder));
-          },
-          py::arg("text"), py::arg("folder") = py::none(),
-          "A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError that "
-          "names "
-          "the place and what was expected.")
-      .def("__repr__",
-           [](const Problem& problem) {
-             return described("Problem", {{"scene", py::cast(problem.scene)},
-                                          {"effector", py::cast(effector_name(problem.effector))},
-                                          {"rate", py::cast(problem.rate)}});
-           })
+      .def_static("from_json", &problem_from_json, py::arg("text"), py::arg("folder") = py::none(),
+                  "A problem from JSON text. folder: what the paths of its meshes are relative to. Raises ValueError "
+                  "that names the place and what was expected.")
       .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },
                       [](const py::str& text) { return from_json(text); }));
+}
+
+}  // namespace
+
+void bind_problem(py::module_& module) {
+  bind_file_error();
+  bind_force_weights(module);
+  ProblemClass type(module, "Problem", problem_doc);
+  def_copies(type);
+  def_problem_constructor(type);
+  def_question(type);
+  def_sets(type);
+  def_clock(type);
+  def_files(type);
+  type.def("__repr__", &repr_of);
 }
 
 }  // namespace energymargin::binding

@@ -1,4 +1,4 @@
-//! What looks wrong, as Python's warnings.
+//! Doubts as Python's warnings.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace energymargin::binding {
 
-//! Warns of each doubt, once for all states of a scene. Throws what a filter makes an error.
+//! Warns of each doubt, once for all states of a scene. Throws if a filter of Python makes the warning an error.
 void warn(const std::vector<Doubt>& doubts, const Scene& scene);
 
 //! Warns of an angle of a pose that looks like degrees.

@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "energymargin/metrics/capture.hpp"
 #include "energymargin/metrics/effort.hpp"
@@ -62,7 +63,7 @@ Problem two_drifters() {
   }
   const Region a = regions::Disc{"a", {0.0, 0.0}, 0.1};
   const Region b = regions::Disc{"b", {1.0, 0.0}, 0.1};
-  Problem problem{scene, pack(scene), {1.0, 1.0, 0.0}, Vector3::Zero(), 0.5, a & b};
+  Problem problem = problem_of(scene, {1.0, 1.0, 0.0}, Vector3::Zero(), 0.5, a & b);
   problem.captured_any = a | b;
   const Region left_a = regions::HalfSpace{"a", Vector3::UnitX(), 0.0};
   const Region left_b = regions::HalfSpace{"b", Vector3::UnitX(), 1.0};
@@ -81,10 +82,10 @@ TEST_F(App, CaptureIsTheLibrarysToTheLastBit) {
   options.trees = 3;
   const CaptureScore score = capture_score(push(), options);
   const Json json = Json::parse(outcome.out);
-  EXPECT_TRUE(same_bits(json["capture"].get<double>(), score.capture));
-  EXPECT_TRUE(same_bits(json["success"].get<double>(), *score.success));
-  EXPECT_TRUE(same_bits(json["capture_stderr"].get<double>(), *score.capture_stderr));
-  EXPECT_TRUE(same_bits(json["success_stderr"].get<double>(), *score.success_stderr));
+  EXPECT_TRUE(same_bits(json["capture"].get<double>(), score.capture.mean));
+  EXPECT_TRUE(same_bits(json["success"].get<double>(), score.success->mean));
+  EXPECT_TRUE(same_bits(json["capture_stderr"].get<double>(), *score.capture.standard_error));
+  EXPECT_TRUE(same_bits(json["success_stderr"].get<double>(), *score.success->standard_error));
   for (const char* of_several : {"capture_any", "success_any", "capture_any_stderr", "success_any_stderr"}) {
     EXPECT_TRUE(json.at(of_several).is_null()) << of_several;
   }
@@ -128,10 +129,10 @@ TEST_F(App, CaptureOfAnyObjectIsTheLibrarysToTheLastBit) {
   options.trees = 2;
   const CaptureScore score = capture_score(two_drifters(), options);
   const Json json = Json::parse(outcome.out);
-  EXPECT_TRUE(same_bits(json["capture_any"].get<double>(), *score.capture_any));
-  EXPECT_TRUE(same_bits(json["success_any"].get<double>(), *score.success_any));
-  EXPECT_TRUE(same_bits(json["capture_any_stderr"].get<double>(), *score.capture_any_stderr));
-  EXPECT_TRUE(same_bits(json["success_any_stderr"].get<double>(), *score.success_any_stderr));
+  EXPECT_TRUE(same_bits(json["capture_any"].get<double>(), score.capture_any->mean));
+  EXPECT_TRUE(same_bits(json["success_any"].get<double>(), score.success_any->mean));
+  EXPECT_TRUE(same_bits(json["capture_any_stderr"].get<double>(), *score.capture_any->standard_error));
+  EXPECT_TRUE(same_bits(json["success_any_stderr"].get<double>(), *score.success_any->standard_error));
 }
 
 TEST_F(App, EffortUntilAnyOrTheLastObjectHasLeftIsTheLibrarysToTheLastBit) {
@@ -173,6 +174,17 @@ TEST_F(App, EffortOfEachSearchIsTheLibrarysToTheLastBit) {
   }
   EXPECT_LT(efforts["improved"], efforts["published"]);
   EXPECT_NE(run(problem + " --metric effort --search ours").error.find("--search is 'ours'"), std::string::npos);
+}
+
+TEST_F(App, SamplingAndShorteningReplaceThoseOfTheSearch) {
+  save(drift(), problem);
+  const auto effort = [&](const std::string& options) {
+    const Outcome outcome = run(problem + " --metric effort --nodes 300 " + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.error;
+    return Json::parse(outcome.out)["effort"].get<double>();
+  };
+  EXPECT_EQ(effort("--sampling uniform --shorten no"), effort("--search published"));
+  EXPECT_EQ(effort("--search published --sampling mixed --shorten yes"), effort("--search improved"));
 }
 
 // A pusher that goes on, for half of its plan, and disturbances that are strong enough to get the bar out in that time.
@@ -288,6 +300,15 @@ TEST_F(App, ForceIsTheLibrarysToTheLastBit) {
   EXPECT_TRUE(same_bits(Json::parse(outcome.out)["force"].get<double>(), force_score(push()).force));
 }
 
+TEST_F(App, ForceOfOtherWeightsIsTheLibrarysToTheLastBit) {
+  Problem weighted = push();
+  save(weighted, problem);
+  const Outcome outcome = run(problem + " --metric force --weights 2,0.5,3,0.25,0.125");
+  ASSERT_EQ(outcome.code, 0) << outcome.error;
+  weighted.force_weights = {2.0, 0.5, 3.0, 0.25, 0.125};
+  EXPECT_TRUE(same_bits(Json::parse(outcome.out)["force"].get<double>(), force_score(weighted).force));
+}
+
 TEST_F(App, SavedCopyHasTheSameBytes) {
   for (const Problem& given : {everything(), articulated(), planned(), two_drifters()}) {
     save(given, problem);
@@ -324,6 +345,13 @@ TEST_F(App, HelpNamesEveryOption) {
   }
 }
 
+TEST_F(App, HelpFitsAPage) {
+  std::istringstream lines(run("--help").out);
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_LE(count, 50);
+}
+
 TEST_F(App, EveryDisturbanceIsTheLibrarysToTheLastBit) {
   Problem pushed = push();
   pushed.horizon = 0.3;
@@ -334,7 +362,8 @@ TEST_F(App, EveryDisturbanceIsTheLibrarysToTheLastBit) {
       {"uniform --strength 2 --hold 0.1", disturbances::Uniform{2.0, std::nullopt, 0.1}},
       {"gaussian --force 3 --torque 0.5 --correlation-time 0.05", disturbances::Gaussian{3.0, 0.5, 0.05}},
       {"boltzmann --rate 2 --strength 3", disturbances::Boltzmann{2.0, {3.0}}},
-      {"plan --force 5 --hold 0.1", disturbances::OfPlan{Vector3::Constant(5.0), Vector3::Zero(), 0.0, 0.1}}};
+      {"plan --force 5 --hold 0.1", disturbances::OfPlan{Vector3::Constant(5.0), Vector3::Zero(), 0.0, 0.1}},
+      {"plan --force 5,1,0 --hold 0.1", disturbances::OfPlan{{5.0, 1.0, 0.0}, Vector3::Zero(), 0.0, 0.1}}};
   for (const auto& [words, model] : models) {
     const Outcome outcome = run(problem + " --metric probability --rollouts 20 --disturbance " + words);
     ASSERT_EQ(outcome.code, 0) << outcome.error;
@@ -375,6 +404,9 @@ TEST_F(App, WrongArgumentsAreOneClearLine) {
   expect_error(problem + " other.json", {"two problem files"});
   expect_error(problem + " --metric effort --captured some", {"--captured", "some", "all or any"});
   expect_error(problem + " --metric effort --captured any", {"captured", "any", "all"});
+  expect_error(problem + " --metric effort --shorten maybe", {"--shorten", "maybe", "yes or no"});
+  expect_error(problem + " --metric force --weights 1,2", {"--weights", "1,2", "five numbers"});
+  expect_error(problem + " --metric probability --disturbance plan --force 1,2", {"--force", "1,2", "three"});
   expect_error(problem + " --save x.json --meshes apart", {"--meshes", "apart", "embedded or files"});
   expect_error(problem + " --meshes files", {"--meshes", "--save"});
   expect_error(problem + " --save x.json --nodes 9", {"--nodes", "--save"});

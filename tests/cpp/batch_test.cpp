@@ -72,7 +72,7 @@ TEST(Batch, OptionsOfTheRolloutsAreThoseOfTheMetrics) {
   capture.nodes = 30;
   capture.nodes_per_edge = 3;
   capture.seed = stream(11, 4);
-  EXPECT_EQ(row.scores.at("capture"), capture_score(problem, capture).capture);
+  EXPECT_EQ(row.scores.at("capture"), capture_score(problem, capture).capture.mean);
   EffortOptions effort = {"est", 30, stream(11, 4)};
   effort.stop_at_escape = true;
   EXPECT_EQ(row.scores.at("effort/est"), escape_effort(problem, effort).effort);
@@ -91,8 +91,8 @@ TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   ASSERT_EQ(row.scores.size(), 5u);
   EXPECT_EQ(row.index, 4u);
   EXPECT_EQ(row.error, "");
-  EXPECT_TRUE(same_bits(row.scores.at("capture"), captured.capture));
-  EXPECT_TRUE(same_bits(row.scores.at("success"), *captured.success));
+  EXPECT_TRUE(same_bits(row.scores.at("capture"), captured.capture.mean));
+  EXPECT_TRUE(same_bits(row.scores.at("success"), captured.success->mean));
   EXPECT_TRUE(same_bits(row.scores.at("effort/est"), escape_effort(problem, {"est", 30, seed}).effort));
   EXPECT_TRUE(same_bits(row.scores.at("effort/rrt"), escape_effort(problem, {"rrt", 30, seed}).effort));
   EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
@@ -190,7 +190,7 @@ TEST(Batch, SearchesOfOneProblemRunOnSeveralThreads) {
 TEST(Batch, ErrorIsThatOfTheFirstMetricThatFails) {
   Scene scene;
   scene.add_body(body("object", brick({0.1, 0.1, 0.1}), 1.0, {0.0, 0.0, 0.05}, Role::object));
-  const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.1, regions::Disc{"object"}};
+  const Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.1, regions::Disc{"object"});
   const auto error = [&](const std::vector<std::string>& metrics, int threads) {
     BatchOptions with = options(threads);
     with.metrics = metrics;

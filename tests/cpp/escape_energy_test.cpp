@@ -32,7 +32,7 @@ Scene pen(double half, double thickness, double height, const Vector3& gravity =
 }
 
 Problem escape_from(const Scene& scene, const Region& captured) {
-  Problem problem{scene, pack(scene), Vector3::Zero(), Vector3::Zero(), 0.3, captured};
+  Problem problem = problem_of(scene, Vector3::Zero(), Vector3::Zero(), 0.3, captured);
   problem.force = scene.body("object").linear_factor;
   return problem;
 }
@@ -322,7 +322,7 @@ TEST_P(Fixture, OneOfSeveralObjectsEscapesWhileTheOthersStay) {
   const auto in = [](const std::string& name) {
     return Region(regions::Box{name, Vector3::Zero(), {0.4, 0.4, infinity}});
   };
-  const Problem problem{scene, pack(scene), Vector3::Ones(), Vector3::Zero(), 0.3, in("heavy") & in("light")};
+  const Problem problem = problem_of(scene, Vector3::Ones(), Vector3::Zero(), 0.3, in("heavy") & in("light"));
   for (const auto& [name, mass] : {std::pair{"heavy", 2.0}, {"light", 0.2}}) {
     EscapeEnergyOptions options;
     options.planner = GetParam();

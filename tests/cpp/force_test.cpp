@@ -59,7 +59,7 @@ TEST(Force, SimulatedContactsBearTheObjectsWeight) {
   tray.role = Role::effector;
   scene.add_body(tray);
   scene.add_body(body("object", Box{{0.2, 0.2, 0.2}}, 2.0, {0.0, 0.0, 0.1 - 1e-6}, Role::object, 0.8));
-  const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"object"}};
+  const Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"object"});
   const ForceScore score = force_score(problem);
   EXPECT_NEAR(score.effector.engage, 2.0 * g, 1e-6);
   EXPECT_NEAR(score.effector.stick, 0.4 * 2.0 * g / std::sqrt(1.16), 1e-6);
@@ -75,7 +75,7 @@ TEST(Force, WithoutAnEffectorOrWithBadWeightsItIsRejected) {
 
 TEST(Force, FingersCountTogetherAndTheGroundApart) {
   const Scene scene = hand();
-  Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.2, regions::Ball{"object"}};
+  Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.2, regions::Ball{"object"});
   problem.contacts = {measured("object", "left 3", 10.0, {3.0, 4.0, 0.0}, 0.75),
                       measured("thumb 3", "object", 2.0, {0.0, 0.0, 0.5}, 0.5),
                       measured("object", "table", 100.0, {0.0, 30.0, 0.0}, 0.75),
@@ -93,7 +93,7 @@ TEST(Force, FingersCountTogetherAndTheGroundApart) {
 
 TEST(Force, SimulatedGraspBearsItsSqueezeAndTheDistanceIsThatOfTheNearestFinger) {
   const Scene scene = hand();
-  Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.2, regions::Ball{"object"}};
+  Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.2, regions::Ball{"object"});
   EXPECT_NEAR(force_score(problem).effector.engage, 4.0, 0.6);  // 2 N from the thumb, 1 N from each of the others
   EXPECT_GT(force_score(problem).ground.engage, 0.1 * g);       // gravity curls the fingers: they press down
   std::map<std::string, JointState> open = unpack(scene, problem.state).joints;

@@ -29,7 +29,7 @@ Problem along(const Vector3& axis, double force, double horizon, const Vector3& 
   made.linear_factor = axis.cwiseAbs();
   made.angular_factor = Vector3::Zero();
   scene.add_body(made);
-  Problem problem{scene, pack(scene), force * axis, Vector3::Zero(), 0.3, regions::HalfSpace{"object", axis, way}};
+  Problem problem = problem_of(scene, force * axis, Vector3::Zero(), 0.3, regions::HalfSpace{"object", axis, way});
   problem.horizon = horizon;
   return problem;
 }
@@ -133,8 +133,8 @@ TEST(Horizon, OnlyLooksCount) {
 Problem carried(double speed, double horizon) {
   Scene scene = free_body(Box{{0.1, 0.1, 0.1}}, 1.0);
   scene.add_body(body("hand", Box{{0.1, 0.1, 0.1}}, 1.0, {0.0, 0.0, 0.3}, Role::effector));
-  Problem problem{scene,           pack(scene), {3.0, 0.0, 0.0},
-                  Vector3::Zero(), 0.3,         regions::Ball{"object", {0.0, 0.0, -0.3}, 0.2, "hand"}};
+  Problem problem =
+      problem_of(scene, {3.0, 0.0, 0.0}, Vector3::Zero(), 0.3, regions::Ball{"object", {0.0, 0.0, -0.3}, 0.2, "hand"});
   Wrenches velocities = Wrenches::Zero(240, 6);
   velocities.col(0).setConstant(speed);
   problem.plan = Plan{1.0 / 240.0, {}, {}, {{"hand", velocities, 1000.0}}};
@@ -185,7 +185,7 @@ TEST(Horizon, OfSeveralObjectsTheOneIsPushedThatTakesTheLeastWork) {
   Region captured = regions::HalfSpace{"body 0", Vector3::UnitX(), way};
   for (int i = 1; i < 3; ++i)
     captured = captured & Region(regions::HalfSpace{"body " + std::to_string(i), Vector3::UnitX(), way});
-  Problem problem{scene, pack(scene), {3.0, 0.0, 0.0}, Vector3::Zero(), 0.3, captured};
+  Problem problem = problem_of(scene, {3.0, 0.0, 0.0}, Vector3::Zero(), 0.3, captured);
   problem.horizon = 1.0;
   expect_near(problem, least_work(3.0, 1.0), "three bodies");
 }

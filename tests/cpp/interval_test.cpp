@@ -11,7 +11,7 @@ namespace {
 
 CaptureScore of(const std::vector<double>& scores, double resolution = 0.0) {
   CaptureScore score;
-  score.capture_by_tree = Eigen::Map<const Eigen::VectorXd>(scores.data(), static_cast<Eigen::Index>(scores.size()));
+  score.capture.by_tree = Eigen::Map<const Eigen::VectorXd>(scores.data(), static_cast<Eigen::Index>(scores.size()));
   score.resolution = resolution;
   return score;
 }

@@ -43,7 +43,7 @@ TYPED_TEST(Planner, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
 TYPED_TEST(Planner, SameSeedGivesTheSameBitsAlsoWhereManyNodesAreTheSameState) {
   // Most of these forces are below friction and leave the block exactly where it is.
   const Scene scene = rough_table();
-  const Problem stuck{scene, pack(scene), {5.0, 5.0, 0.0}, Vector3::Zero(), 0.3, regions::Disc{"object"}};
+  const Problem stuck = problem_of(scene, {5.0, 5.0, 0.0}, Vector3::Zero(), 0.3, regions::Disc{"object"});
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     EXPECT_TRUE(same_bits(grow<TypeParam>(stuck, seed, 600), grow<TypeParam>(stuck, seed, 600))) << "seed " << seed;
   }

@@ -20,7 +20,7 @@ Problem on_table(double mass, double height = 0.0) {
   table.shape = Plane{};
   scene.add_body(table);
   scene.add_body(body("box", Box{{0.04, 0.04, 0.04}}, mass, {0.0, 0.0, 0.02 + height}, Role::object));
-  Problem problem{scene, pack(scene), {1.0, 1.0, 0.0}, Vector3::Zero(), 0.2, regions::Disc{"box"}};
+  Problem problem = problem_of(scene, {1.0, 1.0, 0.0}, Vector3::Zero(), 0.2, regions::Disc{"box"});
   validate(problem);
   return problem;
 }

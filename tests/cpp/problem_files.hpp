@@ -91,7 +91,7 @@ inline Problem everything() {
   const Region speed = regions::Speed{"body 0", 0.1, {0.0, 0.1, 0.0}, "body 3"};
   const Region tilt = regions::Tilt{"body 0", Vector3::UnitX(), Vector3(1.0, 1.0, 1.0).normalized(), 0.1, "body 4"};
   const Region ahead = regions::HalfSpace{"body 0", Vector3::UnitX(), 0.1, "body 3", 1.0 / 3.0};
-  Problem problem{scene, pack(scene), {1.0, 0.0, 0.1}, {0.0, 1.0 / 3.0, 0.0}, 0.7, (ball | box) & ~(disc & sector)};
+  Problem problem = problem_of(scene, {1.0, 0.0, 0.1}, {0.0, 1.0 / 3.0, 0.0}, 0.7, (ball | box) & ~(disc & sector));
   problem.succeeded = half & ahead & speed;
   problem.captured_any = ball | box;
   problem.succeeded_any = half | speed;
@@ -131,12 +131,8 @@ inline Problem articulated() {
   twin.mimic = Mimic{"left 1", -1.0 / 3.0, 0.1};
   scene.add_joint(twin);
   scene.add_spring({"tip", "object", {0.01, 0.0, 0.0}, {0.0, 0.01, 1.0 / 300.0}, 1.0 / 3.0, 0.1, 0.01});
-  Problem problem{scene,
-                  pack(scene, {}, {{"left 1", {0.5 + 1.0 / 30.0, 1.0 / 7.0}}}),
-                  {1.0, 0.0, 0.0},
-                  Vector3::Zero(),
-                  0.2,
-                  regions::Ball{"object"}};
+  Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.2, regions::Ball{"object"});
+  problem.state = pack(scene, {}, {{"left 1", {0.5 + 1.0 / 30.0, 1.0 / 7.0}}});
   problem.force_weights = {0.1, 1.0 / 3.0, 7.0, -0.1, 1.0 / 9.0};
   problem.effector = Effector::drive;
   return problem;

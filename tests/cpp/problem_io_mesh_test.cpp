@@ -22,7 +22,7 @@ Problem mugs() {
   scene.add_body(body("mug", mug(), 0.3, {0.0, 0.0, 0.026}, Role::object));
   scene.add_body(body("../o\xc3\xb6/mug", mug(), 0.2, {1.0, 0.0, 0.5}, Role::object));
   scene.add_body(body(".._o__/mug", mug(), 0.2, {2.0, 0.0, 0.5}));
-  return {scene, pack(scene), {1.0, 1.0, 1.0}, Vector3::Zero(), 0.1, regions::Ball{"mug", {0.0, 0.0, 0.026}, 0.02}};
+  return problem_of(scene, {1.0, 1.0, 1.0}, Vector3::Zero(), 0.1, regions::Ball{"mug", {0.0, 0.0, 0.026}, 0.02});
 }
 
 // The text of mugs with another shape for the first one.

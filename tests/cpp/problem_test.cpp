@@ -51,7 +51,7 @@ TEST(Problem, RegionOnAnUnknownBodyIsRejectedByTheRegionsRole) {
 
 TEST(Problem, ThereIsOneObjectOrMore) {
   const auto with_scene = [](const Scene& scene) {
-    return [scene] { validate({scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"one"}}); };
+    return [scene] { validate(problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"one"})); };
   };
   Scene none;
   none.add_body(body("one", Box{}, 1.0, Vector3::Zero()));
@@ -114,7 +114,7 @@ TEST(Problem, DisturbanceAlongALockedAxisIsRejected) {
   planar.linear_factor = {1.0, 1.0, 0.0};
   planar.angular_factor = {0.0, 0.0, 1.0};
   locked.add_body(planar);
-  Problem flat{locked, pack(locked), {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, 0.5, regions::Ball{"planar", {9.0, 0.0, 0.0}}};
+  Problem flat = problem_of(locked, {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, 0.5, regions::Ball{"planar", {9.0, 0.0, 0.0}});
   EXPECT_NO_THROW(validate(flat));
   flat.force.z() = 1.0;
   EXPECT_TRUE(rejects([&] { validate(flat); }, {"force", "locked"}));
@@ -127,8 +127,8 @@ TEST(Problem, DisturbanceAlongALockedAxisIsRejected) {
 
 Problem grasp(Effector effector = Effector::coast) {
   const Scene scene = hand();
-  Problem problem{scene,           pack(scene), {1.0, 1.0, 1.0},
-                  Vector3::Zero(), 0.2,         regions::Ball{"object", {0.0, 0.0, 0.03}, 0.05}};
+  Problem problem =
+      problem_of(scene, {1.0, 1.0, 1.0}, Vector3::Zero(), 0.2, regions::Ball{"object", {0.0, 0.0, 0.03}, 0.05});
   problem.effector = effector;
   return problem;
 }
@@ -143,7 +143,7 @@ TEST(Problem, ObjectOnAJointIsRejectedByName) {
   scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
   scene.add_body(body("door", Box{}, 1.0, Vector3::Zero(), Role::object));
   scene.add_joint(joint("hinge", JointType::revolute, "post", "door", Vector3::UnitZ(), {1.0, 0.0, 0.0}));
-  const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"door"}};
+  const Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"door"});
   EXPECT_TRUE(rejects([&] { validate(problem); }, {"'door'", "on a joint", "free bodies"}));
   EXPECT_TRUE(rejects([&] { World(scene).rollout(pack(scene), Wrench{}, 0.1); }, {"object", "no joint"}));
 }
@@ -163,7 +163,8 @@ TEST(Problem, UnderDriveAnEdgeStartsWithTheVelocitiesOfAllEffectorBodiesAndNothi
   base.velocity = {0.1, 0.2, 0.3};
   base.angular_velocity = {0.4, 0.5, 0.6};
   const State start = pack(roles, {{"base", base}}, {{"hinge", {0.1, 0.7}}, {"other", {0.2, 0.8}}});
-  Problem problem{roles, start, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"object", {9.0, 0.0, 0.0}}};
+  Problem problem = problem_of(roles, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"object", {9.0, 0.0, 0.0}});
+  problem.state = start;
   State node = State::LinSpaced(start.size(), 1.0, 2.0);
   EXPECT_TRUE(same_bits(EdgeStart(problem)(node), node));
   problem.effector = Effector::drive;

@@ -68,6 +68,16 @@ inline Scene rough_table(const Stepping& stepping = exact(), const Shape& shape 
   return scene;
 }
 
+//! A scene's own state, the largest force [N] and torque [N m] along each axis, the longest edge [s], the capture set.
+inline Problem problem_of(const Scene& scene, const Vector3& force, const Vector3& torque, double duration,
+                          const Region& captured) {
+  Problem problem(scene, pack(scene), captured);
+  problem.force = force;
+  problem.torque = torque;
+  problem.duration = duration;
+  return problem;
+}
+
 //! A pusher that moves towards a bar on a table.
 inline Scene push_scene() {
   Scene scene;
@@ -81,8 +91,8 @@ inline Scene push_scene() {
 
 inline Problem push(Effector effector = Effector::drive) {
   const Scene scene = push_scene();
-  Problem problem{
-      scene, pack(scene), {0.8, 0.8, 0.0}, {0.0, 0.0, 0.05}, 0.5, regions::Disc{"object", {1.0, 0.4}, 0.15}};
+  Problem problem =
+      problem_of(scene, {0.8, 0.8, 0.0}, {0.0, 0.0, 0.05}, 0.5, regions::Disc{"object", {1.0, 0.4}, 0.15});
   problem.succeeded = regions::HalfSpace{"object", {0.0, -1.0, 0.0}, -0.5};
   problem.effector = effector;
   return problem;
@@ -97,7 +107,7 @@ inline Problem closed_cage() {
   scene.add_body(fixed("north", Box{{1.4, 0.4, 0.6}}, {0.0, 0.4, 0.3}));
   scene.add_body(fixed("south", Box{{1.4, 0.4, 0.6}}, {0.0, -0.4, 0.3}));
   scene.add_body(body("object", Box{{0.2, 0.2, 0.2}}, 1.0, {0.0, 0.0, 0.1}, Role::object, 0.2));
-  return {scene, pack(scene), {3.0, 3.0, 0.0}, Vector3::Zero(), 0.3, regions::Disc{"object", {0.0, 0.0}, 0.2}};
+  return problem_of(scene, {3.0, 3.0, 0.0}, Vector3::Zero(), 0.3, regions::Disc{"object", {0.0, 0.0}, 0.2});
 }
 
 //! A block that rails let move up and down only, on a floor; to escape it must be lifted by `height`.
@@ -108,14 +118,14 @@ inline Problem lift(double height) {
   block.linear_factor = Vector3::UnitZ();
   block.angular_factor = Vector3::Zero();
   scene.add_body(block);
-  return {scene,           pack(scene), {0.0, 0.0, 20.0},
-          Vector3::Zero(), 0.3,         regions::HalfSpace{"object", Vector3::UnitZ(), 0.1 + height}};
+  return problem_of(scene, {0.0, 0.0, 20.0}, Vector3::Zero(), 0.3,
+                    regions::HalfSpace{"object", Vector3::UnitZ(), 0.1 + height});
 }
 
 //! A body without gravity that any disturbance moves; it escapes through the rim of a disc.
 inline Problem drift() {
   const Scene scene = free_body();
-  return {scene, pack(scene), {1.0, 1.0, 0.0}, {0.0, 0.0, 0.1}, 0.5, regions::Disc{"object", {0.0, 0.0}, 0.2}};
+  return problem_of(scene, {1.0, 1.0, 0.0}, {0.0, 0.0, 0.1}, 0.5, regions::Disc{"object", {0.0, 0.0}, 0.2});
 }
 
 }  // namespace energymargin::scenes

@@ -46,8 +46,8 @@ Problem two_lifts() {
   scene.add_body(fixed("floor", Plane{}));
   scene.add_body(lifted("light", light, 0.0));
   scene.add_body(lifted("heavy", heavy, 5.0));
-  Problem problem{scene,           pack(scene), {0.0, 0.0, 20.0},
-                  Vector3::Zero(), 0.3,         below("light", height) & below("heavy", height)};
+  Problem problem =
+      problem_of(scene, {0.0, 0.0, 20.0}, Vector3::Zero(), 0.3, below("light", height) & below("heavy", height));
   problem.captured_any = below("light", height) | below("heavy", height);
   return problem;
 }
@@ -59,7 +59,7 @@ Problem two_drifts() {
   scene.add_body(body("two", Box{{0.2, 0.2, 0.1}}, 2.0, {3.0, 0.0, 0.0}, Role::object));
   const Region one = regions::Disc{"one", {0.0, 0.0}, 0.2};
   const Region two = regions::Disc{"two", {3.0, 0.0}, 0.2};
-  Problem problem{scene, pack(scene), {1.0, 1.0, 0.0}, {0.0, 0.0, 0.01}, 0.5, one & two};
+  Problem problem = problem_of(scene, {1.0, 1.0, 0.0}, {0.0, 0.0, 0.01}, 0.5, one & two);
   problem.captured_any = one | two;
   const Region moved = regions::HalfSpace{"one", -Vector3::UnitX(), -0.05};
   const Region moved_too = regions::HalfSpace{"two", -Vector3::UnitX(), -3.02};
@@ -79,7 +79,7 @@ Problem pushed_pair(Effector effector = Effector::drive) {
   scene.add_body(pusher);
   const Region one = regions::Disc{"one", {-0.07, 0.1}, 0.1};
   const Region two = regions::Disc{"two", {0.07, 0.1}, 0.1};
-  Problem problem{scene, pack(scene), {0.4, 0.4, 0.0}, {0.0, 0.0, 0.01}, 0.4, one & two};
+  Problem problem = problem_of(scene, {0.4, 0.4, 0.0}, {0.0, 0.0, 0.01}, 0.4, one & two);
   problem.captured_any = one | two;
   problem.effector = effector;
   return problem;
@@ -282,13 +282,13 @@ TEST(SeveralObjects, CaptureOfAnyIsTheLikelihoodInItsOwnSet) {
     const Mask inside = Membership(region, problem.scene)(tree.states);
     return inside.select(likelihoods(tree.costs, problem.rate).array(), 0.0).sum();
   };
-  EXPECT_NEAR(score.capture, likelihood(problem.captured), 1e-12);
-  EXPECT_NEAR(*score.capture_any, likelihood(*problem.captured_any), 1e-12);
-  EXPECT_NEAR(*score.success, likelihood(*problem.succeeded), 1e-12);
-  EXPECT_NEAR(*score.success_any, likelihood(*problem.succeeded_any), 1e-12);
-  EXPECT_GT(*score.capture_any, score.capture);
-  EXPECT_GT(*score.success_any, *score.success);
-  EXPECT_FALSE(score.capture_any_stderr);
+  EXPECT_NEAR(score.capture.mean, likelihood(problem.captured), 1e-12);
+  EXPECT_NEAR(score.capture_any->mean, likelihood(*problem.captured_any), 1e-12);
+  EXPECT_NEAR(score.success->mean, likelihood(*problem.succeeded), 1e-12);
+  EXPECT_NEAR(score.success_any->mean, likelihood(*problem.succeeded_any), 1e-12);
+  EXPECT_GT(score.capture_any->mean, score.capture.mean);
+  EXPECT_GT(score.success_any->mean, score.success->mean);
+  EXPECT_FALSE(score.capture_any->standard_error);
 }
 
 TEST(SeveralObjects, CaptureOfAnyOfOneRegionIsThatOfTheRegion) {
@@ -296,21 +296,20 @@ TEST(SeveralObjects, CaptureOfAnyOfOneRegionIsThatOfTheRegion) {
   problem.captured_any = problem.captured;
   problem.succeeded_any.reset();
   const CaptureScore score = capture_score(problem, capture_options(200, 3));
-  EXPECT_TRUE(same_bits(*score.capture_any, score.capture));
-  EXPECT_TRUE(same_bits(*score.capture_any_stderr, *score.capture_stderr));
+  EXPECT_TRUE(same_bits(score.capture_any->mean, score.capture.mean));
+  EXPECT_TRUE(same_bits(*score.capture_any->standard_error, *score.capture.standard_error));
   EXPECT_FALSE(score.success_any);
-  EXPECT_FALSE(score.success_any_stderr);
   problem.captured_any = regions::Ball{"one", {0.0, 0.0, 0.0}, 1e6};
-  EXPECT_EQ(*capture_score(problem, capture_options(200)).capture_any, 1.0);
+  EXPECT_EQ(capture_score(problem, capture_options(200)).capture_any->mean, 1.0);
 }
 
 TEST(SeveralObjects, CaptureOfAllAndAnyAreTheSameBitsOnAnyNumberOfThreads) {
   const CaptureScore one = capture_score(pushed_pair(), capture_options(60, 3, 1));
   for (const int threads : {2, 4}) {
     const CaptureScore other = capture_score(pushed_pair(), capture_options(60, 3, threads));
-    EXPECT_TRUE(same_bits(other.capture, one.capture));
-    EXPECT_TRUE(same_bits(*other.capture_any, *one.capture_any));
-    EXPECT_TRUE(same_bits(*other.capture_any_stderr, *one.capture_any_stderr));
+    EXPECT_TRUE(same_bits(other.capture.mean, one.capture.mean));
+    EXPECT_TRUE(same_bits(other.capture_any->mean, one.capture_any->mean));
+    EXPECT_TRUE(same_bits(*other.capture_any->standard_error, *one.capture_any->standard_error));
   }
 }
 
@@ -352,7 +351,7 @@ TEST(SeveralObjects, SimulatedForceScoreBearsTheWeightOfAll) {
   scene.add_body(tray);
   scene.add_body(body("one", Box{{0.2, 0.2, 0.2}}, 2.0, {0.0, 0.0, 0.1}, Role::object));
   scene.add_body(body("two", Box{{0.1, 0.1, 0.1}}, 1.0, {0.0, 0.0, 0.25 - 1e-6}, Role::object));  // on the first
-  const Problem problem{scene, pack(scene), {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"one"}};
+  const Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"one"});
   const ForceScore score = force_score(problem);
   EXPECT_NEAR(score.effector.engage, 3.0 * g, 1e-3 * g);
   EXPECT_NEAR(score.ground.engage, 0.0, 1e-12);
@@ -410,10 +409,10 @@ TEST(SeveralObjects, BatchHoldsWhatTheMetricsGiveForOneAndFourThreads) {
         const auto effort = [&](const std::string& planner, Captured captured) {
           return escape_effort(problem, {planner, 40, seed, captured}).effort;
         };
-        const std::map<std::string, double> expected{{"capture", capture.capture},
-                                                     {"success", *capture.success},
-                                                     {"capture/any", *capture.capture_any},
-                                                     {"success/any", *capture.success_any},
+        const std::map<std::string, double> expected{{"capture", capture.capture.mean},
+                                                     {"success", capture.success->mean},
+                                                     {"capture/any", capture.capture_any->mean},
+                                                     {"success/any", capture.success_any->mean},
                                                      {"effort/est", effort("est", Captured::all)},
                                                      {"effort/rrt", effort("rrt", Captured::all)},
                                                      {"effort/est/any", effort("est", Captured::any)},
@@ -454,8 +453,8 @@ TEST(SeveralObjects, ObjectWithoutPartsCanBeSearchedFor) {
   Body ghost = body("ghost", Compound{}, 1.0, Vector3::Zero(), Role::object);
   ghost.inertial = Inertial{{0.0, 0.0, 0.1}, {0.1, 0.1, 0.1}};
   scene.add_body(ghost);
-  const Problem problem{scene,           pack(scene), {1.0, 1.0, 0.0},
-                        Vector3::Zero(), 0.5,         regions::Disc{"ghost", {0.0, 0.0}, 0.2}};
+  const Problem problem =
+      problem_of(scene, {1.0, 1.0, 0.0}, Vector3::Zero(), 0.5, regions::Disc{"ghost", {0.0, 0.0}, 0.2});
   for (const char* planner : {"est", "rrt"}) {
     const Escape found = escape_effort(problem, {planner, 400, 1});
     EXPECT_LT(found.effort, infinity) << planner;

@@ -11,9 +11,9 @@
 #include "energymargin/metrics/probability.hpp"
 #include "energymargin/problem_io.hpp"
 
-namespace energymargin::score {
+namespace energymargin::app {
 
-//! What was asked for: the library's own options, one set a metric.
+//! The question: the library's own options, for each metric.
 struct Arguments {
   std::string file;
   std::string metric = "capture";
@@ -21,16 +21,16 @@ struct Arguments {
   EffortOptions effort{};
   ProbabilityOptions probability{};
   EscapeEnergyOptions escape_energy{};
+  std::optional<ForceWeights> force_weights{};  //!< unset: the problem's
   std::optional<double> timeout{};
-  std::string copy{};  //!< where to save to; empty: score
-  std::optional<Meshes> meshes{};
+  std::string copy{};  //!< the file to save to; empty: score
+  Meshes meshes = Meshes::embedded;
 };
 
-//! Throws std::invalid_argument, in one line, on what cannot be: an option that does not exist, a value of another
-//! kind, an option of another metric.
+//! Throws std::invalid_argument, in one line, on an unknown option, a bad value, or an option of another metric.
 Arguments parse(const std::vector<std::string>& words);
 
 //! The text of --help.
 std::string help();
 
-}  // namespace energymargin::score
+}  // namespace energymargin::app

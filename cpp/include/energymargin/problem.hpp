@@ -29,6 +29,9 @@ struct ForceWeights {
 
 //! The optimal motion planning problem P of Section V-A, with what the scores need besides.
 struct Problem {
+  //! No disturbance acts, and the question has no clock, until the other members say so.
+  Problem(Scene scene, State state, Region captured);
+
   Scene scene;
   State state;                            //!< z_init
   Vector3 force = Vector3::Zero();        //!< largest |force| on each object along each axis [N]

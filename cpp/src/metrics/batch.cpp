@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <iterator>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -14,63 +13,10 @@
 #include "base/check.hpp"
 #include "base/threads.hpp"
 #include "energymargin/metrics/capture.hpp"
-#include "energymargin/metrics/effort.hpp"
-#include "energymargin/metrics/force.hpp"
-#include "energymargin/metrics/probability.hpp"
-#include "energymargin/random.hpp"
+#include "metrics/searches.hpp"
 
 namespace energymargin {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-struct EffortMetric {
-  const char* name;
-  const char* planner;
-  Captured captured;
-};
-
-constexpr EffortMetric effort_metrics[] = {{"effort/est", "est", Captured::all},
-                                           {"effort/rrt", "rrt", Captured::all},
-                                           {"effort/est/any", "est", Captured::any},
-                                           {"effort/rrt/any", "rrt", Captured::any}};
-constexpr const char* tree_metrics[] = {"capture", "success", "capture/any", "success/any"};
-
-constexpr const char* probability_metrics[] = {"probability", "probability/success", "probability/any"};
-constexpr const char* force_metric = "force";
-
-const EffortMetric* effort_metric(const std::string& name) {
-  for (const EffortMetric& metric : effort_metrics) {
-    if (metric.name == name) return &metric;
-  }
-  return nullptr;
-}
-
-bool is_tree_metric(const std::string& name) {
-  return std::find(std::begin(tree_metrics), std::end(tree_metrics), name) != std::end(tree_metrics);
-}
-
-bool is_probability_metric(const std::string& name) {
-  return std::find(std::begin(probability_metrics), std::end(probability_metrics), name) !=
-         std::end(probability_metrics);
-}
-
-std::string known_metrics() {
-  std::string names = std::string("'") + force_metric + "'";
-  for (const char* name : tree_metrics) names += std::string(", '") + name + "'";
-  for (const EffortMetric& metric : effort_metrics) names += std::string(", '") + metric.name + "'";
-  for (const char* name : probability_metrics) names += std::string(", '") + name + "'";
-  return names;
-}
-
-void require_metrics(const std::vector<std::string>& metrics) {
-  if (metrics.empty()) reject("metrics", "empty", "at least one metric");
-  for (const std::string& metric : metrics) {
-    if (metric != force_metric && !is_tree_metric(metric) && !effort_metric(metric) && !is_probability_metric(metric)) {
-      reject("metrics", "'" + metric + "'", "some of " + known_metrics());
-    }
-  }
-}
 
 void validate(const BatchOptions& options) {
   require_at_least("nodes", options.nodes, 1);
@@ -82,107 +28,8 @@ void validate(const BatchOptions& options) {
   require_metrics(options.metrics);
 }
 
-// Metrics that one search gives; its time is that of the first.
-using Metrics = std::vector<std::string>;
-
-bool of_one_search(const std::string& metric, const std::string& other) {
-  return metric == other || (is_tree_metric(metric) && is_tree_metric(other)) ||
-         (is_probability_metric(metric) && is_probability_metric(other));
-}
-
-// The searches that the metrics need: all that a tree gives come of the same one, and so do the probabilities.
-std::vector<Metrics> searches_for(const Metrics& metrics) {
-  std::vector<Metrics> searches;
-  for (const std::string& metric : metrics) {
-    const auto shared = std::find_if(searches.begin(), searches.end(),
-                                     [&](const Metrics& search) { return of_one_search(search.front(), metric); });
-    if (shared == searches.end()) {
-      searches.push_back({metric});
-    } else {
-      shared->push_back(metric);
-    }
-  }
-  return searches;
-}
-
-bool has(const Metrics& metrics, const char* name) {
-  return std::find(metrics.begin(), metrics.end(), name) != metrics.end();
-}
-
-void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
-  CaptureOptions capture;
-  capture.nodes = options.nodes;
-  capture.nodes_per_edge = options.nodes_per_edge;
-  capture.least_likelihood = options.least_likelihood;
-  capture.seed = seed;
-  capture.limit = options.limit;
-  const CaptureScore score = capture_score(problem, capture);
-  if (!score.complete) throw search::Stopped();
-  row.scores["capture"] = score.capture;
-  if (score.success) row.scores["success"] = *score.success;
-  if (score.capture_any) row.scores["capture/any"] = *score.capture_any;
-  if (score.success_any) row.scores["success/any"] = *score.success_any;
-}
-
-void add_effort(const Problem& problem, const EffortMetric& metric, const BatchOptions& options, std::uint64_t seed,
-                ScoreRow& row) {
-  EffortOptions effort{metric.planner, options.nodes, seed, metric.captured, options.limit, options.search};
-  effort.stop_at_escape = options.stop_at_escape;
-  const Escape escape = escape_effort(problem, effort);
-  if (!escape.complete) throw search::Stopped();
-  row.scores[metric.name] = escape.effort;
-}
-
-void add_survival(const char* metric, const Survival& survival, const Eigen::VectorXd& times, ScoreRow& row) {
-  row.scores[metric] = survival.captured();
-  row.curves[metric] = {times, survival.curve};
-}
-
-// Rollouts that run on for the other metrics have the bits of those that do not.
-void add_probability(const Problem& problem, const Metrics& metrics, const BatchOptions& options, std::uint64_t seed,
-                     ScoreRow& row) {
-  ProbabilityOptions probability;
-  probability.disturbance = options.disturbance;
-  probability.rollouts = options.rollouts;
-  probability.seed = options.common_random_numbers ? options.seed : seed;
-  probability.limit = options.limit;
-  probability.success = has(metrics, "probability/success");
-  probability.by_object = has(metrics, "probability/any");
-  const CaptureProbability found = [&] {
-    try {
-      return capture_probability(problem, probability);
-    } catch (const Cancelled&) {
-      throw search::Stopped();
-    } catch (const TimedOut&) {
-      throw search::Stopped();
-    }
-  }();
-  if (!found.complete) throw search::Stopped();
-  if (has(metrics, "probability")) add_survival("probability", found.all, found.times, row);
-  if (found.any) add_survival("probability/any", *found.any, found.times, row);
-  if (found.success) row.scores["probability/success"] = *found.success;
-}
-
-// What one search gives, and how long it takes.
-void add_search(const Problem& problem, const Metrics& metrics, const BatchOptions& options, ScoreRow& row) {
-  const auto start = Clock::now();
-  const std::uint64_t seed = stream(options.seed, row.index);
-  const std::string& first = metrics.front();
-  if (is_tree_metric(first)) {
-    add_capture(problem, options, seed, row);
-  } else if (const EffortMetric* effort = effort_metric(first)) {
-    add_effort(problem, *effort, options, seed, row);
-  } else if (is_probability_metric(first)) {
-    add_probability(problem, metrics, options, seed, row);
-  } else {
-    row.scores[force_metric] = force_score(problem).force;
-  }
-  row.times[first] = std::chrono::duration<double>(Clock::now() - start).count();
-  row.seconds += row.times[first];
-}
-
-// The row of a problem; its error is that of the first search that has one.
-ScoreRow joined(const std::vector<ScoreRow>& parts) {
+// The row of a problem, from those of its searches; its error is that of the first search that has one.
+ScoreRow merge(const std::vector<ScoreRow>& parts) {
   ScoreRow row;
   row.index = parts.front().index;
   for (const ScoreRow& part : parts) {
@@ -197,13 +44,6 @@ ScoreRow joined(const std::vector<ScoreRow>& parts) {
 
 }  // namespace
 
-ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
-  ScoreRow row;
-  row.index = index;
-  for (const Metrics& search : searches_for(options.metrics)) add_search(problem, search, options, row);
-  return row;
-}
-
 class Batch::Pool {
  public:
   explicit Pool(BatchOptions options) : options_(std::move(options)) { options_.limit = options_.limit.or_when(stop_); }
@@ -212,7 +52,7 @@ class Batch::Pool {
 
   void add(std::vector<Problem> problems, const std::vector<std::size_t>& indices,
            const std::vector<std::string>& metrics) {
-    const std::vector<Metrics> searches = searches_for(metrics);
+    const std::vector<SearchMetrics> searches = searches_for(metrics);
     const std::lock_guard<std::mutex> lock(mutex_);
     for (std::size_t i = 0; i < problems.size(); ++i) {
       queue_.push_back(std::make_shared<Work>(Work{std::move(problems[i]), indices[i], searches}));
@@ -228,7 +68,7 @@ class Batch::Pool {
   }
 
   std::vector<ScoreRow> take(double timeout) {
-    const std::optional<Clock::time_point> end = time_after(timeout);
+    const std::optional<Limit::Clock::time_point> end = time_after(timeout);
     std::unique_lock<std::mutex> lock(mutex_);
     if (threads_.empty()) {
       lock.unlock();
@@ -257,24 +97,24 @@ class Batch::Pool {
   }
 
  private:
-  // A problem whose row is not there yet.
+  // A problem whose row is not complete.
   struct Work {
     Problem problem;
     std::size_t index;
-    std::vector<Metrics> searches;
-    std::vector<ScoreRow> parts{};  // one a search
-    std::size_t started = 0;
-    std::size_t done = 0;
+    std::vector<SearchMetrics> searches;
+    std::vector<ScoreRow> parts{};  // one for each search
+    std::size_t searches_begun = 0;
+    std::size_t searches_done = 0;
   };
 
-  // One search of one problem: what is taken from the queue, so that a single problem keeps several threads busy, and
-  // so does the end of a batch.
+  // One search of one problem. Threads take searches from the queue, so that a single problem, or the end of a batch,
+  // keeps several of them busy.
   struct Search {
     std::shared_ptr<Work> work;
-    std::size_t which;
+    std::size_t index;
   };
 
-  // As many as there is work for. If the system gives none at all, `take` does the work.
+  // As many threads as there are searches. If the system gives none at all, `take` does the work.
   void start_threads(std::size_t searches) {
     const auto work = [this] {
       while (const auto search = next(true)) run(*search);
@@ -284,25 +124,25 @@ class Batch::Pool {
     }
   }
 
-  // The next search, if need be once there is one; none if the batch has ended.
+  // The next search; with `wait` the call waits for one. None if the batch has ended.
   std::optional<Search> next(bool wait) {
     std::unique_lock<std::mutex> lock(mutex_);
     if (wait) changed_.wait(lock, [this] { return ended_ || !queue_.empty(); });
     if (ended_ || queue_.empty()) return std::nullopt;
     const std::shared_ptr<Work> work = queue_.front();
-    const Search search{work, work->started++};
+    const Search search{work, work->searches_begun++};
     work->parts.resize(work->searches.size());
-    if (work->started == work->searches.size()) queue_.pop_front();
+    if (work->searches_begun == work->searches.size()) queue_.pop_front();
     ++running_;
     return search;
   }
 
-  // Until there is a row, at least one search.
-  void work_until(const std::optional<Clock::time_point>& end) {
+  // At least one search, and as many as a row needs.
+  void work_until(const std::optional<Limit::Clock::time_point>& end) {
     while (const auto search = next(false)) {
       run(*search);
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (!rows_.empty() || (end && Clock::now() > *end)) break;
+      if (!rows_.empty() || (end && Limit::Clock::now() > *end)) break;
     }
   }
 
@@ -311,28 +151,28 @@ class Batch::Pool {
     part.index = search.work->index;
     try {
       if (options_.limit.reached()) throw search::Stopped();
-      add_search(search.work->problem, search.work->searches[search.which], options_, part);
+      run_search(search.work->problem, search.work->searches[search.index], options_, part);
     } catch (const search::Stopped&) {
       end(1);
       return;
     } catch (const std::exception& error) {
       part.error = error.what();
     }
-    keep(search, std::move(part));
+    store(search, std::move(part));
   }
 
-  void keep(const Search& search, ScoreRow part) {
+  void store(const Search& search, ScoreRow part) {
     const std::lock_guard<std::mutex> lock(mutex_);
     --running_;
     Work& work = *search.work;
-    work.parts[search.which] = std::move(part);
-    if (++work.done == work.searches.size()) rows_.push_back(joined(work.parts));
+    work.parts[search.index] = std::move(part);
+    if (++work.searches_done == work.searches.size()) rows_.push_back(merge(work.parts));
     changed_.notify_all();
   }
 
-  // No more searches are begun; so many were running that do not any more.
+  // No thread begins another search; `stopped` searches have just ended without a result.
   void end(std::size_t stopped = 0) {
-    std::deque<std::shared_ptr<Work>> dropped;  // once unlocked: a problem may hold what takes another lock
+    std::deque<std::shared_ptr<Work>> dropped;  // freed after the lock: a problem's predicate may take another lock
     const std::lock_guard<std::mutex> lock(mutex_);
     running_ -= stopped;
     ended_ = true;
@@ -358,10 +198,12 @@ class Batch::Pool {
 };
 
 Batch::Batch(std::vector<Problem> problems, const BatchOptions& options) : Batch(options) {
-  const std::vector<std::size_t>& given = options.indices;
-  std::vector<std::size_t> counted(given.empty() ? problems.size() : 0);
-  std::iota(counted.begin(), counted.end(), std::size_t{0});
-  add(std::move(problems), given.empty() ? counted : given);
+  std::vector<std::size_t> indices = options.indices;
+  if (indices.empty()) {
+    indices.resize(problems.size());
+    std::iota(indices.begin(), indices.end(), std::size_t{0});
+  }
+  add(std::move(problems), indices);
 }
 
 Batch::Batch(const BatchOptions& options) : metrics_(options.metrics) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -16,30 +17,40 @@
 namespace energymargin {
 namespace {
 
-// A tree, and what it says of each set.
-struct Grown {
+// The likelihood inside each set that the problem has, eq. 5 and 6.
+struct SetLikelihoods {
+  std::optional<double> capture{};
+  std::optional<double> success{};
+  std::optional<double> capture_any{};
+  std::optional<double> success_any{};
+};
+
+using SetLikelihood = std::optional<double> SetLikelihoods::*;
+constexpr SetLikelihood each_set[] = {&SetLikelihoods::capture, &SetLikelihoods::success, &SetLikelihoods::capture_any,
+                                      &SetLikelihoods::success_any};
+
+struct ScoredTree {
   Tree tree;
   bool complete = false;
   int diverged = 0;  // rollouts
-  std::vector<double> scores{};
-  double heaviest = 0.0;  // likelihood of a node
+  SetLikelihoods likelihoods{};
+  double resolution = 0.0;  // likelihood of the heaviest node
 };
 
 // Line 3 of Algorithm 2: EST(P_inf, M); with a least likelihood EST(P_c, M), with c the cost at which it is reached.
-Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
-                        const Limit& limit) {
+ScoredTree energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
+                             const Limit& limit) {
   search::ExplorationOptions exploration;
   exploration.nodes = options.nodes;
   exploration.nodes_per_edge = options.nodes_per_edge;
   if (options.least_likelihood > 0.0) exploration.bound = -std::log(options.least_likelihood) / rate;
   exploration.seed = seed;
   exploration.limit = limit;
-  exploration.counter = options.made;
+  exploration.counter = options.node_counter;
   search::Exploration field = search::explore(problem, exploration);
   return {std::move(field.tree), field.complete, field.diverged};
 }
 
-// Eq. 5 and 6: the likelihood that falls into a set.
 double likelihood_inside(const Region& region, const Scene& scene, const Tree& tree, const Eigen::VectorXd& weights) {
   const Mask inside = Membership(region, scene)(tree.states);
   // Divided by the sum of the same numbers in the same order, so that a set of all nodes gives exactly 1.
@@ -52,105 +63,106 @@ double likelihood_inside(const Region& region, const Scene& scene, const Tree& t
   return sum / total;
 }
 
+SetLikelihoods set_likelihoods(const Problem& problem, const Tree& tree, const Eigen::VectorXd& weights) {
+  const auto inside = [&](const std::optional<Region>& set) {
+    return set ? std::optional(likelihood_inside(*set, problem.scene, tree, weights)) : std::nullopt;
+  };
+  return {inside(problem.captured), inside(problem.succeeded), inside(problem.captured_any),
+          inside(problem.succeeded_any)};
+}
+
 double standard_error(const Eigen::VectorXd& values) {
   const double n = static_cast<double>(values.size());
   return std::sqrt((values.array() - values.mean()).square().sum() / (n * (n - 1.0)));
 }
 
-// The sets that a problem has.
-std::vector<const Region*> sets_of(const Problem& problem) {
-  std::vector<const Region*> sets{&problem.captured};
-  for (const auto* set : {&problem.succeeded, &problem.captured_any, &problem.succeeded_any}) {
-    if (*set) sets.push_back(&**set);
-  }
-  return sets;
-}
-
-// Trees by their number. Those that count are the first ones, up to one that is not complete, or up to where the
-// tolerance is met: so which they are does not depend on the threads.
+// Trees by their number. The first ones count, up to one that is not complete, or up to where they meet the tolerance:
+// so which of them count does not depend on the threads.
 class Forest {
  public:
   Forest(const Problem& problem, const CaptureOptions& options)
       : problem_(problem),
         options_(options),
         rate_(options.rate.value_or(problem.rate)),
-        sets_(sets_of(problem)),
         most_(static_cast<std::size_t>(options.trees.value_or(options.tolerance ? most_trees : 1))) {}
 
   void grow() {
-    const Limit enough = options_.limit.or_when(done_);
+    const Limit enough = options_.limit.or_when(meets_tolerance_);
     parallel_for(most_, options_.threads, [&](std::size_t i) { grow_tree(i, enough); }, enough);
-    if (grown_.count(0) == 0) grow_tree(0, enough);  // its root alone
+    if (trees_.count(0) == 0) grow_tree(0, enough);  // its root alone
   }
 
   CaptureScore score() {
     const std::size_t count = std::max<std::size_t>(counted_, 1);
     CaptureScore score;
-    score.complete = options_.tolerance ? done_.load() : counted_ == most_;
-    score.likelihoods = likelihoods(grown_.at(0).tree.costs, rate_);
-    const auto take = [&](std::size_t set, auto& mean, std::optional<double>& error, Eigen::VectorXd& by_tree) {
-      by_tree = scores(set, count);
-      mean = by_tree.mean();
-      if (count > 1) error = standard_error(by_tree);
-    };
-    std::size_t set = 0;
-    take(set++, score.capture, score.capture_stderr, score.capture_by_tree);
-    if (problem_.succeeded) take(set++, score.success, score.success_stderr, score.success_by_tree);
-    if (problem_.captured_any) take(set++, score.capture_any, score.capture_any_stderr, score.capture_any_by_tree);
-    if (problem_.succeeded_any) take(set++, score.success_any, score.success_any_stderr, score.success_any_by_tree);
+    score.complete = options_.tolerance ? meets_tolerance_.load() : counted_ == most_;
+    score.likelihoods = likelihoods(trees_.at(0).tree.costs, rate_);
+    score.capture = *set_score(&SetLikelihoods::capture, count);
+    score.success = set_score(&SetLikelihoods::success, count);
+    score.capture_any = set_score(&SetLikelihoods::capture_any, count);
+    score.success_any = set_score(&SetLikelihoods::success_any, count);
     for (std::size_t i = 0; i < count; ++i) {
-      score.resolution += grown_.at(i).heaviest / static_cast<double>(count);
-      score.diverged += grown_.at(i).diverged;
-      score.trees.push_back(std::move(grown_.at(i).tree));
+      score.resolution += trees_.at(i).resolution / static_cast<double>(count);
+      score.diverged += trees_.at(i).diverged;
+      score.trees.push_back(std::move(trees_.at(i).tree));
     }
     return score;
   }
 
  private:
   void grow_tree(std::size_t index, const Limit& limit) {
-    Grown grown = energy_cost_field(problem_, options_, rate_, stream(options_.seed, index), limit);
-    if (!grown.complete && index > 0) return;
-    const Eigen::VectorXd weights = likelihoods(grown.tree.costs, rate_);
-    for (const Region* set : sets_) {
-      grown.scores.push_back(likelihood_inside(*set, problem_.scene, grown.tree, weights));
-    }
-    grown.heaviest = weights.maxCoeff();
+    ScoredTree tree = energy_cost_field(problem_, options_, rate_, stream(options_.seed, index), limit);
+    if (!tree.complete && index > 0) return;
+    const Eigen::VectorXd weights = likelihoods(tree.tree.costs, rate_);
+    tree.likelihoods = set_likelihoods(problem_, tree.tree, weights);
+    tree.resolution = weights.maxCoeff();
     const std::lock_guard<std::mutex> lock(mutex_);
-    grown_.emplace(index, std::move(grown));
+    trees_.emplace(index, std::move(tree));
     count_trees();
   }
 
   void count_trees() {
-    for (auto next = grown_.find(counted_); !done_ && next != grown_.end() && next->second.complete;
-         next = grown_.find(counted_)) {
+    for (auto next = trees_.find(counted_); !meets_tolerance_ && next != trees_.end() && next->second.complete;
+         next = trees_.find(counted_)) {
       ++counted_;
-      if (options_.tolerance && counted_ >= fewest_trees && is_met(*options_.tolerance)) done_ = true;
+      if (options_.tolerance && counted_ >= fewest_trees) meets_tolerance_ = errors_are_at_most(*options_.tolerance);
     }
   }
 
-  bool is_met(double tolerance) const {
-    for (std::size_t set = 0; set < sets_.size(); ++set) {
-      if (!(standard_error(scores(set, counted_)) <= tolerance)) return false;
-    }
-    return true;
+  bool errors_are_at_most(double tolerance) const {
+    return std::all_of(std::begin(each_set), std::end(each_set), [&](SetLikelihood set) {
+      return !has(set) || standard_error(by_tree(set, counted_)) <= tolerance;
+    });
   }
+
+  std::optional<SetScore> set_score(SetLikelihood set, std::size_t count) const {
+    if (!has(set)) return std::nullopt;
+    SetScore score;
+    score.by_tree = by_tree(set, count);
+    score.mean = score.by_tree.mean();
+    if (count > 1) score.standard_error = standard_error(score.by_tree);
+    return score;
+  }
+
+  bool has(SetLikelihood set) const { return (trees_.at(0).likelihoods.*set).has_value(); }
 
   // Of the first `count` trees.
-  Eigen::VectorXd scores(std::size_t set, std::size_t count) const {
+  Eigen::VectorXd by_tree(SetLikelihood set, std::size_t count) const {
     Eigen::VectorXd values(static_cast<Eigen::Index>(count));
-    for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = grown_.at(i).scores[set];
+    for (std::size_t i = 0; i < count; ++i) {
+      values[static_cast<Eigen::Index>(i)] = *(trees_.at(i).likelihoods.*set);
+    }
     return values;
   }
 
   const Problem& problem_;
   const CaptureOptions& options_;
   double rate_;
-  std::vector<const Region*> sets_;
   std::size_t most_;
   std::mutex mutex_;
-  std::map<std::size_t, Grown> grown_;
-  std::size_t counted_ = 0;
-  std::atomic<bool> done_{false};  //!< the tolerance is met
+  std::map<std::size_t, ScoredTree> trees_;
+  std::size_t counted_ = 0;  // the first trees, which count
+  std::atomic<bool> meets_tolerance_{false};
 };
 
 void validate(const CaptureOptions& options) {
@@ -158,9 +170,10 @@ void validate(const CaptureOptions& options) {
   require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
   require_least_likelihood(options.least_likelihood);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
-  if (options.trees)
+  if (options.trees) {
     require_at_least(options.tolerance ? "trees with a tolerance" : "trees", *options.trees,
                      options.tolerance ? fewest_trees : 1);
+  }
   require_at_least("threads", options.threads, 1);
   if (options.rate) require_not_negative("rate", *options.rate);
 }
@@ -171,6 +184,14 @@ Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate) {
   const Eigen::ArrayXd above = costs.array() - costs.minCoeff();
   const Eigen::VectorXd weights = above.isFinite().select((-rate * above).exp(), 0.0);
   return weights / weights.sum();
+}
+
+std::array<std::pair<std::string_view, const SetScore*>, 4> set_scores(const CaptureScore& score) {
+  const auto address = [](const std::optional<SetScore>& set) { return set ? &*set : nullptr; };
+  return {{{"capture", &score.capture},
+           {"success", address(score.success)},
+           {"capture_any", address(score.capture_any)},
+           {"success_any", address(score.success_any)}}};
 }
 
 void require_least_likelihood(double value) {

@@ -1,6 +1,7 @@
 #include "energymargin/metrics/effort.hpp"
 
 #include "base/check.hpp"
+#include "metrics/words.hpp"
 #include "search/escape_search.hpp"
 
 namespace energymargin {
@@ -16,16 +17,14 @@ search::EscapeSearchOptions search_options(const EffortOptions& options) {
   result.sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
   result.shorten = options.shorten.value_or(improved);
   result.stop_at_escape = options.stop_at_escape;
-  result.counter = options.made;
+  result.counter = options.node_counter;
   return result;
 }
 
 }  // namespace
 
 Escape escape_effort(const Problem& problem, const EffortOptions& options) {
-  if (options.planner != "est" && options.planner != "rrt") {
-    reject("planner", "'" + options.planner + "'", "'est' or 'rrt'");
-  }
+  require_word("planner", options.planner, effort_planners);
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
   return search::find_escape(problem, capture_set(problem, options.captured), search_options(options));

@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "base/check.hpp"
+#include "metrics/words.hpp"
 #include "quasistatic/bit_star.hpp"
 #include "quasistatic/rrt_star.hpp"
 
 namespace energymargin {
 namespace {
 
-std::size_t escaping(const Scene& scene, const std::string& name) {
+std::size_t escaping_object(const Scene& scene, const std::string& name) {
   const std::vector<std::size_t> objects = scene.with_role(Role::object);
   std::string names;
   for (const std::size_t object : objects) {
@@ -45,14 +46,12 @@ EscapeEnergy result(quasistatic::BarrierProblem& problem) {
 }  // namespace
 
 EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& options) {
-  if (options.planner != "bit*" && options.planner != "rrt*") {
-    reject("planner", "'" + options.planner + "'", "'bit*' or 'rrt*'");
-  }
+  require_word("planner", options.planner, escape_energy_planners);
   require_at_least("samples", options.samples, 1);
   if (options.reach) require_positive("reach", *options.reach);
   validate(problem);
   require_no_clock(problem, "escape_energy");
-  const std::size_t object = escaping(problem.scene, options.object);
+  const std::size_t object = escaping_object(problem.scene, options.object);
   const Body& body = problem.scene.bodies()[object];
   if (!std::isfinite(smallest_half_extent(body.shape))) {
     reject("object", "'" + body.name + "', which has no parts", "one that can collide with something");

@@ -27,9 +27,10 @@ std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limi
 
 CaptureScore guarded_capture_score(const Problem& problem, const CaptureOptions& options) {
   CaptureScore score = capture_score(problem, options);
-  // A second of one simulation: a score that ran out of time is doubted too.
-  if (score.capture > plausible::stays)
+  // A second of simulation is quick: a score that ran out of time is checked too.
+  if (score.capture.mean > plausible::capture_score) {
     score.undisturbed_exit = undisturbed_exit(problem, options.limit.without_time());
+  }
   return score;
 }
 
@@ -37,14 +38,14 @@ std::vector<Doubt> implausible(const CaptureScore& score) {
   std::vector<Doubt> doubts;
   if (score.nodes() > 0 && score.resolution > plausible::resolution) {
     doubts.push_back({"capture_score: resolution",
-                      "the capture score " + text(score.capture) + " has a resolution of " + text(score.resolution) +
-                          ", above " + text(plausible::resolution) +
+                      "the capture score " + text(score.capture.mean) + " has a resolution of " +
+                          text(score.resolution) + ", above " + text(plausible::resolution) +
                           ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make "
                           "it finer"});
   }
   if (score.undisturbed_exit) {
     doubts.push_back(
-        {"capture_score: undisturbed", "the capture score is " + text(score.capture) +
+        {"capture_score: undisturbed", "the capture score is " + text(score.capture.mean) +
                                            ", but without any disturbance the state leaves the capture set after " +
                                            text(*score.undisturbed_exit) +
                                            " s: ask capture_probability, with a horizon, whether it stays"});

@@ -3,35 +3,30 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <utility>
 
 #include "base/check.hpp"
 
 namespace energymargin {
 namespace {
 
-const Eigen::VectorXd& by_tree(const CaptureScore& score, const std::string& which) {
-  const std::pair<const char*, const Eigen::VectorXd&> all[] = {{"capture", score.capture_by_tree},
-                                                                {"success", score.success_by_tree},
-                                                                {"capture_any", score.capture_any_by_tree},
-                                                                {"success_any", score.success_any_by_tree}};
-  for (const auto& [name, values] : all) {
+const SetScore& set_score(const CaptureScore& score, const std::string& which) {
+  for (const auto& [name, set] : set_scores(score)) {
     if (which != name) continue;
-    if (values.size() == 0) reject("which", "'" + which + "'", "a set that the problem has");
-    return values;
+    if (!set) reject("which", "'" + which + "'", "a set that the problem has");
+    return *set;
   }
   reject("which", "'" + which + "'", "'capture', 'success', 'capture_any' or 'success_any'");
 }
 
-// Nodes on the side of a set that a tree has not seen come in clusters: they weigh as much as so many heavy ones.
+// Nodes on the other side of a set come in clusters: one cluster weighs as much as so many heavy nodes.
 constexpr double cluster = 2.0;
 
 // Variance of the trees' scores in units of mean * (1 - mean), that of a share of single draws.
 double dispersion(const Eigen::VectorXd& scores, double mean, double variance, double resolution) {
   const double single = mean * (1.0 - mean);
-  const double seen = single > 0.0 ? variance / single : 0.0;
-  const bool some_saw_one_side = (scores.array() == 0.0 || scores.array() == 1.0).any();
-  return some_saw_one_side ? std::max(seen, cluster * resolution) : seen;
+  const double measured = single > 0.0 ? variance / single : 0.0;
+  const bool some_know_one_side = (scores.array() == 0.0 || scores.array() == 1.0).any();
+  return some_know_one_side ? std::max(measured, cluster * resolution) : measured;
 }
 
 // Wilson's interval: the shares p with (mean - p)^2 <= width * p * (1 - p).
@@ -56,7 +51,7 @@ Interval interval(const Eigen::VectorXd& scores, double resolution, double confi
 }
 
 Interval interval(const CaptureScore& score, const std::string& which, double confidence) {
-  return interval(by_tree(score, which), score.resolution, confidence);
+  return interval(set_score(score, which).by_tree, score.resolution, confidence);
 }
 
 }  // namespace energymargin

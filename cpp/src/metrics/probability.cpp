@@ -19,11 +19,11 @@ namespace {
 
 constexpr int default_rollouts = 30;
 constexpr double most_diverged = 0.01;  // of the rollouts
-constexpr double looked_at = 0.95;      // confidence of the interval that a tolerance is about
+constexpr double confidence_of_tolerance = 0.95;
 
-// What one rollout tells.
-struct Path {
-  std::vector<int> exits;  // of each set, steps; -1: none
+// The outcome of one rollout.
+struct Future {
+  std::vector<int> exits;  // of each set, steps; -1: it stays inside
   bool success = false;
   double effort = 0.0;
   int steps = 0;
@@ -31,9 +31,9 @@ struct Path {
   bool diverged = false;
 };
 
-class Estimate {
+class Estimator {
  public:
-  Estimate(const Problem& problem, const ProbabilityOptions& options)
+  Estimator(const Problem& problem, const ProbabilityOptions& options)
       : problem_(problem), options_(options), timing_(*timing_of(problem)) {
     sets_.emplace_back(problem.captured, problem.scene);
     if (options.by_object && problem.captured_any) {
@@ -44,17 +44,17 @@ class Estimate {
     if (const auto* boltzmann = std::get_if<disturbances::Boltzmann>(&options.disturbance)) rate_ = boltzmann->rate;
   }
 
-  CaptureProbability find() {
-    const Disturbance nothing(problem_.scene.with_role(Role::object).size());
-    undisturbed_ = run({{nothing, timing_.horizon}}, nullptr);
+  CaptureProbability estimate() {
+    const Disturbance zero(problem_.scene.with_role(Role::object).size());
+    undisturbed_ = run({{zero, timing_.horizon}}, nullptr);
     if (!undisturbed_.complete) options_.limit.require();
     if (undisturbed_.diverged) throw Diverged("the undisturbed future");
     const int most = options_.rollouts.value_or(options_.tolerance ? most_rollouts : default_rollouts);
     int wanted = options_.tolerance ? std::min(first_look, most) : most;
-    for (long long at = wanted; at < most; at *= 2) ++looks_;
+    for (long long look = wanted; look < most; look *= 2) ++looks_;
     while (true) {
       roll(wanted);
-      if (counted() < wanted || wanted == most || is_met()) break;
+      if (counted() < wanted || wanted == most || meets_tolerance()) break;
       wanted = static_cast<int>(std::min<long long>(2LL * wanted, most));
     }
     if (counted() == 0 && options_.limit.reached()) options_.limit.require();
@@ -62,44 +62,44 @@ class Estimate {
   }
 
  private:
-  // Up to number `wanted`, each a function of its number alone.
+  // Rollouts up to number `wanted`, each a function of its number alone.
   void roll(int wanted) {
-    const std::size_t first = paths_.size();
-    paths_.resize(static_cast<std::size_t>(wanted));
-    done_.resize(paths_.size(), 0);
+    const std::size_t first = futures_.size();
+    futures_.resize(static_cast<std::size_t>(wanted));
+    complete_.resize(futures_.size(), 0);
     parallel_for(
-        paths_.size() - first, options_.threads,
+        futures_.size() - first, options_.threads,
         [&](std::size_t i) {
           const std::size_t index = first + i;
-          paths_[index] = run(index);
-          done_[index] = paths_[index].complete ? 1 : 0;
-          if (options_.made) ++*options_.made;
+          futures_[index] = run(index);
+          complete_[index] = futures_[index].complete ? 1 : 0;
+          if (options_.rollout_counter) ++*options_.rollout_counter;
         },
         options_.limit);
   }
 
-  // Complete ones, up to the first that is not.
-  int counted() const { return static_cast<int>(std::find(done_.begin(), done_.end(), 0) - done_.begin()); }
+  // The complete rollouts up to the first that is not.
+  int counted() const { return static_cast<int>(std::find(complete_.begin(), complete_.end(), 0) - complete_.begin()); }
 
-  Path run(std::size_t index) {
+  Future run(std::size_t index) {
     const auto plan = draw_plan(options_.disturbance, problem_, options_.seed, index);
     return run(draw_pushes(options_.disturbance, problem_, timing_.horizon, options_.seed, index),
                plan ? &*plan : nullptr);
   }
 
-  // Under `pushes`; `plan` in place of the problem's, if it is given.
-  Path run(const std::vector<Push>& pushes, const Plan* plan) {
+  // Under `pushes`; with `plan`, unless it is null, in place of the problem's.
+  Future run(const std::vector<Push>& pushes, const Plan* plan) {
     std::unique_ptr<World> world = take();
-    Path path;
+    Future future;
     try {
       if (plan) world->follow(*plan);
-      path = follow(*world, pushes, options_.limit);
+      future = follow(*world, pushes, options_.limit);
     } catch (const Diverged&) {
-      path.diverged = true;
+      future.diverged = true;
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     worlds_.push_back(std::move(world));
-    return path;
+    return future;
   }
 
   std::unique_ptr<World> take() {
@@ -110,7 +110,7 @@ class Estimate {
     return world;
   }
 
-  Path follow(World& world, const std::vector<Push>& pushes, const Limit& limit) const {
+  Future follow(World& world, const std::vector<Push>& pushes, const Limit& limit) const {
     std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
     const auto look = [&](const State& state, int step) {
       bool all_left = true;
@@ -120,38 +120,39 @@ class Estimate {
       }
       return all_left;
     };
-    const bool to_the_end = success_ || rate_;
-    Path path;
-    if (!look(problem_.state, 0) || to_the_end) {
+    const bool runs_to_horizon = success_ || rate_;
+    Future future;
+    if (!look(problem_.state, 0) || runs_to_horizon) {
       int step = 0;
       Watch watch;
       watch.look_every = timing_.check;
-      watch.ends = [&](const State& state) { return look(state, step += timing_.check) && !to_the_end; };
+      watch.ends = [&](const State& state) { return look(state, step += timing_.check) && !runs_to_horizon; };
       const Rollout rollout = world.rollout_unchecked(problem_.state, pushes, limit, watch);
-      path.complete = rollout.complete;
-      path.steps = rollout.steps;
-      path.effort = rollout.effort;
+      future.complete = rollout.complete;
+      future.steps = rollout.steps;
+      future.effort = rollout.effort;
       if (rollout.complete && rollout.steps == timing_.horizon) {
         look(rollout.state, timing_.horizon);
         for (search::Exit& exit : exits) exit.end();
-        path.success = success_ && (*success_)(rollout.state);
+        future.success = success_ && (*success_)(rollout.state);
       }
     }
-    for (const search::Exit& exit : exits) path.exits.push_back(exit.left() ? exit.since() : -1);
-    return path;
+    for (const search::Exit& exit : exits) future.exits.push_back(exit.left() ? exit.since() : -1);
+    return future;
   }
 
-  // Of the first rollouts; 0 for one that diverged.
+  // Of the first `count` rollouts; 0 for one that diverged.
   std::vector<double> weights(int count) const {
     std::vector<double> weights(static_cast<std::size_t>(count), 0.0);
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < count; ++i) {
-      if (!paths_[std::size_t(i)].diverged) least = std::min(least, paths_[std::size_t(i)].effort);
+      const Future& future = futures_[static_cast<std::size_t>(i)];
+      if (!future.diverged) least = std::min(least, future.effort);
     }
     for (int i = 0; i < count; ++i) {
-      const Path& path = paths_[static_cast<std::size_t>(i)];
-      if (path.diverged) continue;
-      weights[static_cast<std::size_t>(i)] = rate_ ? std::exp(-*rate_ * (path.effort - least)) : 1.0;
+      const Future& future = futures_[static_cast<std::size_t>(i)];
+      if (future.diverged) continue;
+      weights[static_cast<std::size_t>(i)] = rate_ ? std::exp(-*rate_ * (future.effort - least)) : 1.0;
     }
     return weights;
   }
@@ -166,11 +167,11 @@ class Estimate {
     return std::pow(total(weights), 2) / squares;
   }
 
-  bool is_met() const {
+  bool meets_tolerance() const {
     const std::vector<double> shares = weights(counted());
-    const Interval found =
-        interval(survival(0, shares).captured(), effective(shares), 1.0 - (1.0 - looked_at) / looks_);
-    return 0.5 * (found.high - found.low) <= *options_.tolerance;
+    const double confidence = 1.0 - (1.0 - confidence_of_tolerance) / looks_;
+    const Interval ends = interval(survival(0, shares).captured(), effective(shares), confidence);
+    return 0.5 * (ends.high - ends.low) <= *options_.tolerance;
   }
 
   std::vector<int> instants() const {
@@ -183,69 +184,79 @@ class Estimate {
   Survival survival(std::size_t set, const std::vector<double>& shares) const {
     const std::vector<int> steps = instants();
     const double step = problem_.scene.stepping().step;
-    Survival found{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(steps.size()))};
+    Survival survival{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(steps.size()))};
     for (std::size_t i = 0; i < shares.size(); ++i) {
       if (shares[i] == 0.0) continue;
-      const int exit = paths_[i].exits[set];
-      found.mean_time += shares[i] * step * (exit < 0 ? timing_.horizon : exit);
+      const int exit = futures_[i].exits[set];
+      survival.mean_time += shares[i] * step * (exit < 0 ? timing_.horizon : exit);
       if (exit < 0) continue;
       const auto from = std::lower_bound(steps.begin(), steps.end(), exit) - steps.begin();
-      found.curve.tail(found.curve.size() - from).array() += shares[i];
+      survival.curve.tail(survival.curve.size() - from).array() += shares[i];
     }
     // Sums of the same numbers in the same order give exactly 0 and 1.
-    found.curve = 1.0 - found.curve.array() / total(shares);
-    found.mean_time /= total(shares);
-    return found;
+    survival.curve = 1.0 - survival.curve.array() / total(shares);
+    survival.mean_time /= total(shares);
+    return survival;
+  }
+
+  double success(const std::vector<double>& shares) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < shares.size(); ++i) sum += futures_[i].success ? shares[i] : 0.0;
+    return sum / total(shares);
   }
 
   CaptureProbability result(int wanted) const {
-    CaptureProbability found;
+    CaptureProbability p;
     const int count = counted();
-    found.complete = count == wanted;
-    found.looks = looks_;
-    found.steps = undisturbed_.steps;
-    for (int i = 0; i < count; ++i) {
-      found.diverged += paths_[static_cast<std::size_t>(i)].diverged ? 1 : 0;
-      found.steps += paths_[static_cast<std::size_t>(i)].steps;
-    }
-    found.rollouts = count - found.diverged;
-    if (found.diverged > most_diverged * count) {
-      throw std::runtime_error(std::to_string(found.diverged) + " of " + std::to_string(count) +
-                               " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
-                               "or a weaker disturbance");
-    }
-    const double step = problem_.scene.stepping().step;
-    found.times.resize(static_cast<Eigen::Index>(instants().size()));
-    for (Eigen::Index i = 0; i < found.times.size(); ++i) found.times[i] = step * instants()[std::size_t(i)];
-    const int exit = undisturbed_.exits[0];
-    found.undisturbed = exit < 0;
-    found.undisturbed_time = step * (exit < 0 ? timing_.horizon : exit);
-    if (success_) found.undisturbed_success = undisturbed_.success;
+    p.complete = count == wanted;
+    p.looks = looks_;
+    count_rollouts(count, p);
+    set_times(p);
     const std::vector<double> shares = weights(count);
-    found.effective = effective(shares);
-    found.all = survival(0, shares);
-    if (sets_.size() > 1) found.any = survival(1, shares);
-    for (std::size_t set = 2; set < sets_.size(); ++set) found.by_object.push_back(survival(set, shares));
-    if (success_) {
-      found.success = 0.0;
-      for (std::size_t i = 0; i < shares.size(); ++i) *found.success += paths_[i].success ? shares[i] : 0.0;
-      *found.success /= total(shares);
+    p.effective = effective(shares);
+    p.all = survival(0, shares);
+    if (sets_.size() > 1) p.any = survival(1, shares);
+    for (std::size_t set = 2; set < sets_.size(); ++set) p.by_object.push_back(survival(set, shares));
+    if (success_) p.success = success(shares);
+    return p;
+  }
+
+  void count_rollouts(int count, CaptureProbability& p) const {
+    p.steps = undisturbed_.steps;
+    for (int i = 0; i < count; ++i) {
+      p.diverged += futures_[static_cast<std::size_t>(i)].diverged ? 1 : 0;
+      p.steps += futures_[static_cast<std::size_t>(i)].steps;
     }
-    return found;
+    p.rollouts = count - p.diverged;
+    if (p.diverged <= most_diverged * count) return;
+    throw std::runtime_error(std::to_string(p.diverged) + " of " + std::to_string(count) +
+                             " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
+                             "or a weaker disturbance");
+  }
+
+  void set_times(CaptureProbability& p) const {
+    const double step = problem_.scene.stepping().step;
+    const std::vector<int> steps = instants();
+    p.times.resize(static_cast<Eigen::Index>(steps.size()));
+    for (std::size_t i = 0; i < steps.size(); ++i) p.times[static_cast<Eigen::Index>(i)] = step * steps[i];
+    const int exit = undisturbed_.exits[0];
+    p.undisturbed = exit < 0;
+    p.undisturbed_time = step * (exit < 0 ? timing_.horizon : exit);
+    if (success_) p.undisturbed_success = undisturbed_.success;
   }
 
   const Problem& problem_;
   const ProbabilityOptions& options_;
   Timing timing_;
-  std::vector<Membership> sets_;  // all, and any and each object
+  std::vector<Membership> sets_;  // of all objects; with `by_object` also of any, and of each
   std::optional<Membership> success_;
   std::optional<double> rate_;
-  Path undisturbed_;
-  std::vector<Path> paths_;
-  std::vector<char> done_;
-  int looks_ = 1;  // that may be, known before the first one
+  Future undisturbed_;
+  std::vector<Future> futures_;
+  std::vector<char> complete_;
+  int looks_ = 1;  // the most looks at the tolerance
   std::mutex mutex_;
-  std::vector<std::unique_ptr<World>> worlds_;  // that nobody uses now
+  std::vector<std::unique_ptr<World>> worlds_;  // idle
 };
 
 void validate(const Problem& problem, const ProbabilityOptions& options) {
@@ -271,7 +282,7 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options) {
   validate(problem);
   validate(problem, options);
-  return Estimate(problem, options).find();
+  return Estimator(problem, options).estimate();
 }
 
 Interval interval(double probability, double effective, double confidence) {

@@ -12,6 +12,9 @@ constexpr double default_check = 1.0 / 60.0;  // s
 
 }  // namespace
 
+Problem::Problem(Scene bodies, State start, Region set)
+    : scene(std::move(bodies)), state(std::move(start)), captured(std::move(set)) {}
+
 std::optional<Timing> timing_of(const Problem& problem) {
   if (!problem.horizon && !problem.plan) return std::nullopt;
   const double step = problem.scene.stepping().step;

@@ -71,12 +71,14 @@ Problem read_problem(const Json& json, const std::string& folder) {
               "contacts", "captured_any", "succeeded_any", "horizon", "check",    "dwell", "plan"});
   if (place.has("$schema")) place["$schema"].word();
   const Scene scene = read_scene(place["scene"], version, folder);
-  Problem problem{scene,
-                  read_state(place["state"]),
-                  place["force"].vector3(),
-                  place["torque"].vector3(),
-                  place["duration"].number(),
-                  read_region(place["captured"], scene)};
+  State state = read_state(place["state"]);
+  const Vector3 force = place["force"].vector3();
+  const Vector3 torque = place["torque"].vector3();
+  const double duration = place["duration"].number();
+  Problem problem(scene, std::move(state), read_region(place["captured"], scene));
+  problem.force = force;
+  problem.torque = torque;
+  problem.duration = duration;
   if (place.has("succeeded")) problem.succeeded = read_region(place["succeeded"], scene);
   if (place.has("within")) problem.within = read_region(place["within"], scene);
   if (place.has("captured_any")) problem.captured_any = read_region(place["captured_any"], scene);

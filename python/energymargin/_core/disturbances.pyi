@@ -8,23 +8,23 @@ import typing
 __all__: list[str] = ['Boltzmann', 'Gaussian', 'OfPlan', 'Uniform', 'of_plan']
 class Uniform:
     """
-    Piecewise constant: along and about each axis even within strength times the problem's bounds, each piece held for an even draw of time.
+    Piecewise constant. Each piece is uniform within strength times the problem's bounds, along and about each axis, and lasts for a uniform time.
     """
     def __init__(self, strength: float = 1.0, objects: int | None = None, hold: float | None = None) -> None:
         """
-        strength: of the bounds. objects: how many of several objects each piece meets, drawn anew for each; by default all. hold: the longest piece [s]; by default the problem's duration.
+        strength: share of the bounds. objects: how many of several objects each piece acts on, drawn for each piece; by default all. hold: the longest piece [s]; by default the problem's duration.
         """
     def __repr__(self) -> str:
         ...
     @property
     def hold(self) -> float | None:
         """
-        [s]
+        Longest piece [s]; None: the problem's duration.
         """
     @property
     def objects(self) -> int | None:
         """
-        How many objects it meets at a time; None: all.
+        How many objects a piece acts on; None: all.
         """
     @property
     def strength(self) -> float:
@@ -33,7 +33,7 @@ class Uniform:
         """
 class Gaussian:
     """
-    Normal in each step, on the axes whose bounds are not 0, with a correlation that fades as exp(-t / correlation_time).
+    Normal in each step, on the axes whose bounds are not 0. The correlation decays as exp(-t / correlation_time).
     """
     def __init__(self, force: float, torque: float = 0.0, correlation_time: float = 0.1) -> None:
         """
@@ -44,42 +44,42 @@ class Gaussian:
     @property
     def correlation_time(self) -> float:
         """
-        [s]
+        Time constant of the correlation [s].
         """
     @property
     def force(self) -> float:
         """
-        [N]
+        Standard deviation along each axis [N].
         """
     @property
     def torque(self) -> float:
         """
-        [N m]
+        Standard deviation about each axis [N m].
         """
 class Boltzmann:
     """
-    Uniform, each rollout weighted by exp(-rate * effort): what costs much work is less likely (eq. 4). All rollouts run to the horizon.
+    Uniform, with each rollout weighted by exp(-rate * effort): more work is less likely (eq. 4). All rollouts run to the horizon.
     """
     def __init__(self, rate: float, strength: float = 1.0, objects: int | None = None, hold: float | None = None) -> None:
         """
-        rate: lambda [1/J]; the others as of Uniform.
+        rate: lambda [1/J]. The others are those of Uniform.
         """
     def __repr__(self) -> str:
         ...
     @property
     def hold(self) -> float | None:
         """
-        [s]
+        Longest piece [s]; None: the problem's duration.
         """
     @property
     def objects(self) -> int | None:
         """
-        How many objects it meets at a time; None: all.
+        How many objects a piece acts on; None: all.
         """
     @property
     def rate(self) -> float:
         """
-        [1/J]
+        lambda [1/J].
         """
     @property
     def strength(self) -> float:
@@ -88,7 +88,7 @@ class Boltzmann:
         """
 class OfPlan:
     """
-    Noise of the robot: an even draw is added to what its plan says.
+    Noise of the robot: a uniform draw is added to its plan.
     """
     def __repr__(self) -> str:
         ...
@@ -100,12 +100,12 @@ class OfPlan:
     @property
     def hold(self) -> float | None:
         """
-        [s]
+        How long a draw lasts [s]; None: a step.
         """
     @property
     def targets(self) -> float:
         """
-        Largest, of each joint's target [rad] or [m].
+        Largest error of each joint's target [rad] or [m].
         """
     @property
     def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -114,5 +114,5 @@ class OfPlan:
         """
 def of_plan(force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), torque: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), targets: float = 0.0, hold: float | None = None) -> OfPlan:
     """
-    Noise of the robot itself: to the wrenches on each body that its plan pushes or drives an even draw within force (3,) [N] and torque (3,) [N m] is added, and to each joint's target one within targets [rad] or [m]; each is held for hold [s], by default a step.
+    Noise of the robot. A uniform draw within force (3,) [N] and torque (3,) [N m] is added to the wrenches on each body that the plan pushes or drives, and one within targets [rad] or [m] to each joint's target. Each draw lasts for hold [s], by default a step.
     """

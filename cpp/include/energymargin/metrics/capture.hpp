@@ -1,9 +1,12 @@
 #pragma once
 // Capture score and success score, Section IV-B and Algorithm 2.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "energymargin/limit.hpp"
@@ -12,57 +15,57 @@
 
 namespace energymargin {
 
-//! With a tolerance: fewest trees, since a few may agree by chance (docs/results/uncertainty.md), and most, unless
-//! given.
+//! The fewest trees of a tolerance: fewer may agree by chance (docs/results/uncertainty.md). And the most by default.
 inline constexpr int fewest_trees = 8;
 inline constexpr int most_trees = 1000;
 
 struct CaptureOptions {
-  int nodes = 1000;        //!< M, nodes of a tree besides its root
-  int nodes_per_edge = 1;  //!< up to so many states of a rollout are nodes: its end, and evenly spaced ones on its way
-  double least_likelihood = 0.0;  //!< beside the root's: a rollout ends where exp(-rate cost) falls to it, for good
+  int nodes = 1000;               //!< M, nodes of a tree besides its root
+  int nodes_per_edge = 1;         //!< the most states of a rollout that are nodes: its end, and evenly spaced ones
+  double least_likelihood = 0.0;  //!< share of the root's likelihood, exp(-rate cost), at which a rollout ends for good
   std::uint64_t seed = 0;
   std::optional<double> rate{};       //!< lambda [1/J]; unset: the problem's
-  std::optional<int> trees{};         //!< independent trees, at most if there is a tolerance; unset: 1, or `most_trees`
+  std::optional<int> trees{};         //!< independent trees, the most with a tolerance; unset: 1, or `most_trees`
   int threads = 1;                    //!< for several trees; the score does not depend on it
   std::optional<double> tolerance{};  //!< trees are added until every standard error is at most this
   Limit limit{};                      //!< ends the search early; the trees that are complete count
-  std::atomic<int>* made = nullptr;   //!< goes up with each node of all trees, for a bar of progress; null: not counted
+  std::atomic<int>* node_counter = nullptr;  //!< goes up with each node of all trees, for a bar of progress
 };
 
-//! Scores of independent trees: what they say together.
+//! The likelihood of one set, over independent trees.
+struct SetScore {
+  double mean = 0.0;                       //!< over the trees, 0..1
+  std::optional<double> standard_error{};  //!< of the mean; unset for a single tree
+  Eigen::VectorXd by_tree{};               //!< of each tree alone, shape (trees,)
+};
+
 struct CaptureScore {
-  double capture = 0.0;                 //!< Omega_cap, eq. 5, mean over the trees; of several objects: that all stay
-  std::optional<double> success{};      //!< Omega_suc, eq. 6; unset without a success set; of several objects: of all
-  std::optional<double> capture_any{};  //!< of several objects at least one; unset without such a set
-  std::optional<double> success_any{};
-  std::optional<double> capture_stderr{};  //!< standard errors; unset for a single tree
-  std::optional<double> success_stderr{};
-  std::optional<double> capture_any_stderr{};
-  std::optional<double> success_any_stderr{};
-  Eigen::VectorXd capture_by_tree;  //!< of each tree alone; empty without such a set
-  Eigen::VectorXd success_by_tree;
-  Eigen::VectorXd capture_any_by_tree;
-  Eigen::VectorXd success_any_by_tree;
-  double resolution = 0.0;  //!< likelihood of a tree's heaviest node, mean over the trees: no score is finer
-  std::optional<double> undisturbed_exit{};  //!< when it leaves by itself [s], where guards.hpp looked at that
-  std::vector<Tree> trees;
-  Eigen::VectorXd likelihoods;  //!< of the first tree's nodes, eq. 4; they add up to 1
-  int diverged = 0;             //!< rollouts that diverged, of all trees: nodes of infinite cost and no likelihood
-  bool complete = true;         //!< all trees are grown; with a tolerance, as many as it takes
+  SetScore capture;                       //!< Omega_cap, eq. 5; of several objects: all are captured
+  std::optional<SetScore> success{};      //!< Omega_suc, eq. 6; unset without a success set
+  std::optional<SetScore> capture_any{};  //!< of several objects at least one is captured; unset without such a set
+  std::optional<SetScore> success_any{};  //!< of several objects at least one has succeeded; unset without such a set
+  double resolution = 0.0;                //!< likelihood of a tree's heaviest node, mean over the trees
+  std::optional<double> undisturbed_exit{};  //!< time of the exit without disturbance [s]: guarded_capture_score
+  std::vector<Tree> trees{};
+  Eigen::VectorXd likelihoods{};  //!< of the first tree's nodes, eq. 4, shape (M + 1,); the sum is 1
+  int diverged = 0;               //!< rollouts of all trees that diverged: nodes of infinite cost and no likelihood
+  bool complete = true;           //!< no tree is missing; with a tolerance, the standard errors meet it
 
   //! Of each tree, besides its root.
   int nodes() const { return trees.front().size() - 1; }
 };
 
+//! The scores by name, null without such a set: "capture", "success", "capture_any", "success_any".
+std::array<std::pair<std::string_view, const SetScore*>, 4> set_scores(const CaptureScore& score);
+
 //! Likelihood of each node, eq. 4: a softmax of -rate * cost, shifted by the least cost so that nothing overflows.
 Eigen::VectorXd likelihoods(const Eigen::VectorXd& costs, double rate);
 
-//! Throws std::invalid_argument unless it is at least 0 and below 1.
+//! Throws std::invalid_argument unless `value` is at least 0 and below 1.
 void require_least_likelihood(double value);
 
-//! A search that reaches its limit counts the complete trees up to the first that is not; if there is none, the first
-//! tree as far as it is. Throws std::invalid_argument on a bad problem or option.
+//! Algorithm 2, on independent trees. At its limit it scores the complete trees up to the first that is not; if there
+//! is none, the first tree as far as it is. Throws std::invalid_argument on a bad problem or option.
 CaptureScore capture_score(const Problem& problem, const CaptureOptions& options = {});
 
 }  // namespace energymargin

@@ -21,21 +21,21 @@ enum class Search {
 
 struct EffortOptions {
   std::string planner = "est";  //!< "est" or "rrt": the x of AO-x
-  int nodes = 1000;  //!< nodes of the tree besides its root and the undisturbed future, over all iterations of AO-x
+  int nodes = 1000;  //!< of the tree besides its root and the undisturbed future, over all iterations of AO-x
   std::uint64_t seed = 0;
   Captured captured = Captured::all;  //!< of several objects, which have to leave
-  Limit limit{};                      //!< ends the search early; what it has found counts
+  Limit limit{};                      //!< ends the search early; the best escape so far counts
   Search search = Search::improved;
-  std::optional<Sampling> sampling{};  //!< how controls are drawn; by default as the search does
-  std::optional<bool> shorten{};       //!< make the best escape cheaper; by default as the search does
-  bool stop_at_escape = false;         //!< a rollout ends where it is seen outside, every few steps, and not later
-  std::atomic<int>* made = nullptr;    //!< goes up with each node, for a bar of progress; null: not counted
+  std::optional<Sampling> sampling{};        //!< how controls are drawn; by default as the search does
+  std::optional<bool> shorten{};             //!< make the best escape cheaper; by default as the search does
+  bool stop_at_escape = false;               //!< a rollout ends where a look every few steps sees it outside
+  std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, for a bar of progress
 };
 
-//! Least effort found that leads out of the capture set; inf if none was. With a horizon it has to lead out in time,
-//! and to stay outside for `dwell` without a wrench; its cost is that up to there, and an object that leaves by itself
-//! needs none. A search that reaches its limit gives the tree as far as it is, the bits of one of so many nodes. Throws
-//! std::invalid_argument on bad input.
+//! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon the
+//! escape has to be outside in time, and to stay outside for `dwell` without a wrench; its effort is that up to the
+//! exit, and an object that leaves by itself needs none. At its limit the search gives the tree as far as it is: the
+//! bits of a search of so many nodes. Throws std::invalid_argument on a bad problem or option.
 Escape escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

@@ -16,24 +16,23 @@ struct EscapeEnergyOptions {
   std::string planner = "bit*";  //!< "bit*" or "rrt*"
   int samples = 2000;            //!< poses of the object to draw
   std::uint64_t seed = 0;
-  std::optional<double> reach{};  //!< half the edge of the box around the start to search in [m]; unset: found
-  std::string object{};           //!< the one that escapes; empty: the only one
-  Limit limit{};                  //!< ends the search early; what it has found counts
+  std::optional<double> reach{};  //!< half the edge of the box around the start to search in [m]; unset: adapts
+  std::string object{};           //!< name of the object that escapes; empty: the only one
+  Limit limit{};                  //!< ends the search early; the lowest barrier so far counts
 };
 
 struct EscapeEnergy {
-  double energy = 0.0;  //!< lowest barrier found, from above [J]; inf: none found, as for a cage
+  double energy = 0.0;  //!< upper bound of the lowest barrier [J]; inf without an escape, as from a cage
   std::vector<std::pair<int, double>> history;  //!< (samples so far, best energy) at each improvement
-  States path;           //!< the way over it, at rest, from the start to the first state outside (P, n); empty if none
-  int barrier = -1;      //!< row of the path's highest energy; -1 if none was found
+  States path;           //!< states at rest from the start to the first one outside (P, n); empty without an escape
+  int barrier = -1;      //!< row of the path's highest energy; -1 without an escape
   int samples = 0;       //!< poses drawn
   bool complete = true;  //!< all poses are drawn, or nothing is left to gain
 };
 
-//! The least potential energy above that of the start that an object has to be given to leave the capture set, slowly,
-//! while everything else stays where it is. Supports carry it without friction. An upper bound that falls with the
-//! samples. Of a search that reaches its limit, the best so far. Throws std::invalid_argument on a bad problem or
-//! option.
+//! The least potential energy above that of the start that lets an object leave the capture set slowly, while
+//! everything else stays where it is. Supports carry it without friction. The result is an upper bound that falls with
+//! the samples. Throws std::invalid_argument on a bad problem or option.
 EscapeEnergy escape_energy(const Problem& problem, const EscapeEnergyOptions& options = {});
 
 }  // namespace energymargin

@@ -1,5 +1,5 @@
 #pragma once
-// How well a few trees know a score.
+// Confidence intervals of a score, from a few trees.
 
 #include <string>
 
@@ -12,14 +12,14 @@ struct Interval {
   double high = 1.0;
 };
 
-//! Where the mean of ever more trees' scores lies, with a probability of `confidence`: Student's interval, and with it
-//! that of Wilson for a share, which reaches farther from 0 and 1; where a tree scores 0 or 1 it is as wide as what
-//! such a tree cannot see, some nodes of the likelihood `resolution`. `scores` are those of two or more trees.
+//! A confidence interval for the score of infinitely many trees, from those of two or more, shape (trees,). It holds
+//! Student's interval and Wilson's for a share, which reaches farther from 0 and 1. A tree that scores 0 or 1 cannot
+//! see some nodes of the likelihood `resolution`; the interval is at least as wide as those.
 Interval interval(const Eigen::VectorXd& scores, double resolution, double confidence = 0.95);
 
-//! Where the mean score of ever more trees of as many nodes lies, with a probability of `confidence`. `which`:
-//! "capture", "success", "capture_any" or "success_any". Throws std::invalid_argument on another word, a set that the
-//! problem does not have, a confidence that is not between 0 and 1, or a single tree.
+//! A confidence interval for the score of infinitely many trees of this size. `which`: "capture", "success",
+//! "capture_any" or "success_any". Throws std::invalid_argument on another word, a set that the problem does not have,
+//! a confidence that is not between 0 and 1, or a single tree.
 Interval interval(const CaptureScore& score, const std::string& which = "capture", double confidence = 0.95);
 
 }  // namespace energymargin

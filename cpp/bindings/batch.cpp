@@ -1,0 +1,113 @@
+// Batches for Python. A batch runs without the GIL.
+
+#include "energymargin/batch.hpp"
+
+#include "bindings.hpp"
+#include "energymargin/random.hpp"
+#include "keywords.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+// Releases the GIL while the threads end: they may wait for it in a predicate.
+struct JoinWithoutGil {
+  void operator()(Batch* batch) const {
+    const py::gil_scoped_release release;
+    delete batch;
+  }
+};
+using BatchHolder = std::unique_ptr<Batch, JoinWithoutGil>;
+
+// Times and probabilities by metric.
+using Curves = std::map<std::string, std::pair<Eigen::VectorXd, Eigen::VectorXd>>;
+
+Curves curves_of(const ScoreRow& row) {
+  Curves curves;
+  for (const auto& [metric, curve] : row.curves) curves[metric] = {curve.times, curve.probabilities};
+  return curves;
+}
+
+std::optional<std::string> error_of(const ScoreRow& row) {
+  return row.error.empty() ? std::nullopt : std::make_optional(row.error);
+}
+
+using Pickle = py::typing::Tuple<py::object, py::ellipsis>;
+
+Pickle pickle(const ScoreRow& row) {
+  return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, curves_of(row));
+}
+
+ScoreRow unpickle(const Pickle& state) {
+  ScoreRow row{state[0].cast<std::size_t>(), state[1].cast<std::map<std::string, double>>(),
+               state[2].cast<std::map<std::string, double>>(), state[3].cast<double>(), state[4].cast<std::string>()};
+  for (auto& [metric, curve] : state[5].cast<Curves>()) row.curves[metric] = {curve.first, curve.second};
+  return row;
+}
+
+void bind_row(py::module_& module) {
+  py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
+      .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
+      .def_readonly("scores", &ScoreRow::scores, "By metric.")
+      .def_readonly("times", &ScoreRow::times,
+                    "Time of a search [s], by its first metric. The metrics of one tree share a search, and so do the "
+                    "probabilities.")
+      .def_readonly("seconds", &ScoreRow::seconds, "Sum of the times of its searches [s].")
+      .def_property_readonly("error", &error_of, "The error of the first search that failed, or None.")
+      .def_property_readonly("curves", &curves_of,
+                             "(times [s], probability of being captured throughout until each), shape (T,) both, of "
+                             "\"probability\" and \"probability/any\".")
+      .def(py::pickle(&pickle, &unpickle));
+}
+
+struct BatchArguments : BatchOptions {
+  double strength = 1.0;
+  std::optional<int> objects{};
+};
+
+BatchHolder make_batch(const BatchArguments& arguments) {
+  BatchOptions options = arguments;
+  options.disturbance = {arguments.strength, arguments.objects};
+  return BatchHolder(new Batch(options));
+}
+
+void def_batch_constructor(py::class_<Batch, BatchHolder>& type) {
+  def_constructor<BatchArguments>(
+      type, &make_batch, "Starts without problems.",
+      std::tuple{required("metrics", &BatchArguments::metrics), required("nodes", &BatchArguments::nodes),
+                 required("seed", &BatchArguments::seed), required("threads", &BatchArguments::threads)},
+      std::tuple{keyword("nodes_per_edge", &BatchArguments::nodes_per_edge),
+                 keyword("least_likelihood", &BatchArguments::least_likelihood),
+                 keyword("search", &BatchArguments::search), keyword("stop_at_escape", &BatchArguments::stop_at_escape),
+                 keyword("rollouts", &BatchArguments::rollouts), keyword("strength", &BatchArguments::strength),
+                 keyword("objects", &BatchArguments::objects),
+                 keyword("common_random_numbers", &BatchArguments::common_random_numbers)});
+}
+
+void add_problems(Batch& batch, const std::vector<Problem>& problems, const std::vector<std::size_t>& indices,
+                  const std::optional<std::vector<std::string>>& metrics) {
+  batch.add(problems, indices, metrics.value_or(std::vector<std::string>{}));
+}
+
+std::uint64_t stream_of(const WholeNumber& seed_of_stream, const WholeNumber& number) {
+  return stream(seed("seed", seed_of_stream), seed("number", number));
+}
+
+}  // namespace
+
+void bind_batch(py::module_& module) {
+  bind_row(module);
+  py::class_<Batch, BatchHolder> type(module, "ScoreRun",
+                                      "A running batch on a pool of threads. Problems can be added to it.");
+  def_batch_constructor(type);
+  type.def("add", &add_problems, py::arg("problems"), py::arg("indices"), py::arg("metrics") = py::none(),
+           "Puts problems at the end of the queue, with their stream indices. metrics: None takes the run's.")
+      .def_property_readonly("pending", &Batch::pending, "Problems that were added and whose rows are not taken yet.")
+      .def("take", &Batch::take, py::arg("timeout"), py::call_guard<py::gil_scoped_release>(),
+           "Rows that are complete since the last call. Waits up to timeout [s] for the first.")
+      .def_property_readonly("finished", &Batch::finished, "Whether no row will come unless problems are added.")
+      .def("cancel", &Batch::cancel, py::call_guard<py::gil_scoped_release>(),
+           "Stops within one rollout. Problems that are not complete give no row.");
+  module.def("stream", &stream_of, py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
+}
+
+}  // namespace energymargin::binding

@@ -1,0 +1,24 @@
+#pragma once
+// What each file of this folder adds to the module.
+
+#include <pybind11/pybind11.h>
+
+namespace energymargin::binding {
+
+void bind_limit(pybind11::module_& module);
+void bind_scene(pybind11::module_& module);
+void bind_plan(pybind11::module_& module);
+void bind_world(pybind11::module_& module);
+void bind_audit(pybind11::module_& module);
+void bind_regions(pybind11::module_& module);
+void bind_problem(pybind11::module_& module);
+void bind_tree(pybind11::module_& module);
+void bind_capture(pybind11::module_& module);
+void bind_effort(pybind11::module_& module);
+void bind_escape_energy(pybind11::module_& module);
+void bind_force(pybind11::module_& module);
+void bind_batch(pybind11::module_& module);
+void bind_disturbances(pybind11::module_& module);
+void bind_probability(pybind11::module_& module);
+
+}  // namespace energymargin::binding

@@ -1,0 +1,173 @@
+// Capture and success score for Python.
+
+#include "energymargin/metrics/capture.hpp"
+
+#include "bindings.hpp"
+#include "described.hpp"
+#include "energymargin/metrics/guards.hpp"
+#include "energymargin/metrics/interval.hpp"
+#include "interrupt.hpp"
+#include "warnings.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+constexpr const char* capture_doc =
+    R"(Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
+
+Args:
+    problem: the question.
+    nodes: of each search tree, besides its root.
+    seed: the same seed gives the same bits.
+    rate: lambda of eq. 4 [1/J]; by default the problem's.
+    trees: independent trees, by default 1. Two or more give standard errors.
+    threads: for several trees. The score does not depend on them.
+    nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
+        rollouts. The tree grows from the ends alone.
+    least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
+    tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
+        `trees`, by default 1000.
+    timeout: the search ends after so many seconds.
+    cancel: the search ends once it is set.
+    progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
+        search.
+    warn: whether doubts are warnings.
+
+After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
+far as it is. `complete` is False then.
+
+Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
+although the state leaves the capture set within 1 s without a disturbance. `doubts` of the score has the same texts.
+Raises ValueError on a bad problem or argument.)";
+
+constexpr const char* interval_doc =
+    R"((low, high), a confidence interval for the score of infinitely many trees of this size.
+
+which: 'capture', 'success', 'capture_any' or 'success_any'. The interval holds Student's interval of the trees' scores
+and Wilson's, which counts what a few trees cannot see. Raises ValueError on a single tree, or a set that the problem does
+not have.)";
+
+struct CaptureCall : CaptureOptions, ProgressCall {
+  bool warn = true;
+};
+
+CaptureScore score_capture(const Problem& problem, const CaptureCall& call) {
+  const CaptureScore score =
+      run_with_progress(&guarded_capture_score, problem, CaptureOptions(call), &CaptureOptions::node_counter, call);
+  if (call.warn) warn(implausible(score), problem.scene);
+  return score;
+}
+
+py::typing::Tuple<py::str, py::ellipsis> doubts_of(const CaptureScore& score) {
+  py::list texts;
+  for (const Doubt& doubt : implausible(score)) texts.append(doubt.text);
+  return py::tuple(texts);
+}
+
+std::pair<double, double> interval_of(const CaptureScore& score, const std::string& which, const Number& confidence) {
+  const Interval ends = interval(score, which, real("confidence", confidence));
+  return {ends.low, ends.high};
+}
+
+std::pair<double, double> interval_of_scores(const ArrayLike& scores, const Number& resolution,
+                                             const Number& confidence) {
+  const Interval ends =
+      interval(vector("scores", scores, -1), real("resolution", resolution), real("confidence", confidence));
+  return {ends.low, ends.high};
+}
+
+using CaptureScoreClass = py::class_<CaptureScore>;
+
+// The score, its standard error and the scores of the trees, of the set that `set` returns: null without such a set.
+template <typename Mean, typename Set>
+void def_set_score(CaptureScoreClass& type, const std::string& name, const Set& set, const std::string& doc) {
+  type.def_property_readonly(
+      name.c_str(),
+      [set](const CaptureScore& score) {
+        const SetScore* const its = set(score);
+        return its ? Mean(its->mean) : Mean();
+      },
+      doc.c_str());
+  type.def_property_readonly((name + "_stderr").c_str(),
+                             [set](const CaptureScore& score) {
+                               const SetScore* const its = set(score);
+                               return its ? its->standard_error : std::nullopt;
+                             },
+                             ("Standard error of `" + name + "`; None for a single tree.").c_str());
+  type.def_property_readonly((name + "_by_tree").c_str(),
+                             [set](const CaptureScore& score) -> const Eigen::VectorXd& {
+                               static const Eigen::VectorXd empty;
+                               const SetScore* const its = set(score);
+                               return its ? its->by_tree : empty;
+                             },
+                             ("`" + name + "` of each tree alone, shape (trees,); empty without such a set.").c_str());
+}
+
+template <typename Set>
+void def_optional_set_score(CaptureScoreClass& type, const char* name, Set CaptureScore::* member, const char* doc) {
+  def_set_score<std::optional<double>>(
+      type, name, [member](const CaptureScore& score) { return score.*member ? &*(score.*member) : nullptr; }, doc);
+}
+
+void def_set_scores(CaptureScoreClass& type) {
+  def_set_score<double>(
+      type, "capture", [](const CaptureScore& score) { return &score.capture; },
+      "Omega_cap, eq. 5, 0..1; mean over the trees.");
+  def_optional_set_score(type, "success", &CaptureScore::success,
+                         "Omega_suc, eq. 6, 0..1; mean over the trees. None without a success set.");
+  def_optional_set_score(type, "capture_any", &CaptureScore::capture_any,
+                         "The same that at least one of several objects stays; None without such a set.");
+  def_optional_set_score(type, "success_any", &CaptureScore::success_any,
+                         "The same that at least one of several objects succeeds; None without such a set.");
+}
+
+void def_trees(CaptureScoreClass& type) {
+  type.def_property_readonly(
+          "tree", [](const CaptureScore& score) -> const Tree& { return score.trees.front(); },
+          py::return_value_policy::reference_internal, "The first tree.")
+      .def_readonly("trees", &CaptureScore::trees, "All trees that count.")
+      .def_readonly("likelihoods", &CaptureScore::likelihoods, "Of the first tree's nodes, eq. 4, shape (M + 1,).")
+      .def_property_readonly("nodes", &CaptureScore::nodes, "Of each tree, besides its root.")
+      .def_readonly("diverged", &CaptureScore::diverged,
+                    "Rollouts of all trees that diverged: nodes of infinite cost and no likelihood.")
+      .def_readonly(
+          "complete", &CaptureScore::complete,
+          "Whether no tree is missing and a tolerance is met. False if the timeout, the cancel or the largest "
+          "number of trees came first.");
+}
+
+void def_checks(CaptureScoreClass& type) {
+  type.def_readonly("resolution", &CaptureScore::resolution,
+                    "Likelihood of a tree's heaviest node, mean over the trees: no score is finer.")
+      .def_readonly("undisturbed_exit", &CaptureScore::undisturbed_exit,
+                    "When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if "
+                    "the score is at most 0.5, which needs no such check.")
+      .def_property_readonly("doubts", &doubts_of,
+                             "Sentences that doubt the score: its resolution is above 0.2, or the score is above 0.5 "
+                             "although the state leaves without a disturbance.")
+      .def("interval", &interval_of, py::arg("which") = "capture", py::arg("confidence") = 0.95, interval_doc);
+}
+
+}  // namespace
+
+void bind_capture(py::module_& module) {
+  CaptureScoreClass type(module, "CaptureScore", "Capture and success score, Section IV-B and Algorithm 2.");
+  def_set_scores(type);
+  def_trees(type);
+  def_checks(type);
+  def_repr(type, "CaptureScore", {"capture", "success", "resolution", "undisturbed_exit", "nodes", "complete"});
+  def_metric(module, "capture_score", &score_capture, capture_doc,
+             std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
+                        keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),
+                        keyword("threads", &CaptureCall::threads)},
+             std::tuple_cat(std::tuple{keyword("nodes_per_edge", &CaptureCall::nodes_per_edge),
+                                       keyword("least_likelihood", &CaptureCall::least_likelihood),
+                                       keyword("tolerance", &CaptureCall::tolerance)},
+                            progress_keywords(), std::tuple{keyword("warn", &CaptureCall::warn)}));
+  module.def("interval", &interval_of_scores, py::arg("scores"), py::arg("resolution"), py::arg("confidence") = 0.95,
+             "(low, high), a confidence interval for the score of infinitely many trees, from those of two or more, "
+             "shape (trees,). CaptureScore.interval gives the same.");
+  module.attr("FEWEST_TREES") = fewest_trees;
+}
+
+}  // namespace energymargin::binding

@@ -1,0 +1,79 @@
+// Effort of escape for Python.
+
+#include "energymargin/metrics/effort.hpp"
+
+#include "bindings.hpp"
+#include "described.hpp"
+#include "interrupt.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+constexpr const char* effort_doc =
+    R"(The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
+
+Args:
+    problem: the question.
+    planner: 'est' or 'rrt', the x of AO-x.
+    nodes: of the search tree, besides its root.
+    seed: the same seed gives the same bits.
+    captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
+    search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
+    sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
+        the others at their bounds, along one axis, zero, or that of the edge before.
+    shorten: spend half of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
+        weakened, cut in two and merged, and each change is simulated (improved).
+    stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
+    timeout: the search ends after so many seconds.
+    cancel: the search ends once it is set.
+    progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
+
+With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
+`dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
+undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
+or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
+
+After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False. Raises ValueError
+on a bad problem or argument.)";
+
+struct EffortCall : EffortOptions, ProgressCall {};
+
+Escape score_effort(const Problem& problem, const EffortCall& call) {
+  return run_with_progress(&escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call);
+}
+
+py::array_t<int> path_of(const Escape& escape) {
+  return py::array_t<int>(static_cast<py::ssize_t>(escape.path.size()), escape.path.data());
+}
+
+}  // namespace
+
+void bind_effort(py::module_& module) {
+  py::class_<Escape> type(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.");
+  type.def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf without an escape.")
+      .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
+      .def_property_readonly("path", &path_of, "Rows of the tree from the root to the escape; empty without an escape.")
+      .def_readonly("tree", &Escape::tree, "All rollouts of the search.")
+      .def_readonly(
+          "complete", &Escape::complete,
+          "Whether the search used all nodes, or no escape can be cheaper. False if the timeout or the cancel "
+          "came first.")
+      .def_readonly("discarded", &Escape::discarded,
+                    "Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to "
+                    "1.2 times as strong, they do not lead out.")
+      .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
+      .def_property_readonly("nodes", &Escape::nodes,
+                             "Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of "
+                             "so many nodes gives the same bits.");
+  def_repr(type, "EscapeEffort", {"effort", "nodes", "complete"});
+  def_metric(
+      module, "escape_effort", &score_effort, effort_doc,
+      std::tuple{keyword("planner", &EffortCall::planner), keyword("nodes", &EffortCall::nodes),
+                 keyword("seed", &EffortCall::seed), keyword("captured", &EffortCall::captured)},
+      std::tuple_cat(
+          std::tuple{keyword("search", &EffortCall::search), keyword("sampling", &EffortCall::sampling),
+                     keyword("shorten", &EffortCall::shorten), keyword("stop_at_escape", &EffortCall::stop_at_escape)},
+          progress_keywords()));
+}
+
+}  // namespace energymargin::binding

@@ -1,0 +1,69 @@
+// Escape energy for Python.
+
+#include "energymargin/metrics/escape_energy.hpp"
+
+#include "bindings.hpp"
+#include "described.hpp"
+#include "interrupt.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+constexpr const char* energy_doc =
+    R"(The least potential energy above that of the start over which the object leaves the capture set.
+
+The object moves slowly and without friction, and everything else stays where it is.
+
+Args:
+    problem: the question.
+    planner: 'bit*' or 'rrt*'.
+    samples: poses of the object to draw.
+    seed: the same seed gives the same bits.
+    reach: half the edge of the box around the start to search in [m]; by default it adapts.
+    object: name of the object that leaves; needed if there are several.
+    timeout: the search ends after so many seconds.
+    cancel: the search ends once it is set.
+
+After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False. Raises ValueError on a bad
+problem or argument.)";
+
+struct EnergyCall : EscapeEnergyOptions, LimitCall {
+  std::optional<std::string> object_name{};
+};
+
+EscapeEnergy score_escape_energy(const Problem& problem, const EnergyCall& call) {
+  EscapeEnergyOptions options = call;
+  options.object = call.object_name.value_or("");
+  return run_interruptible(call.call_limit(), [&](const Limit& limit) {
+    options.limit = limit;
+    return escape_energy(problem, options);
+  });
+}
+
+std::optional<int> barrier_of(const EscapeEnergy& escape) {
+  return escape.barrier < 0 ? std::nullopt : std::make_optional(escape.barrier);
+}
+
+}  // namespace
+
+void bind_escape_energy(py::module_& module) {
+  py::class_<EscapeEnergy> type(module, "EscapeEnergy", "Escape energy, Definitions 1 and 2.");
+  type.def_readonly("energy", &EscapeEnergy::energy, "Lowest barrier [J]; inf without an escape, as from a cage.")
+      .def_readonly("history", &EscapeEnergy::history, "(samples so far, best energy) at each improvement.")
+      .def_readonly("path", &EscapeEnergy::path,
+                    "States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 "
+                    "without an escape.")
+      .def_property_readonly("barrier", &barrier_of, "Row of the path's highest energy; None without an escape.")
+      .def_readonly("samples", &EscapeEnergy::samples, "Poses drawn.")
+      .def_readonly("complete", &EscapeEnergy::complete,
+                    "Whether all poses are drawn, or no barrier can be lower. False if the timeout or the cancel came "
+                    "first.");
+  def_repr(type, "EscapeEnergy", {"energy", "samples", "complete"});
+  def_metric(module, "escape_energy", &score_escape_energy, energy_doc,
+             std::tuple{keyword("planner", &EnergyCall::planner), keyword("samples", &EnergyCall::samples),
+                        keyword("seed", &EnergyCall::seed), keyword("reach", &EnergyCall::reach),
+                        keyword("object", &EnergyCall::object_name)},
+             limit_keywords());
+}
+
+}  // namespace energymargin::binding

@@ -1,0 +1,159 @@
+#pragma once
+// Keyword arguments of Python that fill a struct's members. Each keyword is described once: its name and its member.
+// From the member come the type in Python, the conversion and the default.
+
+#include <tuple>
+#include <type_traits>
+
+#include "convert.hpp"
+#include "metrics/words.hpp"
+
+namespace energymargin::binding {
+
+//! What Python gives for a Value, and back. `of` throws std::invalid_argument that names the argument.
+template <typename Value, typename = void>
+struct Argument {
+  using Given = Value;
+  static const Value& of(const std::string&, const Given& given) { return given; }
+  static py::object python(const Value& value) {
+    if constexpr (std::is_base_of_v<py::object, Value>) {
+      return value;
+    } else {
+      return py::cast(value);
+    }
+  }
+};
+
+template <>
+struct Argument<double> {
+  using Given = Number;
+  static double of(const std::string& name, const Given& given) { return real(name, given); }
+  static py::object python(double value) { return py::float_(value); }
+};
+
+template <>
+struct Argument<int> {
+  using Given = WholeNumber;
+  static int of(const std::string& name, const Given& given) { return count(name, given); }
+  static py::object python(int value) { return py::int_(value); }
+};
+
+template <>
+struct Argument<std::uint64_t> {
+  using Given = WholeNumber;
+  static std::uint64_t of(const std::string& name, const Given& given) { return seed(name, given); }
+  static py::object python(std::uint64_t value) { return py::int_(value); }
+};
+
+template <>
+struct Argument<Vector3> {
+  using Given = ArrayLike;
+  static Vector3 of(const std::string& name, const Given& given) { return vector3(name, given); }
+  static py::object python(const Vector3& value) { return py::make_tuple(value.x(), value.y(), value.z()); }
+};
+
+template <typename Value>
+struct Argument<Value, std::enable_if_t<std::is_enum_v<Value>>> {
+  using Given = std::string;
+  static Value of(const std::string& name, const Given& given) { return value_of<Value>(name, given); }
+  static py::object python(Value value) { return py::str(word_of(value)); }
+};
+
+template <typename Value>
+struct Argument<std::optional<Value>> {
+  using Given = std::optional<typename Argument<Value>::Given>;
+  static std::optional<Value> of(const std::string& name, const Given& given) {
+    if (!given) return std::nullopt;
+    return Argument<Value>::of(name, *given);
+  }
+  static py::object python(const std::optional<Value>& value) {
+    return value ? Argument<Value>::python(*value) : py::none();
+  }
+};
+
+//! A keyword that has no default.
+template <typename Struct, typename Value>
+struct RequiredKeyword {
+  using Given = typename Argument<Value>::Given;
+  const char* name;
+  Value Struct::* member;
+
+  void fill(Struct& target, const Given& given) const { target.*member = Argument<Value>::of(name, given); }
+  py::arg argument() const { return py::arg(name); }
+};
+
+//! A keyword whose default is that of the struct.
+template <typename Struct, typename Value>
+struct Keyword : RequiredKeyword<Struct, Value> {
+  py::arg_v argument() const { return py::arg(this->name) = Argument<Value>::python(Struct{}.*this->member); }
+};
+
+template <typename Struct, typename Value>
+RequiredKeyword<Struct, Value> required(const char* name, Value Struct::* member) {
+  return {name, member};
+}
+
+template <typename Struct, typename Value>
+Keyword<Struct, Value> keyword(const char* name, Value Struct::* member) {
+  return {{name, member}};
+}
+
+//! Fills a struct's members with what Python gives for the keywords.
+template <typename Struct, typename... Keywords>
+void fill(Struct& target, const std::tuple<Keywords...>& keywords, const typename Keywords::Given&... given) {
+  std::apply([&](const Keywords&... keyword) { (keyword.fill(target, given), ...); }, keywords);
+}
+
+//! Calls `define` with the py::arg of all keywords; those of `named` are not given by position.
+template <typename Define, typename... Positional, typename... Named>
+void define_with(const Define& define, const std::tuple<Positional...>& positional, const std::tuple<Named...>& named) {
+  std::apply(
+      [&](const Positional&... by_position) {
+        if constexpr (sizeof...(Named) == 0) {
+          define(by_position.argument()...);
+        } else {
+          std::apply(
+              [&](const Named&... by_name) { define(by_position.argument()..., py::kw_only(), by_name.argument()...); },
+              named);
+        }
+      },
+      positional);
+}
+
+//! A constructor: the keywords fill an `Arguments`, of which `make` makes the object.
+template <typename Arguments, typename Class, typename Make, typename... Positional, typename... Named>
+void def_constructor(Class& type, const Make& make, const char* doc, const std::tuple<Positional...>& positional,
+                     const std::tuple<Named...>& named) {
+  const auto construct = [=](const typename Positional::Given&... by_position,
+                             const typename Named::Given&... by_name) {
+    Arguments arguments{};
+    fill(arguments, positional, by_position...);
+    fill(arguments, named, by_name...);
+    return make(arguments);
+  };
+  define_with([&](const auto&... extra) { type.def(py::init(construct), extra..., doc); }, positional, named);
+}
+
+//! The constructor of a struct whose members the keywords fill.
+template <typename Struct, typename... Positional, typename... Named>
+void def_members_constructor(py::class_<Struct>& type, const char* doc, const std::tuple<Positional...>& positional,
+                             const std::tuple<Named...>& named = {}) {
+  def_constructor<Struct>(type, [](const Struct& value) { return value; }, doc, positional, named);
+}
+
+//! A function of a problem and of an `Arguments` that the keywords fill.
+template <typename Result, typename Arguments, typename... Positional, typename... Named>
+void def_metric(py::module_& module, const char* name, Result (*metric)(const Problem&, const Arguments&),
+                const char* doc, const std::tuple<Positional...>& positional, const std::tuple<Named...>& named) {
+  const auto call = [=](const Problem& problem, const typename Positional::Given&... by_position,
+                        const typename Named::Given&... by_name) {
+    Arguments arguments{};
+    fill(arguments, positional, by_position...);
+    fill(arguments, named, by_name...);
+    return metric(problem, arguments);
+  };
+  define_with([&](const auto&... extra) { module.def(name, call, py::arg("problem"), extra..., doc); }, positional,
+              named);
+}
+
+}  // namespace energymargin::binding
