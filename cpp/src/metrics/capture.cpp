@@ -34,7 +34,7 @@ Grown energy_cost_field(const Problem& problem, const CaptureOptions& options, d
   if (options.least_likelihood > 0.0) exploration.bound = -std::log(options.least_likelihood) / rate;
   exploration.seed = seed;
   exploration.limit = limit;
-  exploration.counter = options.made;
+  exploration.node_counter = options.made;
   search::Exploration field = search::explore(problem, exploration);
   return {std::move(field.tree), field.complete, field.diverged};
 }
