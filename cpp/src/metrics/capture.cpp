@@ -46,7 +46,7 @@ ScoredTree energy_cost_field(const Problem& problem, const CaptureOptions& optio
   if (options.least_likelihood > 0.0) exploration.bound = -std::log(options.least_likelihood) / rate;
   exploration.seed = seed;
   exploration.limit = limit;
-  exploration.counter = options.node_counter;
+  exploration.node_counter = options.node_counter;
   search::Exploration field = search::explore(problem, exploration);
   return {std::move(field.tree), field.complete, field.diverged};
 }

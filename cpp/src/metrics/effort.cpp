@@ -17,7 +17,7 @@ search::EscapeSearchOptions search_options(const EffortOptions& options) {
   result.sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
   result.shorten = options.shorten.value_or(improved);
   result.stop_at_escape = options.stop_at_escape;
-  result.counter = options.node_counter;
+  result.node_counter = options.node_counter;
   return result;
 }
 

@@ -98,7 +98,7 @@ void BarrierProblem::count_sample() {
   keep(relax(path_, landscape_, *sampler_, std::min(2 * samples_, relaxing.most_trials), budget_.limit));
 }
 
-Pose BarrierProblem::fallback_pose() { return sampler_->near(landscape_.start(), landscape_.size()); }
+Pose BarrierProblem::fallback_pose() { return sampler_->draw_near(landscape_.start(), landscape_.size()); }
 
 std::size_t BarrierProblem::most_goals() const {
   return std::min<std::size_t>(1 + captured_.next / goals.captured_poses, goals.most);

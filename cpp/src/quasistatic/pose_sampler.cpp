@@ -25,7 +25,7 @@ PoseSampler::PoseSampler(Landscape& landscape, std::uint64_t seed, const Limit& 
 
 std::optional<Pose> PoseSampler::draw(double bound, Side side, const std::vector<Pose>& known) {
   for (int i = 0; i < most_tries && !limit_.reached(); ++i) {
-    Pose pose = rng_.uniform01() < local_share ? along(known) : anywhere(bound);
+    Pose pose = rng_.uniform01() < local_share ? draw_along_axis(known) : draw_in_box(bound);
     if (landscape_.energy(pose) >= bound) continue;
     if (side != Side::any && landscape_.outside(pose) != (side == Side::outside)) continue;
     if (!landscape_.allowed(pose)) continue;
@@ -42,7 +42,7 @@ double PoseSampler::below_bound(int axis, double bound, double reach) const {
 }
 
 // Mostly in the box, and now and then in one twice, four times, ... as large.
-Pose PoseSampler::anywhere(double bound) {
+Pose PoseSampler::draw_in_box(double bound) {
   Pose pose = landscape_.start();
   double reach = reach_;
   while (may_grow_ && rng_.uniform01() < larger_share) reach *= 2.0;
@@ -52,43 +52,49 @@ Pose PoseSampler::anywhere(double bound) {
     const bool falls_up = landscape_.potential().load()[axis] > 0.0;
     pose.position[axis] += falls_up ? rng_.uniformReal(-up, reach) : rng_.uniformReal(-reach, up);
   }
-  const bool upright = rng_.uniform01() < upright_share;
-  if (landscape_.turning() == Turning::about_axis) {
-    const double most = pi * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
-    pose.orientation =
-        Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), landscape_.axis())) * pose.orientation;
-  } else if (landscape_.turning() == Turning::all) {
-    double turn[4];
-    rng_.quaternion(turn);
-    const Quaternion sample(turn[3], turn[0], turn[1], turn[2]);
-    pose.orientation = upright ? pose.orientation.slerp(rng_.uniform01() * rng_.uniform01(), sample) : sample;
-  }
+  pose.orientation = draw_orientation();
   return pose;
 }
 
+Quaternion PoseSampler::draw_orientation() {
+  const Quaternion& start = landscape_.start().orientation;
+  const bool upright = rng_.uniform01() < upright_share;
+  if (landscape_.turning() == Turning::none) return start;
+  if (landscape_.turning() == Turning::about_axis) {
+    const double most = pi * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
+    return Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), landscape_.axis())) * start;
+  }
+  double turn[4];
+  rng_.quaternion(turn);
+  const Quaternion sample(turn[3], turn[0], turn[1], turn[2]);
+  return upright ? start.slerp(rng_.uniform01() * rng_.uniform01(), sample) : sample;
+}
+
 // A slot, a well or a rail is narrow in all directions but one: so one number changes by much, and the others little.
-Pose PoseSampler::along(const std::vector<Pose>& known) {
-  if (landscape_.sliding().isZero(0.0)) return anywhere(std::numeric_limits<double>::infinity());
+Pose PoseSampler::draw_along_axis(const std::vector<Pose>& known) {
+  if (landscape_.sliding().isZero(0.0)) return draw_in_box(std::numeric_limits<double>::infinity());
   const bool from_start = known.empty() || rng_.uniform01() < start_share;
   const Pose& from = from_start
                          ? landscape_.start()
                          : known[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(known.size()) - 1))];
-  Pose pose = near(from, log_uniform(0.03 * landscape_.size(), landscape_.size()));
+  Pose pose = draw_near(from, draw_log_uniform(0.03 * landscape_.size(), landscape_.size()));
   int axis = rng_.uniformInt(0, 2);
   while (landscape_.sliding()[axis] == 0.0) axis = (axis + 1) % 3;
   const double direction = rng_.uniformBool() ? 1.0 : -1.0;
-  pose.position[axis] += direction * log_uniform(landscape_.size(), 2.0 * reach_);
+  pose.position[axis] += direction * draw_log_uniform(landscape_.size(), 2.0 * reach_);
   return pose;
 }
 
-double PoseSampler::log_uniform(double least, double most) { return least * std::pow(most / least, rng_.uniform01()); }
+double PoseSampler::draw_log_uniform(double least, double most) {
+  return least * std::pow(most / least, rng_.uniform01());
+}
 
-std::size_t PoseSampler::below(std::size_t end) {
+std::size_t PoseSampler::draw_index(std::size_t end) {
   const double share = rng_.uniform01();
   return static_cast<std::size_t>(share * share * static_cast<double>(end));
 }
 
-Pose PoseSampler::near(const Pose& pose, double scale) {
+Pose PoseSampler::draw_near(const Pose& pose, double scale) {
   Pose sample = pose;
   for (int axis = 0; axis < 3; ++axis) {
     if (landscape_.sliding()[axis] != 0.0) sample.position[axis] += rng_.gaussian(0.0, scale);

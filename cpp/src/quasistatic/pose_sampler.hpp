@@ -29,16 +29,17 @@ class PoseSampler {
   std::optional<Pose> draw(double bound, Side side, const std::vector<Pose>& known = {});
 
   //! A pose nearby: as far as about `scale` [m] away.
-  Pose near(const Pose& pose, double scale);
+  Pose draw_near(const Pose& pose, double scale);
 
   //! A whole number below `end`, a small one rather than a large one.
-  std::size_t below(std::size_t end);
+  std::size_t draw_index(std::size_t end);
 
  private:
-  Pose anywhere(double bound);
-  Pose along(const std::vector<Pose>& known);
+  Pose draw_in_box(double bound);
+  Quaternion draw_orientation();
+  Pose draw_along_axis(const std::vector<Pose>& known);
   double below_bound(int axis, double bound, double reach) const;
-  double log_uniform(double least, double most);
+  double draw_log_uniform(double least, double most);
 
   Landscape& landscape_;
   ompl::RNG rng_;

@@ -101,13 +101,13 @@ Path relax(const Path& solution, Landscape& landscape, PoseSampler& sampler, int
     if (highest.energy <= landscape.negligible()) break;
     const std::size_t index = find_top(path, highest, landscape);
     if (index == 0) break;
-    const std::size_t width = 1 + sampler.below(path.size());
+    const std::size_t width = 1 + sampler.draw_index(path.size());
     if (i % trials_per_fall == 0 &&
-        bend(path, index, 1, landscape.settle(path[index], sampler.reach(), index + 1 == path.size()),
-             highest.energy, landscape)) {
+        bend(path, index, 1, landscape.settle(path[index], sampler.reach(), index + 1 == path.size()), highest.energy,
+             landscape)) {
       continue;
     }
-    const bool success = bend(path, index, width, sampler.near(path[index], scale), highest.energy, landscape);
+    const bool success = bend(path, index, width, sampler.draw_near(path[index], scale), highest.energy, landscape);
     scale *= success ? after_success : after_failure;
   }
   path = cut(straighten(cut(path, landscape), landscape), landscape);

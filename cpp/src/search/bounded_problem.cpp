@@ -41,7 +41,7 @@ BoundedProblem::~BoundedProblem() = default;
 
 void BoundedProblem::set_nodes_per_edge(int count) { tree_->set_nodes_per_edge(count); }
 
-void BoundedProblem::count_in(std::atomic<int>* counter) { tree_->count_in(counter); }
+void BoundedProblem::count_in(std::atomic<int>* node_counter) { tree_->count_in(node_counter); }
 
 void BoundedProblem::stop_at_escape() {
   if (captured_ && !horizon()) tree_->end_where([this](const State& state) { return !(*captured_)(state); });

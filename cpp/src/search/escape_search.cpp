@@ -11,7 +11,7 @@ namespace {
 
 Escape run(const Problem& problem, const Region& captured, const EscapeSearchOptions& options, Confirm confirm) {
   BoundedProblem bounded(problem, &captured, options.nodes, options.seed, options.limit, options.sampling);
-  bounded.count_in(options.counter);
+  bounded.count_in(options.node_counter);
   if (options.stop_at_escape) bounded.stop_at_escape();
   Shortening shortening(bounded, largest_edge(problem), stream(options.seed, streams::shortening));
   Shortening* const turns = options.shorten ? &shortening : nullptr;
@@ -30,7 +30,7 @@ Escape run(const Problem& problem, const Region& captured, const EscapeSearchOpt
 Escape find_escape(const Problem& problem, const Region& captured, const EscapeSearchOptions& options) {
   Escape escape = run(problem, captured, options, Confirm::best);
   if (escape.discarded == 0) return escape;
-  if (options.counter) *options.counter = 0;
+  if (options.node_counter) *options.node_counter = 0;
   return run(problem, captured, options, Confirm::each_turn);
 }
 

@@ -9,7 +9,7 @@ namespace energymargin::search {
 Exploration explore(const Problem& problem, const ExplorationOptions& options) {
   BoundedProblem bounded(problem, nullptr, options.nodes, options.seed, options.limit);
   bounded.set_nodes_per_edge(options.nodes_per_edge);
-  bounded.count_in(options.counter);
+  bounded.count_in(options.node_counter);
   bounded.lower_bound(options.bound);
   Est est(bounded, stream(options.seed, streams::planner));
   est.solve(bounded.termination());

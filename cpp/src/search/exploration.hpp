@@ -17,7 +17,7 @@ struct ExplorationOptions {
   double bound = std::numeric_limits<double>::infinity();  //!< no edge begins at a cost that is not below it [J]
   std::uint64_t seed = 0;
   Limit limit{};
-  std::atomic<int>* counter = nullptr;  //!< goes up with each node; null: not counted
+  std::atomic<int>* node_counter = nullptr;  //!< goes up with each node; null: not counted
 };
 
 struct Exploration {

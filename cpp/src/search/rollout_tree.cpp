@@ -51,7 +51,7 @@ RolloutTree::RolloutTree(const Problem& problem, const CostSpace& space, int nod
 int RolloutTree::extend(int from, const Edge& edge) {
   const int before = nodes_;
   const int node = grow(from, edge);
-  if (counter_) counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
+  if (node_counter_) node_counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
   return node;
 }
 

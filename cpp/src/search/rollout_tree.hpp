@@ -28,8 +28,8 @@ class RolloutTree {
   //! From now on up to so many states of a rollout are nodes: its end and, before it, evenly spaced ones on its way.
   void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
 
-  //! From now on `counter`, unless it is null, goes up with each node but the undisturbed future.
-  void count_in(std::atomic<int>* counter) { counter_ = counter; }
+  //! From now on `node_counter`, unless it is null, goes up with each node but the undisturbed future.
+  void count_in(std::atomic<int>* node_counter) { node_counter_ = node_counter; }
 
   //! From now on a rollout ends where `outside` says so, which is asked every few steps. Without a clock.
   void end_where(std::function<bool(const State&)> outside) { outside_ = std::move(outside); }
@@ -81,7 +81,7 @@ class RolloutTree {
   int most_nodes_;
   int nodes_per_edge_ = 1;
   std::function<bool(const State&)> outside_;
-  std::atomic<int>* counter_ = nullptr;
+  std::atomic<int>* node_counter_ = nullptr;
 
   Limit limit_;
   World world_;

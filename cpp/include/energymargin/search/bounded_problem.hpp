@@ -46,8 +46,8 @@ class BoundedProblem {
   //! From now on up to so many states of a rollout count as nodes; planners go on from its end alone.
   void set_nodes_per_edge(int count);
 
-  //! From now on `counter`, unless it is null, goes up with each node. It has to outlive this.
-  void count_in(std::atomic<int>* counter);
+  //! From now on `node_counter`, unless it is null, goes up with each node. It has to outlive this.
+  void count_in(std::atomic<int>* node_counter);
 
   //! From now on a rollout ends where it is seen outside of the capture set; with a clock it always does.
   void stop_at_escape();
