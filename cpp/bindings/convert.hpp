@@ -12,6 +12,7 @@
 
 #include "energymargin/problem.hpp"
 #include "energymargin/types.hpp"
+#include "problem/words.hpp"
 
 namespace py = pybind11;
 
@@ -77,18 +78,24 @@ Disturbance wrenches(const std::string& name, const ArrayLike& array, std::size_
 //! True for a single state, false for a table of states; throws for anything else.
 bool is_single(const std::string& name, const ArrayLike& array);
 
-Role role(const std::string& name);
-std::string role_name(Role role);
-JointType joint_type(const std::string& name);
-std::string joint_type_name(JointType type);
-Effector effector(const std::string& name);
-std::string effector_name(Effector effector);
+//! The value that a word stands for. Throws std::invalid_argument that names the argument and the words that there are.
+template <typename Enum>
+Enum value_of_word(const std::string& name, const std::string& word) {
+  const auto value = value_of<Enum>(word);
+  if (!value) {
+    throw std::invalid_argument(name + " is '" + word + "', expected " + list_of_words<Enum>("'", " or "));
+  }
+  return *value;
+}
 
 //! Orientation from a quaternion or from a yaw angle about z, at most one of them.
 Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>& quaternion_xyzw,
                        std::optional<double> yaw, const Quaternion& otherwise);
 
 void bind_limit(py::module_& module);
+void bind_shapes(py::module_& module);
+void bind_body(py::module_& module);
+void bind_joint(py::module_& module);
 void bind_scene(py::module_& module);
 void bind_world(py::module_& module);
 void bind_regions(py::module_& module);

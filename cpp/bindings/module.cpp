@@ -4,6 +4,9 @@
 PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled core of energymargin.";
   energymargin::binding::bind_limit(module);
+  energymargin::binding::bind_shapes(module);
+  energymargin::binding::bind_body(module);
+  energymargin::binding::bind_joint(module);
   energymargin::binding::bind_scene(module);
   energymargin::binding::bind_plan(module);
   energymargin::binding::bind_world(module);

@@ -166,7 +166,7 @@ void bind_problem(py::module_& module) {
                              within,
                              any_of("captured", scene, captured),
                              any_of("succeeded", scene, succeeded),
-                             effector(mode),
+                             value_of_word<Effector>("effector", mode),
                              real("rate", rate),
                              force_weights,
                              contacts,
@@ -196,7 +196,7 @@ void bind_problem(py::module_& module) {
       .def_readonly("succeeded_any", &Problem::succeeded_any, "Where at least one object has succeeded, or None.")
       .def_readonly("within", &Problem::within, "Bounds of the search for an escape, or None.")
       .def_property_readonly(
-          "effector", [](const Problem& problem) { return effector_name(problem.effector); },
+          "effector", [](const Problem& problem) { return word_of(problem.effector); },
           "\"drive\" or \"coast\": whether each edge of a search starts with the effector at its velocity of the "
           "start.")
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")
@@ -264,7 +264,7 @@ void bind_problem(py::module_& module) {
       .def("__repr__",
            [](const Problem& problem) {
              return described("Problem", {{"scene", py::cast(problem.scene)},
-                                          {"effector", py::cast(effector_name(problem.effector))},
+                                          {"effector", py::cast(word_of(problem.effector))},
                                           {"rate", py::cast(problem.rate)}});
            })
       .def(py::pickle([](const Problem& problem) { return py::str(to_json(problem)); },

@@ -163,7 +163,7 @@ TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
   BodyState base = one.body("base").state;
   base.velocity = {0.3, -0.2, 0.1};
   base.angular_velocity = {0.5, -1.0, 0.8};
-  BodyState same_base = moved_to(elsewhere.at("base").position, base);
+  BodyState same_base = state_at_point(elsewhere.at("base").position, base);
   same_base.orientation = base.orientation * elsewhere.at("base").orientation;
   const std::map<std::string, JointState> joints{{"hinge", {0.2, 2.0}}, {"rail", {0.1, -0.5}}};
   const Drive push = steady("cart", {0.3, 0.2, -0.1}, {0.01, 0.0, 0.02}, 240);
@@ -171,7 +171,7 @@ TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
   const State found = after(other, pack(other, {{"base", same_base}}, joints), 240, {{push}});
   EXPECT_LT((found.tail<4>() - end.tail<4>()).cwiseAbs().maxCoeff(), 1e-7);
   for (const auto& [name, frame] : elsewhere) {
-    const BodyState expected = moved_to(frame.position, body_in(one, end, name));
+    const BodyState expected = state_at_point(frame.position, body_in(one, end, name));
     const BodyState at = body_in(other, found, name);
     EXPECT_LT((at.position - expected.position).norm(), 1e-7) << name;
     EXPECT_LT((at.velocity - expected.velocity).norm(), 1e-7) << name;

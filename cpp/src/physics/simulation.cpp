@@ -267,7 +267,7 @@ void Simulation::set_moment(const Free& body) {
 void Simulation::restore(const State& state) {
   for (const Free& body : free_) {
     const BodyState frame = StateLayout::read(state.data() + body.offset);
-    const BodyState to = moved_to(body.inertial.center, frame);
+    const BodyState to = state_at_point(body.inertial.center, frame);
     const btTransform transform = bullet_pose(body.inertial, frame);
     const btVector3 velocity = to_bullet(to.velocity);
     const btVector3 angular_velocity = to_bullet(to.angular_velocity);
@@ -308,7 +308,7 @@ void Simulation::read(State& state) const {
     const Quaternion orientation = from_bullet(transform.getRotation()) * body.inertial.axes.conjugate();
     const BodyState center{from_bullet(transform.getOrigin()), orientation.normalized(),
                            from_bullet(body.rigid->getLinearVelocity()), from_bullet(body.rigid->getAngularVelocity())};
-    StateLayout::write(moved_to(-body.inertial.center, center), state.data() + body.offset);
+    StateLayout::write(state_at_point(-body.inertial.center, center), state.data() + body.offset);
   }
   for (const auto& articulation : articulations_) articulation->read(state);
   if (!state.allFinite()) throw Diverged("a state");

@@ -32,12 +32,12 @@ class Cancel:
         """
 class Plane:
     """
-    The half space below a plane: {x : normal . x <= offset}.
+    The half space below a plane; only fixed bodies have it.
     """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Unit vector out of the solid, shape (3,).
+        Unit vector out of the solid. Shape (3,).
         """
     @property
     def offset(self) -> float:
@@ -46,18 +46,18 @@ class Plane:
         """
 class Box:
     """
-    A box with full edge lengths `size`, shape (3,) [m].
+    A box along the axes of its frame, about its origin.
     """
     def __init__(self, size: numpy.typing.ArrayLike) -> None:
         ...
     @property
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Whole lengths of its edges, shape (3,) [m].
+        Full edge lengths along x, y, z [m]. Shape (3,).
         """
 class Sphere:
     """
-    A sphere of `radius` [m].
+    A sphere about the origin of its frame.
     """
     def __init__(self, radius: float) -> None:
         ...
@@ -68,7 +68,7 @@ class Sphere:
         """
 class Cylinder:
     """
-    A cylinder about its own z axis, `radius` and full `length` [m].
+    A cylinder about its own z axis.
     """
     def __init__(self, radius: float, length: float) -> None:
         ...
@@ -84,7 +84,7 @@ class Cylinder:
         """
 class Capsule:
     """
-    A capsule about its own z axis; `length` is that of its tube [m].
+    A capsule about its own z axis.
     """
     def __init__(self, radius: float, length: float) -> None:
         ...
@@ -100,7 +100,7 @@ class Capsule:
         """
 class ConvexHull:
     """
-    The convex hull of points, shape (n, 3) [m], in the body's frame.
+    The convex hull of points.
     """
     def __init__(self, points: numpy.typing.ArrayLike) -> None:
         ...
@@ -111,7 +111,7 @@ class ConvexHull:
     @property
     def points(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Shape (n, 3) [m].
+        In the shape's frame [m]; they span a volume. Shape (n, 3).
         """
 class Part:
     """
@@ -127,12 +127,12 @@ class Part:
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        In the body's frame, shape (3,) [m].
+        Of the part in the body's frame [m]. Shape (3,).
         """
     @property
     def shape(self) -> Box | Sphere | Cylinder | Capsule | ConvexHull:
         """
-        What it is.
+        The solid.
         """
 class MassProperties:
     """
@@ -143,46 +143,22 @@ class MassProperties:
     @property
     def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
-        Unit quaternion x, y, z, w that turns the principal axes into the shape's.
+        Unit quaternion x, y, z, w that turns the principal axes into the shape's frame.
         """
     @property
     def center(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Centre of mass in the shape's frame, shape (3,) [m].
+        Centre of mass in the shape's frame [m]. Shape (3,).
         """
     @property
     def moments(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Principal moments about the centre, shape (3,) [kg m^2].
+        Principal moments about the centre of mass [kg m^2]. Shape (3,).
         """
     @property
     def volume(self) -> float:
         """
         [m^3].
-        """
-class Inertial:
-    """
-    How a body's mass is spread, in the body's frame.
-    
-    center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
-    default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is symmetric, positive, and such that a rigid body can have it.
-    """
-    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
-        ...
-    @property
-    def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
-        """
-        Unit quaternion x, y, z, w that turns the principal axes into the body's.
-        """
-    @property
-    def center(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        Centre of mass, shape (3,) [m].
-        """
-    @property
-    def moments(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        Principal moments about the centre, shape (3,) [kg m^2].
         """
 class Compound:
     """
@@ -197,12 +173,37 @@ class Compound:
     @property
     def parts(self) -> list[Part]:
         """
-        Convex, each with its place.
+        Solids, each at its place in the body's frame.
         """
     @property
     def solid(self) -> MassProperties | None:
         """
-        Mass properties of a body of 1 kg, where the parts stand for another solid, as of a mesh; None: those of the parts.
+        Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.
+        """
+class Inertial:
+    """
+    Mass properties of a body, in its frame.
+    
+    center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
+    default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is
+    symmetric, positive, and such that a rigid body can have it.
+    """
+    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
+        ...
+    @property
+    def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        Unit quaternion x, y, z, w that turns the principal axes into the body's frame.
+        """
+    @property
+    def center(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Centre of mass [m]. Shape (3,).
+        """
+    @property
+    def moments(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Principal moments about the centre of mass [kg m^2]. Shape (3,).
         """
 class Body:
     """
@@ -211,12 +212,12 @@ class Body:
     @property
     def angular_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        1: free about the axis, 0: locked; shape (3,).
+        For the world's x, y, z: 1, free about the axis, or 0, locked. Shape (3,).
         """
     @property
     def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Shape (3,) [rad/s].
+        In the world's axes [rad/s]. Shape (3,).
         """
     @property
     def fixed(self) -> bool:
@@ -226,22 +227,22 @@ class Body:
     @property
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Acts all the time, in the world's axes, shape (3,) [N].
+        Acts at the centre of mass all the time, in the world's axes [N]. Shape (3,).
         """
     @property
     def friction(self) -> float:
         """
-        A contact's coefficient is the product of its two bodies'.
+        The coefficient of a contact is the product of its two bodies'.
         """
     @property
     def inertial(self) -> Inertial | None:
         """
-        How its mass is spread, or None: as its shape is.
+        Unset: that of the shape, of even density.
         """
     @property
     def linear_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        1: free along the axis, 0: locked; shape (3,).
+        For the world's x, y, z: 1, free along the axis, or 0, locked. Shape (3,).
         """
     @property
     def mass(self) -> float:
@@ -251,7 +252,7 @@ class Body:
     @property
     def name(self) -> str:
         """
-        By which it is known in its scene.
+        Unique among the bodies; not "joints".
         """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
@@ -261,22 +262,22 @@ class Body:
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Shape (3,) [m].
+        Of the body's frame in the world [m]. Shape (3,).
         """
     @property
     def role(self) -> str:
         """
-        'object', 'effector' or 'none'.
+        object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment.
         """
     @property
     def shape(self) -> Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound:
         """
-        What it is made of.
+        Its frame is the body's.
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        Shape (3,) [m/s].
+        Of the frame's origin, in the world's axes [m/s]. Shape (3,).
         """
 class Mimic:
     """
@@ -287,12 +288,12 @@ class Mimic:
     @property
     def joint(self) -> str:
         """
-        The joint that is followed.
+        An earlier joint that moves and follows no other.
         """
     @property
     def multiplier(self) -> float:
         """
-        Of that joint's position.
+        Not 0.
         """
     @property
     def offset(self) -> float:
@@ -306,12 +307,12 @@ class Joint:
     @property
     def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        In the joint's frame, shape (3,).
+        Unit vector in the joint's frame. Shape (3,).
         """
     @property
     def child(self) -> str:
         """
-        The body that it moves.
+        A body that can move, on no other joint.
         """
     @property
     def child_orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
@@ -331,7 +332,7 @@ class Joint:
     @property
     def held(self) -> bool:
         """
-        Whether it keeps the position it has, whatever the load.
+        It keeps the position that it has, whatever the load.
         """
     @property
     def limits(self) -> tuple[float, float]:
@@ -341,12 +342,12 @@ class Joint:
     @property
     def mimic(self) -> Mimic | None:
         """
-        The Mimic by which it follows another joint, or None.
+        Unset: it follows no other joint.
         """
     @property
     def name(self) -> str:
         """
-        By which it is known in its scene.
+        Unique among the joints.
         """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
@@ -361,7 +362,7 @@ class Joint:
     @property
     def parent(self) -> str:
         """
-        The body that carries it.
+        A body.
         """
     @property
     def start(self) -> float:
@@ -391,12 +392,12 @@ class Joint:
     @property
     def torque_limit(self) -> float:
         """
-        [N m].
+        [N m], or "inf".
         """
     @property
     def type(self) -> str:
         """
-        'revolute', 'prismatic' or 'fixed'.
+        fixed: the two move as one. revolute: turns about its axis. prismatic: slides along its axis.
         """
 class Spring:
     """
@@ -405,12 +406,12 @@ class Spring:
     @property
     def body_a(self) -> str:
         """
-        One of its ends is on this body.
+        A body.
         """
     @property
     def body_b(self) -> str:
         """
-        The other one is on this body.
+        Another body.
         """
     @property
     def damping(self) -> float:
@@ -420,12 +421,12 @@ class Spring:
     @property
     def point_a(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        In the frame of body_a, shape (3,) [m].
+        In the frame of body_a [m]. Shape (3,).
         """
     @property
     def point_b(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        In the frame of body_b, shape (3,) [m].
+        In the frame of body_b [m]. Shape (3,).
         """
     @property
     def rest_length(self) -> float:
@@ -439,7 +440,7 @@ class Spring:
         """
 class Scene:
     """
-    What there is: bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
+    Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
     def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None) -> None:
         """
@@ -462,7 +463,7 @@ class Scene:
         position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
         shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
         density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
-        act, and how the mass is spread; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
+        act, and how the mass is inertial; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
         'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
         angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
         or a motor does. Raises ValueError on bad values.
@@ -737,7 +738,7 @@ class Audit:
     @property
     def overlap(self) -> float:
         """
-        Work of moving free bodies that overlap apart, against gravity, constant forces and springs; it takes no impulse [J].
+        Work of penetration recovery (split impulses) against gravity, constant forces and springs; it takes no impulse [J].
         """
     @property
     def plan(self) -> float:
@@ -1585,7 +1586,7 @@ def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: floa
     """
     (low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval does.
     """
-def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0) -> MassProperties:
+def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | ..., mass: float = 1.0) -> MassProperties:
     """
     Mass properties of a solid shape of a mass [kg], of even density.
     """
