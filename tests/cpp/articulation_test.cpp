@@ -121,7 +121,7 @@ TEST(Articulation, PendulumSwingsWithThePeriodOfItsGivenInertia) {
   Body bob = body("bob", Sphere{0.05}, 0.7, Vector3::Zero());
   Eigen::Matrix3d inertia;
   inertia << 0.004, 0.001, 0.0005, 0.001, 0.006, -0.0007, 0.0005, -0.0007, 0.005;
-  bob.inertial = inertial({0.0, 0.0, -0.25}, inertia);  // the frame is at the hinge
+  bob.inertial = Inertial::from_tensor({0.0, 0.0, -0.25}, inertia);  // the frame is at the hinge
   scene.add_body(bob);
   scene.add_joint(joint("hinge", JointType::revolute, "post", "bob", Vector3::UnitY()));
   const State start = pack(scene, {}, {{"hinge", {0.01, 0.0}}});

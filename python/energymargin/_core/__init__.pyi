@@ -32,7 +32,7 @@ class Cancel:
         """
 class Plane:
     """
-    The half space below a plane; only fixed bodies have it.
+    The half space below a plane, {x : normal . x <= offset}; only fixed bodies have it.
     """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -100,7 +100,7 @@ class Capsule:
         """
 class ConvexHull:
     """
-    The convex hull of points.
+    The convex hull of points in the body's frame.
     """
     def __init__(self, points: numpy.typing.ArrayLike) -> None:
         ...
@@ -136,7 +136,7 @@ class Part:
         """
 class MassProperties:
     """
-    How a solid of even density resists to motion.
+    Volume, centre of mass and inertia of a solid of even density.
     """
     def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
         ...
@@ -237,7 +237,7 @@ class Body:
     @property
     def inertial(self) -> Inertial | None:
         """
-        Unset: that of the shape, of even density.
+        Its centre of mass and inertia; unset: those of the shape, of even density.
         """
     @property
     def linear_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -288,12 +288,12 @@ class Mimic:
     @property
     def joint(self) -> str:
         """
-        An earlier joint that moves and follows no other.
+        The joint that is followed: an earlier one that moves and follows no other.
         """
     @property
     def multiplier(self) -> float:
         """
-        Not 0.
+        Of that joint's position; not 0.
         """
     @property
     def offset(self) -> float:
@@ -312,7 +312,7 @@ class Joint:
     @property
     def child(self) -> str:
         """
-        A body that can move, on no other joint.
+        The body that is carried; it can move, and is on no other joint.
         """
     @property
     def child_orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
@@ -342,7 +342,7 @@ class Joint:
     @property
     def mimic(self) -> Mimic | None:
         """
-        Unset: it follows no other joint.
+        The joint that it follows, and how; unset: none.
         """
     @property
     def name(self) -> str:
@@ -362,7 +362,7 @@ class Joint:
     @property
     def parent(self) -> str:
         """
-        A body.
+        The body that carries the child.
         """
     @property
     def start(self) -> float:
@@ -392,7 +392,7 @@ class Joint:
     @property
     def torque_limit(self) -> float:
         """
-        [N m], or "inf".
+        [N m]; infinite: without limit.
         """
     @property
     def type(self) -> str:
@@ -406,12 +406,12 @@ class Spring:
     @property
     def body_a(self) -> str:
         """
-        A body.
+        The body at one end.
         """
     @property
     def body_b(self) -> str:
         """
-        Another body.
+        The body at the other end, another one.
         """
     @property
     def damping(self) -> float:
@@ -463,7 +463,7 @@ class Scene:
         position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
         shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
         density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
-        act, and how the mass is inertial; by default as in the shape, evenly. role is 'object' (a body that disturbances act on),
+        act, and the inertia about it; by default those of the shape, of even density. role is 'object' (a body that disturbances act on),
         'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
         angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
         or a motor does. Raises ValueError on bad values.
@@ -1586,7 +1586,7 @@ def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: floa
     """
     (low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval does.
     """
-def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | ..., mass: float = 1.0) -> MassProperties:
+def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0) -> MassProperties:
     """
     Mass properties of a solid shape of a mass [kg], of even density.
     """
