@@ -45,7 +45,7 @@ SLOW := ^Planner/Fixture|OfTenThousandRollouts|AlsoWhereManyNodesAreTheSameState
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test docs sanitize fuzz bench bench-scale bench-view check format stubs wheel deb clean
+.PHONY: demo test docs sanitize fuzz bench bench-scale bench-view check format stubs schema wheel deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
@@ -92,6 +92,12 @@ format: .venv/built
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 	$(BIN)/clang-format -i $$(git ls-files '*.hpp' '*.cpp')
+
+# The schema of problem files, after a change of what they hold.
+schema: .venv/built
+	$(BIN)/cmake --build build --target energymargin_schema
+	build/tests/cpp/energymargin_schema > build/problem.schema.json
+	cp build/problem.schema.json cpp/src/problem_io/problem.schema.json
 
 stubs: .venv/built
 	$(BIN)/python -m pybind11_stubgen energymargin._core -o python --enum-class-locations .+:_core

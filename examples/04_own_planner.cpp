@@ -34,7 +34,10 @@ int main() {
   const em::Vector3 torque{0.0, 0.0, 0.02};  // and about each axis [N m]
   const double duration = 0.2;               // for which one lasts at most [s]
   const em::regions::Disc near{"brick", {0.0, 0.0}, 0.05};
-  const em::Problem problem{scene, em::pack(scene), force, torque, duration, near};
+  em::Problem problem(scene, em::pack(scene), near);
+  problem.force = force;
+  problem.torque = torque;
+  problem.duration = duration;
 
   const int nodes = 1000;
   const std::uint64_t seed = 1;  // of the disturbances

@@ -143,7 +143,7 @@ inline void RawScene::add_articulations() {
 inline void RawScene::set(const State& state) {
   for (const Free& free : free_) {
     const BodyState frame = StateLayout::read(state.data() + layout_.offset(free.body));
-    const BodyState center = moved_to(free.inertial.center, frame);
+    const BodyState center = state_at_point(free.inertial.center, frame);
     free.rigid->setCenterOfMassTransform(bullet_pose(free.inertial, frame));
     free.rigid->setLinearVelocity(to_bullet(center.velocity));
     free.rigid->setAngularVelocity(to_bullet(center.angular_velocity));

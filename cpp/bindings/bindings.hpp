@@ -6,6 +6,9 @@
 namespace energymargin::binding {
 
 void bind_limit(pybind11::module_& module);
+void bind_shapes(pybind11::module_& module);
+void bind_body(pybind11::module_& module);
+void bind_joint(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
 void bind_plan(pybind11::module_& module);
 void bind_world(pybind11::module_& module);

@@ -32,27 +32,17 @@ std::string size_text(Eigen::Index size) { return size < 0 ? "N" : std::to_strin
 
 Numbers numbers(const std::string& name, const ArrayLike& array) {
   // As numpy sees it first: a cast would read numbers out of strings, and drop what is imaginary.
-  const py::array seen = array_of(array.value);
-  if (!seen || std::string("iuf").find(seen.dtype().kind()) == std::string::npos) {
+  const py::array as_numpy = array_of(array.value);
+  if (!as_numpy || std::string("iuf").find(as_numpy.dtype().kind()) == std::string::npos) {
     reject(name, shown(array.value), "an array of real numbers");
   }
-  return Numbers::ensure(seen);
+  return Numbers::ensure(as_numpy);
 }
 
 // A float such as 1e3 is told how to write it: as 1000.
 std::string expected_whole(const WholeNumber& number, const std::string& range) {
   const bool whole = py::isinstance<py::float_>(number.value) && number.value.attr("is_integer")().cast<bool>();
   return "a whole number" + (whole ? ", as " + shown(py::int_(number.value)) : " " + range);
-}
-
-template <typename Value>
-Value named(const std::string& what, const std::string& name, const std::vector<std::pair<const char*, Value>>& names) {
-  std::string known;
-  for (const auto& [key, value] : names) {
-    if (name == key) return value;
-    known += (known.empty() ? "'" : " or '") + std::string(key) + "'";
-  }
-  reject(what, "'" + name + "'", known);
 }
 
 }  // namespace
@@ -158,32 +148,6 @@ bool is_single(const std::string& name, const ArrayLike& array) {
   }
   return in.ndim() == 1;
 }
-
-Role role(const std::string& name) {
-  return named<Role>("role", name, {{"none", Role::none}, {"object", Role::object}, {"effector", Role::effector}});
-}
-
-std::string role_name(Role role) {
-  if (role == Role::object) return "object";
-  return role == Role::effector ? "effector" : "none";
-}
-
-JointType joint_type(const std::string& name) {
-  return named<JointType>(
-      "type", name,
-      {{"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}});
-}
-
-std::string joint_type_name(JointType type) {
-  if (type == JointType::fixed) return "fixed";
-  return type == JointType::revolute ? "revolute" : "prismatic";
-}
-
-Effector effector(const std::string& name) {
-  return named<Effector>("effector", name, {{"coast", Effector::coast}, {"drive", Effector::drive}});
-}
-
-std::string effector_name(Effector effector) { return effector == Effector::drive ? "drive" : "coast"; }
 
 Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>& quaternion_xyzw,
                        std::optional<double> yaw, const Quaternion& otherwise) {

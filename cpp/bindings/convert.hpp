@@ -77,13 +77,6 @@ Disturbance wrenches(const std::string& name, const ArrayLike& array, std::size_
 //! True for a single state, false for a table of states; throws for anything else.
 bool is_single(const std::string& name, const ArrayLike& array);
 
-Role role(const std::string& name);
-std::string role_name(Role role);
-JointType joint_type(const std::string& name);
-std::string joint_type_name(JointType type);
-Effector effector(const std::string& name);
-std::string effector_name(Effector effector);
-
 //! Orientation from a quaternion or from a yaw angle about z, at most one of them.
 Quaternion orientation(const std::string& prefix, const std::optional<ArrayLike>& quaternion_xyzw,
                        std::optional<double> yaw, const Quaternion& otherwise);

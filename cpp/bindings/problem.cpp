@@ -6,6 +6,7 @@
 #include "described.hpp"
 #include "energymargin/problem_io.hpp"
 #include "keywords.hpp"
+#include "problem/words.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
@@ -116,7 +117,7 @@ Problem make_problem(const Scene& scene, const ArrayLike& state, const ArrayLike
   problem.within = within;
   problem.captured_any = any_of("captured", scene, captured);
   problem.succeeded_any = any_of("succeeded", scene, succeeded);
-  problem.effector = effector(effector_word);
+  problem.effector = value_of<Effector>("effector", effector_word);
   problem.rate = real("rate", rate);
   problem.force_weights = force_weights;
   problem.contacts = contacts;
@@ -189,7 +190,7 @@ Problem problem_from_json(const std::string& text, const py::object& folder) {
 
 std::string repr_of(const Problem& problem) {
   return described("Problem", {{"scene", py::cast(problem.scene)},
-                               {"effector", py::cast(effector_name(problem.effector))},
+                               {"effector", py::cast(word_of(problem.effector))},
                                {"rate", py::cast(problem.rate)}});
 }
 
@@ -241,7 +242,7 @@ void def_question(ProblemClass& type) {
       .def_readonly("torque", &Problem::torque, "Largest |torque| about each axis, shape (3,) [N m].")
       .def_readonly("duration", &Problem::duration, "Longest edge [s].")
       .def_property_readonly(
-          "effector", [](const Problem& problem) { return effector_name(problem.effector); },
+          "effector", [](const Problem& problem) { return word_of(problem.effector); },
           "\"drive\" or \"coast\": whether each edge of a search starts with the effector at its velocity of the "
           "start.")
       .def_readonly("rate", &Problem::rate, "lambda [1/J].")

@@ -121,7 +121,7 @@ TEST(Articulation, PendulumSwingsWithThePeriodOfItsGivenInertia) {
   Body bob = body("bob", Sphere{0.05}, 0.7, Vector3::Zero());
   Eigen::Matrix3d inertia;
   inertia << 0.004, 0.001, 0.0005, 0.001, 0.006, -0.0007, 0.0005, -0.0007, 0.005;
-  bob.inertial = inertial({0.0, 0.0, -0.25}, inertia);  // the frame is at the hinge
+  bob.inertial = Inertial::from_tensor({0.0, 0.0, -0.25}, inertia);  // the frame is at the hinge
   scene.add_body(bob);
   scene.add_joint(joint("hinge", JointType::revolute, "post", "bob", Vector3::UnitY()));
   const State start = pack(scene, {}, {{"hinge", {0.01, 0.0}}});
@@ -163,7 +163,7 @@ TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
   BodyState base = one.body("base").state;
   base.velocity = {0.3, -0.2, 0.1};
   base.angular_velocity = {0.5, -1.0, 0.8};
-  BodyState same_base = moved_to(elsewhere.at("base").position, base);
+  BodyState same_base = state_at_point(elsewhere.at("base").position, base);
   same_base.orientation = base.orientation * elsewhere.at("base").orientation;
   const std::map<std::string, JointState> joints{{"hinge", {0.2, 2.0}}, {"rail", {0.1, -0.5}}};
   const Drive push = steady("cart", {0.3, 0.2, -0.1}, {0.01, 0.0, 0.02}, 240);
@@ -171,7 +171,7 @@ TEST(Articulation, SameMechanismInOtherFramesMovesTheSame) {
   const State found = after(other, pack(other, {{"base", same_base}}, joints), 240, {{push}});
   EXPECT_LT((found.tail<4>() - end.tail<4>()).cwiseAbs().maxCoeff(), 1e-7);
   for (const auto& [name, frame] : elsewhere) {
-    const BodyState expected = moved_to(frame.position, body_in(one, end, name));
+    const BodyState expected = state_at_point(frame.position, body_in(one, end, name));
     const BodyState at = body_in(other, found, name);
     EXPECT_LT((at.position - expected.position).norm(), 1e-7) << name;
     EXPECT_LT((at.velocity - expected.velocity).norm(), 1e-7) << name;

@@ -126,8 +126,8 @@ TEST(Inertial, SameBodyInAnotherFrameMovesTheSame) {
   const Rollout rollout = World(other).rollout(pack(other), wrench, 1.0);
   const BodyState end = body_in(one, expected.state, "object");
   const BodyState found = body_in(other, rollout.state, "object");
-  EXPECT_LT((found.position - moved_to(frame.position, end).position).norm(), 1e-10);
-  EXPECT_LT((found.velocity - moved_to(frame.position, end).velocity).norm(), 1e-10);
+  EXPECT_LT((found.position - state_at_point(frame.position, end).position).norm(), 1e-10);
+  EXPECT_LT((found.velocity - state_at_point(frame.position, end).velocity).norm(), 1e-10);
   EXPECT_LT(found.orientation.angularDistance(end.orientation * frame.orientation), 1e-7);
   EXPECT_LT((found.angular_velocity - end.angular_velocity).norm(), 1e-10);
   EXPECT_NEAR(rollout.effort, expected.effort, 1e-10);
@@ -141,16 +141,16 @@ TEST(Inertial, HullInAnyFrameIsTheBoxThatItDescribes) {
   const Vector3 away(0.3, -0.2, 0.15);
   hull.shape = brick({0.5, 0.3, 0.1}, oblique, away);
   hull.state.orientation = box.state.orientation * oblique.conjugate();
-  hull.state = moved_to(oblique.conjugate() * -away,
-                        {box.state.position, hull.state.orientation, box.state.velocity, box.state.angular_velocity});
+  hull.state = state_at_point(oblique.conjugate() * -away, {box.state.position, hull.state.orientation,
+                                                            box.state.velocity, box.state.angular_velocity});
   hull.state.position = box.state.position - hull.state.orientation * away;
   hull.state.velocity = box.state.velocity - box.state.angular_velocity.cross(hull.state.orientation * away);
   const Scene one = alone(box, down);
   const Scene other = alone(hull, down);
   const BodyState end = body_in(one, after(one, pack(one), 240), "object");
   const BodyState found = body_in(other, after(other, pack(other), 240), "object");
-  EXPECT_LT((moved_to(away, found).position - end.position).norm(), 1e-10);
-  EXPECT_LT((moved_to(away, found).velocity - end.velocity).norm(), 1e-10);
+  EXPECT_LT((state_at_point(away, found).position - end.position).norm(), 1e-10);
+  EXPECT_LT((state_at_point(away, found).velocity - end.velocity).norm(), 1e-10);
   EXPECT_LT(found.orientation.angularDistance(end.orientation * oblique.conjugate()), 1e-6);
 }
 
@@ -169,7 +169,7 @@ TEST(Inertial, TorqueTurnsABodyByItsGivenInertiaWithProducts) {
   Eigen::Matrix3d inertia;
   inertia << 0.03, 0.004, -0.002, 0.004, 0.05, 0.003, -0.002, 0.003, 0.06;
   Body block = body("object", Sphere{0.1}, 2.0, Vector3::Zero(), Role::object);
-  block.inertial = inertial({0.02, 0.03, -0.01}, inertia);
+  block.inertial = Inertial::from_tensor({0.02, 0.03, -0.01}, inertia);
   block.state.orientation = oblique;
   const Scene scene = alone(block);
   Wrench wrench;
@@ -184,24 +184,27 @@ TEST(Inertial, TorqueTurnsABodyByItsGivenInertiaWithProducts) {
 TEST(Inertial, InertiaMatrixComesBackFromItsMomentsAndAxes) {
   Eigen::Matrix3d inertia;
   inertia << 0.03, 0.004, -0.002, 0.004, 0.05, 0.003, -0.002, 0.003, 0.06;
-  const Inertial result = inertial({0.1, 0.2, 0.3}, inertia);
+  const Inertial result = Inertial::from_tensor({0.1, 0.2, 0.3}, inertia);
   const Eigen::Matrix3d axes = result.axes.toRotationMatrix();
   EXPECT_EQ(result.center, Vector3(0.1, 0.2, 0.3));
   EXPECT_TRUE((axes * result.moments.asDiagonal() * axes.transpose()).isApprox(inertia, 1e-12));
-  const Inertial plain = inertial(Vector3::Zero(), Vector3(3.0, 1.0, 2.5).asDiagonal().toDenseMatrix());
+  const Inertial plain = Inertial::from_tensor(Vector3::Zero(), Vector3(3.0, 1.0, 2.5).asDiagonal().toDenseMatrix());
   EXPECT_EQ(plain.moments, Vector3(3.0, 1.0, 2.5));
   EXPECT_EQ(plain.axes.coeffs(), Quaternion::Identity().coeffs());
 }
 
 TEST(Inertial, InertiaThatNoRigidBodyCanHaveIsRejectedByNameAndValue) {
-  const auto with = [](const Eigen::Matrix3d& inertia) { return [inertia] { inertial(Vector3::Zero(), inertia); }; };
+  const auto with = [](const Eigen::Matrix3d& inertia) {
+    return [inertia] { Inertial::from_tensor(Vector3::Zero(), inertia); };
+  };
   Eigen::Matrix3d skew = Eigen::Matrix3d::Identity();
   skew(0, 1) = 0.1;
   EXPECT_TRUE(rejects(with(skew), {"inertia", "not symmetric"}));
   EXPECT_TRUE(rejects(with(nan * Eigen::Matrix3d::Identity()), {"inertia", "not finite"}));
   EXPECT_TRUE(rejects(with(Vector3(1.0, 1.0, 2.1).asDiagonal().toDenseMatrix()), {"inertia", "(1, 1, 2.1)", "sum"}));
   EXPECT_TRUE(rejects(with(Vector3(1.0, -1.0, 1.0).asDiagonal().toDenseMatrix()), {"inertia", "-1", "above 0"}));
-  EXPECT_TRUE(rejects([] { inertial({0.0, nan, 0.0}, Eigen::Matrix3d::Identity()); }, {"center", "nan", "finite"}));
+  EXPECT_TRUE(rejects([] { Inertial::from_tensor({0.0, nan, 0.0}, Eigen::Matrix3d::Identity()); },
+                      {"center", "nan", "finite"}));
 }
 
 TEST(Inertial, BodyWithAMassAndWithoutAVolumeNeedsOne) {

@@ -67,7 +67,7 @@ inline Drive steady(const std::string& body, const Vector3& force, const Vector3
 
 //! A body's centre of mass, and how it moves.
 inline BodyState center_of(const Body& body, const BodyState& frame) {
-  return moved_to(body.principal_inertial().center, frame);
+  return state_at_point(body.principal_inertial().center, frame);
 }
 
 //! Moments of inertia about the centre of mass, in the world's axes.
@@ -121,7 +121,7 @@ inline Body described_from(const Pose& frame, const Body& body) {
   const Inertial inertial = body.principal_inertial();
   const Pose center = seen_from(frame, {inertial.center, inertial.axes});
   if (!body.fixed()) same.inertial = Inertial{center.position, inertial.moments, center.orientation};
-  same.state = moved_to(frame.position, body.state);
+  same.state = state_at_point(frame.position, body.state);
   same.state.orientation = body.state.orientation * frame.orientation;
   return same;
 }

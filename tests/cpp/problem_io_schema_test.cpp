@@ -7,6 +7,7 @@
 #include "expect.hpp"
 #include "problem_files.hpp"
 #include "problem_io/schema.hpp"
+#include "problem_io/schema_definitions.hpp"
 
 namespace energymargin {
 namespace {
@@ -67,6 +68,15 @@ TEST(ProblemSchema, EveryFileThatIsWrittenFits) {
   const Folder folder;
   save(everything(), folder / "p.json", Meshes::files);
   EXPECT_NO_THROW(problem_io::check_schema(Json::parse(folder.read("p.json"))));
+}
+
+TEST(ProblemSchema, FieldsOfEachStructAreThoseOfTheCode) {
+  const auto schema = problem_io::OrderedJson::parse(problem_schema());
+  const auto definitions = problem_io::schema_definitions();
+  for (const auto& [name, definition] : definitions.items()) {
+    ASSERT_TRUE(schema["definitions"].contains(name)) << name << "; run: make schema";
+    EXPECT_EQ(schema["definitions"][name].dump(2), definition.dump(2)) << "run: make schema";
+  }
 }
 
 TEST(ProblemSchema, KeyThatTheReaderMissesTheSchemaMissesToo) {

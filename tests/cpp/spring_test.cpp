@@ -129,7 +129,7 @@ TEST(Spring, PullAndDampingOnABodyWithItsCentreElsewhereAreThoseAtTheirPoint) {
   const Body& block = scene.body("object");
   BodyState moving = block.state;
   moving.velocity = {0.2, -0.1, 0.3};
-  const BodyState at = moved_to(pull.point_a, moving);
+  const BodyState at = state_at_point(pull.point_a, moving);
   const BodyState center = center_of(block, moving);
   const Vector3 span = Vector3(0.0, 0.0, 2.0) - at.position;
   const Vector3 along = span.normalized();

@@ -9,11 +9,11 @@
 
 namespace energymargin {
 
-//! The body that a joint carries, from the joint's parent.
-BodyState carried(const Joint& joint, const JointState& state, const BodyState& parent);
+//! Where the child of a joint is, and how it moves, from the joint's parent.
+BodyState child_state(const Joint& joint, const JointState& state, const BodyState& parent);
 
-//! A body's frame moved to a point of the body, in its frame: where that point is, and how fast.
-BodyState moved_to(const Vector3& point, const BodyState& body);
+//! Where a point of a body is, and how it moves; the point is in the body's frame [m].
+BodyState state_at_point(const Vector3& point, const BodyState& body);
 
 //! Forward kinematics of a scene.
 class Kinematics {

@@ -102,8 +102,8 @@ struct Speed {
   Vector3 point = Vector3::Zero();  //!< in the body's frame [m]
   std::string frame{};
   bool along_world = false;  //!< the point is given along the world's axes, from the body's origin
-  std::optional<Vector3>
-      along{};  //!< unit vector of the frame: the velocity along it counts alone, which may be negative
+  //! Unit vector of the frame: the velocity along it counts alone, which may be negative.
+  std::optional<Vector3> along{};
 };
 
 //! The angle between an axis of the body and a reference direction of the frame is at most the limit.
@@ -157,7 +157,7 @@ class Region {
 
  private:
   struct Node {
-    explicit Node(Expression given);  // validates it
+    explicit Node(Expression definition);  // validates it
 
     Expression expression;
     int levels = 0;              // of & | ~

@@ -22,17 +22,17 @@ enum class Role {
   effector,  ///< a part of the robot
 };
 
-//! How a body's mass is inertial, in the body's frame.
+//! Centre of mass and inertia of a body, in its frame.
 struct Inertial {
   Vector3 center = Vector3::Zero();          //!< centre of mass [m]
   Vector3 moments = Vector3::Ones();         //!< principal moments about the centre [kg m^2]
   Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the body's
-};
 
-//! From the inertia about the centre, along `axes` in the body's frame [kg m^2]. Throws std::invalid_argument unless a
-//! rigid body can have it.
-Inertial inertial(const Vector3& center, const Eigen::Matrix3d& inertia,
-                  const Quaternion& axes = Quaternion::Identity());
+  //! From the inertia about the centre, along `axes` in the body's frame [kg m^2]. Throws std::invalid_argument unless
+  //! a rigid body can have it.
+  static Inertial from_tensor(const Vector3& center, const Eigen::Matrix3d& inertia,
+                              const Quaternion& axes = Quaternion::Identity());
+};
 
 //! One rigid body. With a joint to a parent it is a link: then the joints say where it is. Its frame is its shape's;
 //! the centre of mass, at which wrenches act, may lie elsewhere.

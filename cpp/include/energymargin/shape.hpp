@@ -41,7 +41,7 @@ struct ConvexHull {
   std::vector<Vector3> points;  //!< [m]
 };
 
-//! How a solid of even density resists to motion.
+//! Volume, centre of mass and inertia of a solid of even density.
 struct MassProperties {
   double volume = 0.0;                       //!< [m^3]
   Vector3 center = Vector3::Zero();          //!< centre of mass in the shape's frame [m]

@@ -1,13 +1,7 @@
 #pragma once
-// The words of options, for Python and for the command line.
+// Words of the metrics' options.
 
-#include <algorithm>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include "base/check.hpp"
+#include "base/words.hpp"
 #include "energymargin/metrics/effort.hpp"
 #include "energymargin/problem_io.hpp"
 
@@ -16,69 +10,25 @@ namespace energymargin {
 inline const std::vector<std::string> effort_planners{"est", "rrt"};
 inline const std::vector<std::string> escape_energy_planners{"bit*", "rrt*"};
 
-template <typename Value>
-using Words = std::vector<std::pair<std::string, Value>>;
+template <>
+struct Words<Search> {
+  static constexpr std::pair<const char*, Search> all[]{{"improved", Search::improved},
+                                                        {"published", Search::published}};
+};
 
-inline const Words<Search>& words_of(Search) {
-  static const Words<Search> words{{"improved", Search::improved}, {"published", Search::published}};
-  return words;
-}
+template <>
+struct Words<Sampling> {
+  static constexpr std::pair<const char*, Sampling> all[]{{"mixed", Sampling::mixed}, {"uniform", Sampling::uniform}};
+};
 
-inline const Words<Sampling>& words_of(Sampling) {
-  static const Words<Sampling> words{{"mixed", Sampling::mixed}, {"uniform", Sampling::uniform}};
-  return words;
-}
+template <>
+struct Words<Captured> {
+  static constexpr std::pair<const char*, Captured> all[]{{"all", Captured::all}, {"any", Captured::any}};
+};
 
-inline const Words<Captured>& words_of(Captured) {
-  static const Words<Captured> words{{"all", Captured::all}, {"any", Captured::any}};
-  return words;
-}
-
-inline const Words<Meshes>& words_of(Meshes) {
-  static const Words<Meshes> words{{"embedded", Meshes::embedded}, {"files", Meshes::files}};
-  return words;
-}
-
-//! As "'all' or 'any'", "'captured', 'success' or 'any'".
-inline std::string alternatives(const std::vector<std::string>& words, const std::string& quote = "'") {
-  std::string text;
-  for (const std::string& word : words) {
-    if (!text.empty()) text += &word == &words.back() ? " or " : ", ";
-    text += quote + word + quote;
-  }
-  return text;
-}
-
-//! The words of an option of this type, in their order.
-template <typename Value>
-std::vector<std::string> all_words() {
-  std::vector<std::string> all;
-  for (const auto& [word, value] : words_of(Value())) all.push_back(word);
-  return all;
-}
-
-//! The value of a word. Throws std::invalid_argument that names the argument, the word and the alternatives.
-template <typename Value>
-Value value_of(const std::string& argument, const std::string& word, const std::string& quote = "'") {
-  for (const auto& [known, value] : words_of(Value())) {
-    if (word == known) return value;
-  }
-  reject(argument, "'" + word + "'", alternatives(all_words<Value>(), quote));
-}
-
-template <typename Value>
-const std::string& word_of(Value value) {
-  for (const auto& [word, known] : words_of(value)) {
-    if (value == known) return word;
-  }
-  throw std::logic_error("a value without a word");
-}
-
-//! Throws std::invalid_argument that names the argument, the word and the alternatives.
-inline void require_word(const std::string& argument, const std::string& word, const std::vector<std::string>& words,
-                         const std::string& quote = "'") {
-  if (std::find(words.begin(), words.end(), word) != words.end()) return;
-  reject(argument, "'" + word + "'", alternatives(words, quote));
-}
+template <>
+struct Words<Meshes> {
+  static constexpr std::pair<const char*, Meshes> all[]{{"embedded", Meshes::embedded}, {"files", Meshes::files}};
+};
 
 }  // namespace energymargin

@@ -65,7 +65,7 @@ void RigidBodies::restore(const State& state) {
     const Inertial& inertial = free_[i].inertial;
     btRigidBody& rigid = *moving_[i];
     const BodyState frame = StateLayout::read(state.data() + free_[i].offset);
-    const BodyState center = moved_to(inertial.center, frame);
+    const BodyState center = state_at_point(inertial.center, frame);
     const btTransform transform = bullet_pose(inertial, frame);
     rigid.setCenterOfMassTransform(transform);
     rigid.setInterpolationWorldTransform(transform);
@@ -86,7 +86,7 @@ void RigidBodies::read(State& state) const {
     const Quaternion orientation = from_bullet(transform.getRotation()) * inertial.axes.conjugate();
     const BodyState center{from_bullet(transform.getOrigin()), orientation.normalized(),
                            from_bullet(rigid.getLinearVelocity()), from_bullet(rigid.getAngularVelocity())};
-    StateLayout::write(moved_to(-inertial.center, center), state.data() + free_[i].offset);
+    StateLayout::write(state_at_point(-inertial.center, center), state.data() + free_[i].offset);
   }
 }
 

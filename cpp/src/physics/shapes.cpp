@@ -95,7 +95,7 @@ bool is_nowhere_else(const Part& part) {
 }  // namespace
 
 btTransform bullet_pose(const Inertial& inertial, const BodyState& frame) {
-  const BodyState center = moved_to(inertial.center, frame);
+  const BodyState center = state_at_point(inertial.center, frame);
   return btTransform(to_bullet(Quaternion(center.orientation * inertial.axes)), to_bullet(center.position));
 }
 

@@ -36,13 +36,13 @@ void append(std::string& text, double value) {
 }
 
 std::vector<std::string_view> words(std::string_view line) {
-  std::vector<std::string_view> found;
+  std::vector<std::string_view> list;
   for (std::size_t start = 0; start < line.size();) {
     const std::size_t end = std::min(line.find_first_of(" \t\r", start), line.size());
-    if (end > start) found.push_back(line.substr(start, end - start));
+    if (end > start) list.push_back(line.substr(start, end - start));
     start = end + 1;
   }
-  return found;
+  return list;
 }
 
 double number(std::string_view word) {
@@ -61,13 +61,13 @@ class MeshReader {
       if (line.size() > longest_line) {
         throw std::invalid_argument("at most " + std::to_string(longest_line) + " characters in a line");
       }
-      const std::vector<std::string_view> found = words(line);
-      if (found.empty() || found[0].front() == '#') return;
-      if (found[0] == "o") {
-        parts_.push_back({rest(found), line_, {}});
-      } else if (found[0] == "v") {
-        add_point(found);
-      } else if (std::find(skipped.begin(), skipped.end(), found[0]) == skipped.end()) {
+      const std::vector<std::string_view> line_words = words(line);
+      if (line_words.empty() || line_words[0].front() == '#') return;
+      if (line_words[0] == "o") {
+        parts_.push_back({rest(line_words), line_, {}});
+      } else if (line_words[0] == "v") {
+        add_point(line_words);
+      } else if (std::find(skipped.begin(), skipped.end(), line_words[0]) == skipped.end()) {
         throw std::invalid_argument("a line that begins with o, v, vn, vt, f, l, s, usemtl, mtllib or #");
       }
     } catch (const std::invalid_argument& error) {
@@ -100,14 +100,16 @@ class MeshReader {
   };
 
   // What follows a line's first word.
-  static std::string rest(const std::vector<std::string_view>& found) {
-    return found.size() == 1 ? "" : std::string(found[1].data(), found.back().data() + found.back().size());
+  static std::string rest(const std::vector<std::string_view>& line_words) {
+    return line_words.size() == 1
+               ? ""
+               : std::string(line_words[1].data(), line_words.back().data() + line_words.back().size());
   }
 
-  void add_point(const std::vector<std::string_view>& found) {
+  void add_point(const std::vector<std::string_view>& line_words) {
     if (parts_.empty()) throw std::invalid_argument("a line \"o name\" before the points of each convex part");
-    if (found.size() != 4) throw std::invalid_argument("three finite numbers after v");
-    parts_.back().hull.points.emplace_back(number(found[1]), number(found[2]), number(found[3]));
+    if (line_words.size() != 4) throw std::invalid_argument("three finite numbers after v");
+    parts_.back().hull.points.emplace_back(number(line_words[1]), number(line_words[2]), number(line_words[3]));
   }
 
   std::vector<NamedHull> parts_;

@@ -3,22 +3,24 @@
 
 #include <string>
 
-#include "problem_io/place.hpp"
+#include "problem_io/json_node.hpp"
 
 namespace energymargin::problem_io {
 
-//! Mesh files are looked for in `folder`; empty: there is none.
-Shape read_shape(const Place& place, const std::string& folder);
+Solid read_solid(const JsonNode& node);
 
-Scene read_scene(const Place& place, int version, const std::string& folder);
+//! Mesh files are looked for in `folder`; empty: there is none.
+Shape read_shape(const JsonNode& node, const std::string& folder);
+
+Scene read_scene(const JsonNode& node, int version, const std::string& folder);
 
 //! A region on bodies of the scene.
-Region read_region(const Place& place, const Scene& scene);
+Region read_region(const JsonNode& node, const Scene& scene);
 
 //! A plan that fits the scene or, where there is none, one that may fit some scene.
-Plan read_plan(const Place& place, const Scene* scene);
+Plan read_plan(const JsonNode& node, const Scene* scene);
 
 //! The name of one of the scene's bodies.
-std::string read_body_name(const Place& place, const Scene& scene);
+std::string read_body_name(const JsonNode& node, const Scene& scene);
 
 }  // namespace energymargin::problem_io

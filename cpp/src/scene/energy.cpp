@@ -35,7 +35,7 @@ double Energy::power(const State& state) const {
   for (std::size_t i = 0; i < inertials_.size(); ++i) {
     const Body& body = scene_.bodies()[i];
     if (body.fixed()) continue;
-    const BodyState at = moved_to(inertials_[i].center, kinematics_(state.data(), i));
+    const BodyState at = state_at_point(inertials_[i].center, kinematics_(state.data(), i));
     power += (body.mass * scene_.gravity() + body.force).dot(at.velocity);
   }
   for (const Spring& spring : scene_.springs()) power += power_of(spring, state);
@@ -45,7 +45,7 @@ double Energy::power(const State& state) const {
 double Energy::of_body(std::size_t body, const BodyState& frame) const {
   const double mass = scene_.bodies()[body].mass;
   const Inertial& inertial = inertials_[body];
-  const BodyState at = moved_to(inertial.center, frame);
+  const BodyState at = state_at_point(inertial.center, frame);
   const Vector3 spin = (at.orientation * inertial.axes).conjugate() * at.angular_velocity;
   return 0.5 * mass * at.velocity.squaredNorm() + 0.5 * spin.dot(inertial.moments.cwiseProduct(spin)) -
          (mass * scene_.gravity() + scene_.bodies()[body].force).dot(at.position);
@@ -60,8 +60,8 @@ double Energy::of_spring(const Spring& spring, const State& state) const {
 }
 
 double Energy::power_of(const Spring& spring, const State& state) const {
-  const BodyState a = moved_to(spring.point_a, kinematics_(state.data(), scene_.index(spring.body_a)));
-  const BodyState b = moved_to(spring.point_b, kinematics_(state.data(), scene_.index(spring.body_b)));
+  const BodyState a = state_at_point(spring.point_a, kinematics_(state.data(), scene_.index(spring.body_a)));
+  const BodyState b = state_at_point(spring.point_b, kinematics_(state.data(), scene_.index(spring.body_b)));
   const Vector3 span = b.position - a.position;
   const double length = span.norm();
   if (length == 0.0) return 0.0;  // it pulls nowhere

@@ -2,7 +2,7 @@
 
 namespace energymargin {
 
-BodyState carried(const Joint& joint, const JointState& state, const BodyState& parent) {
+BodyState child_state(const Joint& joint, const JointState& state, const BodyState& parent) {
   const Quaternion frame = parent.orientation * joint.in_parent.orientation;
   const Vector3 axis = frame * joint.axis;
   const bool turns = joint.type == JointType::revolute;
@@ -24,7 +24,7 @@ BodyState carried(const Joint& joint, const JointState& state, const BodyState& 
   return child;
 }
 
-BodyState moved_to(const Vector3& point, const BodyState& body) {
+BodyState state_at_point(const Vector3& point, const BodyState& body) {
   if (point.isZero(0.0)) return body;
   const Vector3 arm = body.orientation * point;
   return {body.position + arm, body.orientation, body.velocity + body.angular_velocity.cross(arm),
@@ -47,7 +47,7 @@ BodyState Kinematics::operator()(const double* state, std::size_t body) const {
   const Node& node = nodes_[body];
   if (node.offset >= 0) return StateLayout::read(state + node.offset);
   if (!node.joint) return node.fixed;
-  return carried(*node.joint, layout_.joint(state, node.joint_index), (*this)(state, node.parent));
+  return child_state(*node.joint, layout_.joint(state, node.joint_index), (*this)(state, node.parent));
 }
 
 }  // namespace energymargin

@@ -57,7 +57,7 @@ std::optional<std::size_t> free_carrier(const Scene& scene, std::size_t body) {
 }
 
 // The world's velocities of a body that goes on as it moves: its twist turns with it.
-Wrenches kept_twist(const BodyState& state, int rows, double step) {
+Wrenches constant_twist(const BodyState& state, int rows, double step) {
   Wrenches velocities(rows, 6);
   const double turn = state.angular_velocity.norm() * step;
   const Vector3 axis = turn > 0.0 ? Vector3(state.angular_velocity.normalized()) : Vector3::UnitZ();
@@ -164,7 +164,7 @@ Plan hold(const Scene& scene, const State& state, double duration) {
     const auto body = free_carrier(scene, effector);
     if (!body || !held.insert(*body).second) continue;
     const BodyState at = StateLayout::read(state.data() + layout.offset(*body));
-    plan.velocities.push_back({scene.bodies()[*body].name, kept_twist(at, rows, step)});
+    plan.velocities.push_back({scene.bodies()[*body].name, constant_twist(at, rows, step)});
   }
   for (const Joint& joint : scene.joints()) {
     if (!joint.moves() || joint.held || joint.mimic || joint.stiffness == 0.0) continue;

@@ -1,46 +1,93 @@
 #include "energymargin/shape.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "base/check.hpp"
+#include "scene/inertia.hpp"
+#include "scene/solids.hpp"
 
 namespace energymargin {
 namespace {
 
-struct Validator {
-  void operator()(const Plane& plane) const {
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+// The geometry of whichever shape it is.
+template <typename... Shapes>
+struct Geometry<std::variant<Shapes...>> {
+  using Any = std::variant<Shapes...>;
+  template <typename Shape>
+  using Of = Geometry<std::decay_t<Shape>>;
+
+  static void validate(const Any& any) {
+    std::visit([](const auto& shape) { Of<decltype(shape)>::validate(shape); }, any);
+  }
+  static double smallest_half_extent(const Any& any) {
+    return std::visit([](const auto& shape) { return Of<decltype(shape)>::smallest_half_extent(shape); }, any);
+  }
+  static double reach_from(const Any& any, const Vector3& point) {
+    return std::visit([&](const auto& shape) { return Of<decltype(shape)>::reach_from(shape, point); }, any);
+  }
+  static MassProperties mass_properties(const Any& any, double mass) {
+    return std::visit([&](const auto& shape) { return Of<decltype(shape)>::mass_properties(shape, mass); }, any);
+  }
+};
+
+namespace {
+
+// The mass properties of a part in the compound's frame.
+MassProperties part_properties(const Part& part, double mass) {
+  MassProperties properties = Geometry<Solid>::mass_properties(part.shape, mass);
+  properties.center = part.pose.position + part.pose.orientation * properties.center;
+  properties.axes = part.pose.orientation * properties.axes;
+  return properties;
+}
+
+MassProperties sum_of_parts(const std::vector<Part>& compound, double mass) {
+  std::vector<MassProperties> parts;  // of unit mass
+  double volume = 0.0;
+  Vector3 first = Vector3::Zero();
+  for (const Part& solid : compound) {
+    const MassProperties part = part_properties(solid, 1.0);
+    volume += part.volume;
+    first += part.volume * part.center;
+    parts.push_back(part);
+  }
+  if (parts.empty()) return {};
+  const Vector3 center = first / volume;
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  for (const MassProperties& part : parts) {
+    const Eigen::Matrix3d axes = part.axes.toRotationMatrix();
+    const Vector3 arm = part.center - center;
+    const double share = mass * part.volume / volume;
+    inertia += share * (axes * part.moments.asDiagonal() * axes.transpose() +
+                        arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+  }
+  return principal(volume, center, inertia);
+}
+
+}  // namespace
+
+template <>
+struct Geometry<Plane> {
+  static void validate(const Plane& plane) {
     require_finite("normal", plane.normal);
     require_unit("normal", plane.normal);
     require_finite("offset", plane.offset);
   }
-  void operator()(const Box& box) const {
-    if (!(box.size.allFinite() && (box.size.array() > 0.0).all())) {
-      reject("size", text(box.size), "three finite numbers above 0");
-    }
-  }
-  void operator()(const Sphere& sphere) const { require_positive("radius", sphere.radius); }
-  void operator()(const Cylinder& cylinder) const {
-    require_positive("radius", cylinder.radius);
-    require_positive("length", cylinder.length);
-  }
-  void operator()(const Capsule& capsule) const {
-    require_positive("radius", capsule.radius);
-    require_positive("length", capsule.length);
-  }
-  void operator()(const ConvexHull& hull) const {
-    if (hull.points.size() < 4) reject("points", std::to_string(hull.points.size()) + " points", "at least 4");
-    for (const Vector3& point : hull.points) require_finite("points", point);
-    if (!(mass_properties(hull, 1.0).volume > 0.0)) {
-      reject("points", "a flat set of points", "points that span a volume");
-    }
-  }
-  void operator()(const Compound& compound) const {
+  static double smallest_half_extent(const Plane&) { return infinity; }
+  static double reach_from(const Plane&, const Vector3&) { return infinity; }
+  static MassProperties mass_properties(const Plane&, double) { return {}; }
+};
+
+template <>
+struct Geometry<Compound> {
+  static void validate(const Compound& compound) {
     for (std::size_t i = 0; i < compound.parts.size(); ++i) {
       const Part& part = compound.parts[i];
       try {
-        std::visit(*this, part.shape);
+        Geometry<Solid>::validate(part.shape);
         require_finite("position", part.pose.position);
         require_unit("orientation", part.pose.orientation);
       } catch (const std::invalid_argument& error) {
@@ -53,62 +100,41 @@ struct Validator {
     require_unit("solid: axes", compound.solid->axes);
     validate_moments("solid: moments", compound.solid->moments);
   }
-};
 
-struct SmallestHalfExtent {
-  double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
-  double operator()(const Box& box) const { return 0.5 * box.size.minCoeff(); }
-  double operator()(const Sphere& sphere) const { return sphere.radius; }
-  double operator()(const Cylinder& cylinder) const { return std::min(cylinder.radius, 0.5 * cylinder.length); }
-  double operator()(const Capsule& capsule) const { return capsule.radius; }
-  double operator()(const ConvexHull& hull) const {
-    // Along the principal axes: exact for a brick, close for the rest.
-    const Quaternion to_axes = mass_properties(hull, 1.0).axes.conjugate();
-    Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-    Vector3 high = -low;
-    for (const Vector3& point : hull.points) {
-      low = low.cwiseMin(to_axes * point);
-      high = high.cwiseMax(to_axes * point);
-    }
-    return 0.5 * (high - low).minCoeff();
-  }
-  // The most solid part: a decomposed mesh has slivers, which say nothing of how deep is deep.
-  double operator()(const Compound& compound) const {
-    double most = compound.parts.empty() ? std::numeric_limits<double>::infinity() : 0.0;
-    for (const Part& part : compound.parts) most = std::max(most, std::visit(*this, part.shape));
+  // Of the most solid part: a decomposed mesh has slivers, which say nothing of how deep is deep.
+  static double smallest_half_extent(const Compound& compound) {
+    double most = compound.parts.empty() ? infinity : 0.0;
+    for (const Part& part : compound.parts) most = std::max(most, Geometry<Solid>::smallest_half_extent(part.shape));
     return most;
   }
-};
 
-struct Reach {
-  Vector3 point;
-
-  double operator()(const Plane&) const { return std::numeric_limits<double>::infinity(); }
-  double operator()(const Box& box) const { return (point.cwiseAbs() + 0.5 * box.size).norm(); }
-  double operator()(const Sphere& sphere) const { return point.norm() + sphere.radius; }
-  double operator()(const Cylinder& cylinder) const {
-    return std::hypot(point.head<2>().norm() + cylinder.radius, std::abs(point.z()) + 0.5 * cylinder.length);
-  }
-  double operator()(const Capsule& capsule) const {
-    return std::hypot(point.head<2>().norm(), std::abs(point.z()) + 0.5 * capsule.length) + capsule.radius;
-  }
-  double operator()(const ConvexHull& hull) const {
-    double most = 0.0;
-    for (const Vector3& corner : hull.points) most = std::max(most, (corner - point).norm());
-    return most;
-  }
-  double operator()(const Compound& compound) const {
+  static double reach_from(const Compound& compound, const Vector3& point) {
     double most = 0.0;
     for (const auto& [shape, pose] : compound.parts) {
-      most = std::max(most, std::visit(Reach{pose.orientation.conjugate() * (point - pose.position)}, shape));
+      const Vector3 point_in_part = pose.orientation.conjugate() * (point - pose.position);
+      most = std::max(most, Geometry<Solid>::reach_from(shape, point_in_part));
     }
     return most;
   }
+
+  static MassProperties mass_properties(const Compound& compound, double mass) {
+    if (!compound.solid && compound.parts.size() == 1) return part_properties(compound.parts.front(), mass);
+    if (!compound.solid) return sum_of_parts(compound.parts, mass);
+    MassProperties scaled = *compound.solid;
+    scaled.moments *= mass;
+    return scaled;
+  }
 };
 
-}  // namespace
+void validate(const Shape& shape) { Geometry<Shape>::validate(shape); }
 
-void validate(const Shape& shape) { std::visit(Validator{}, shape); }
+double smallest_half_extent(const Shape& shape) { return Geometry<Shape>::smallest_half_extent(shape); }
+
+double reach_from(const Shape& shape, const Vector3& point) { return Geometry<Shape>::reach_from(shape, point); }
+
+MassProperties mass_properties(const Shape& shape, double mass) {
+  return Geometry<Shape>::mass_properties(shape, mass);
+}
 
 void validate_moments(const std::string& name, const Vector3& moments) {
   const bool positive = moments.allFinite() && (moments.array() > 0.0).all();
@@ -116,18 +142,6 @@ void validate_moments(const std::string& name, const Vector3& moments) {
   if (!(positive && 2.0 * moments.maxCoeff() <= moments.sum() * (1.0 + 1e-6))) {
     reject(name, text(moments), "three numbers above 0 of which none is greater than the sum of the others");
   }
-}
-
-double reach_from(const Shape& shape, const Vector3& point) { return std::visit(Reach{point}, shape); }
-
-double smallest_half_extent(const Shape& shape) { return std::visit(SmallestHalfExtent{}, shape); }
-
-ConvexHull centered(const ConvexHull& hull) {
-  validate(hull);
-  const Vector3 center = mass_properties(hull, 1.0).center;
-  ConvexHull moved = hull;
-  for (Vector3& point : moved.points) point -= center;
-  return moved;
 }
 
 }  // namespace energymargin

@@ -117,7 +117,7 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
     // The centre of mass is what is locked; where the frame lies elsewhere, its velocity is rounded.
     const Vector3 center = body.principal_inertial().center;
     const double slack = center.isZero(0.0) ? 0.0 : 1e-9 * (1.0 + state.angular_velocity.norm() * center.norm());
-    if (locked(body.linear_factor, moved_to(center, state).velocity, slack)) {
+    if (locked(body.linear_factor, state_at_point(center, state).velocity, slack)) {
       reject(name + "velocity", text(state.velocity), "0 along locked axes");
     }
   }

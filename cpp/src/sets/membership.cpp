@@ -59,8 +59,9 @@ class RelativeReader {
     const Vector3 velocity = body.velocity + body.angular_velocity.cross(arm);
     if (in_world_) return velocity;
     const BodyState frame = frame_(state);
-    const Vector3 carried = frame.velocity + frame.angular_velocity.cross(body.position + arm - frame.position);
-    return frame.orientation.conjugate() * (velocity - carried);
+    const Vector3 velocity_of_frame =
+        frame.velocity + frame.angular_velocity.cross(body.position + arm - frame.position);
+    return frame.orientation.conjugate() * (velocity - velocity_of_frame);
   }
 
  private:
@@ -106,22 +107,22 @@ class Compiler {
   Test compile(const Region& region) const { return std::visit(*this, region.expression()); }
 
   Test operator()(const regions::Ball& ball) const {
-    return [ball, seen = reader(ball)](const double* state) {
-      return (seen.position(state) - ball.center).squaredNorm() <= ball.radius * ball.radius;
+    return [ball, body = reader(ball)](const double* state) {
+      return (body.position(state) - ball.center).squaredNorm() <= ball.radius * ball.radius;
     };
   }
   Test operator()(const regions::Box& box) const {
-    return [box, seen = reader(box)](const double* state) {
-      return ((seen.position(state) - box.center).array().abs() <= 0.5 * box.size.array()).all();
+    return [box, body = reader(box)](const double* state) {
+      return ((body.position(state) - box.center).array().abs() <= 0.5 * box.size.array()).all();
     };
   }
   Test operator()(const regions::Disc& disc) const {
-    return [disc, seen = reader(disc)](const double* state) {
-      return (seen.position(state).head<2>() - disc.center).squaredNorm() <= disc.radius * disc.radius;
+    return [disc, body = reader(disc)](const double* state) {
+      return (body.position(state).head<2>() - disc.center).squaredNorm() <= disc.radius * disc.radius;
     };
   }
   Test operator()(const regions::AnnularSector& sector) const {
-    return [sector, seen = reader(sector)](const double* state) { return in_sector(sector, seen.position(state)); };
+    return [sector, body = reader(sector)](const double* state) { return in_sector(sector, body.position(state)); };
   }
   Test operator()(const regions::Swept& swept) const {
     return [swept, body = BodyReader(scene_, kinematics_, swept.body),
@@ -130,22 +131,22 @@ class Compiler {
     };
   }
   Test operator()(const regions::HalfSpace& half_space) const {
-    return [half_space, seen = reader(half_space)](const double* state) {
-      const double beyond = half_space.normal.dot(seen.position(state)) - half_space.offset;
+    return [half_space, body = reader(half_space)](const double* state) {
+      const double beyond = half_space.normal.dot(body.position(state)) - half_space.offset;
       if (half_space.ahead == 0.0 || beyond <= 0.0) return beyond <= 0.0;
-      return beyond <= half_space.ahead * half_space.normal.dot(seen.frame_velocity(state));
+      return beyond <= half_space.ahead * half_space.normal.dot(body.frame_velocity(state));
     };
   }
   Test operator()(const regions::Speed& speed) const {
-    return [speed, seen = reader(speed)](const double* state) {
-      const Vector3 velocity = seen.velocity(state, speed.point, speed.along_world);
+    return [speed, body = reader(speed)](const double* state) {
+      const Vector3 velocity = body.velocity(state, speed.point, speed.along_world);
       if (speed.along) return velocity.dot(*speed.along) <= speed.limit;
       return velocity.squaredNorm() <= speed.limit * speed.limit;
     };
   }
   Test operator()(const regions::Tilt& tilt) const {
-    return [tilt, seen = reader(tilt)](const double* state) {
-      const Vector3 direction = seen.direction(state, tilt.axis);
+    return [tilt, body = reader(tilt)](const double* state) {
+      const Vector3 direction = body.direction(state, tilt.axis);
       return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) <= tilt.limit;
     };
   }

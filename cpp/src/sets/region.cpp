@@ -99,7 +99,7 @@ Region combined(const Region& a, const Region& b) {
 
 }  // namespace
 
-Region::Node::Node(Expression given) : expression(std::move(given)) {
+Region::Node::Node(Expression definition) : expression(std::move(definition)) {
   std::visit(Validator{}, expression);
   const std::vector<Region>* const of = combined_by(expression);
   if (of == nullptr) return;

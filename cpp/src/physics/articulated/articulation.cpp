@@ -124,7 +124,7 @@ void Articulation::hold(int index) {
 void Articulation::restore(const State& state) {
   if (const int offset = layout_.offset(base_); offset >= 0) {
     const BodyState frame = StateLayout::read(state.data() + offset);
-    const BodyState center = moved_to(inertials_[base_].center, frame);
+    const BodyState center = state_at_point(inertials_[base_].center, frame);
     body_->setBaseWorldTransform(bullet_pose(inertials_[base_], frame));
     body_->setBaseVel(to_bullet(center.velocity));
     body_->setBaseOmega(to_bullet(center.angular_velocity));
@@ -157,7 +157,7 @@ void Articulation::read(State& state) const {
     const Quaternion orientation = from_bullet(body_->getWorldToBaseRot()).conjugate() * inertial.axes.conjugate();
     const BodyState center{from_bullet(body_->getBasePos()), orientation.normalized(), from_bullet(body_->getBaseVel()),
                            from_bullet(body_->getBaseOmega())};
-    StateLayout::write(moved_to(-inertial.center, center), state.data() + offset);
+    StateLayout::write(state_at_point(-inertial.center, center), state.data() + offset);
   }
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     const Link& link = links_[static_cast<std::size_t>(i)];

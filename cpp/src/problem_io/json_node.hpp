@@ -1,5 +1,5 @@
 #pragma once
-// A place in a JSON file that is being read: it knows its path, and what it finds is checked.
+// A value in a JSON file that is being read: it knows its path, and its type is checked.
 
 #include <algorithm>
 #include <cmath>
@@ -10,16 +10,17 @@
 #include <vector>
 
 #include "energymargin/types.hpp"
+#include "problem/words.hpp"
 #include "problem_io/json.hpp"
 #include "problem_io/text.hpp"
 
 namespace energymargin::problem_io {
 
-//! A place in the file, for error messages: "scene.bodies[1].mass".
-class Place {
+class JsonNode {
  public:
-  Place(const Json& json, std::string path) : json_(json), path_(std::move(path)) {}
+  JsonNode(const Json& json, std::string path) : json_(json), path_(std::move(path)) {}
 
+  //! As "scene.bodies[1].mass".
   const std::string& path() const { return path_; }
 
   [[noreturn]] void fail(const std::string& expected) const {
@@ -28,13 +29,13 @@ class Place {
 
   bool has(const std::string& key) const { return object().contains(key); }
 
-  Place operator[](const std::string& key) const {
+  JsonNode operator[](const std::string& key) const {
     if (!has(key)) throw std::invalid_argument(path_ + " has no \"" + key + "\", expected one");
     return {json_.at(key), path_ == "problem" ? key : path_ + "." + key};
   }
 
   //! Rejects keys that nobody reads: a misspelt setting must not pass in silence.
-  void only(const std::vector<std::string>& keys) const {
+  void allow_keys(const std::vector<std::string>& keys) const {
     for (const auto& [key, value] : object().items()) {
       if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
         std::string known;
@@ -48,13 +49,13 @@ class Place {
     if (!json_.is_number()) fail("a number");
     return json_.get<double>();
   }
-  double size() const {
+  double number_or_infinity() const {
     if (json_.is_string() && json_.get<std::string>() == "inf") return std::numeric_limits<double>::infinity();
     if (json_.is_string() && json_.get<std::string>() == "-inf") return -std::numeric_limits<double>::infinity();
     if (!json_.is_number()) fail("a number, \"inf\" or \"-inf\"");
     return json_.get<double>();
   }
-  bool truth() const {
+  bool boolean() const {
     if (!json_.is_boolean()) fail("true or false");
     return json_.get<bool>();
   }
@@ -64,45 +65,42 @@ class Place {
     if (std::abs(value) > std::numeric_limits<int>::max()) fail("a smaller number");
     return json_.get<int>();
   }
-  std::string word() const {
+  bool is_text() const { return json_.is_string(); }
+  std::string text() const {
     if (!json_.is_string()) fail("a text");
     return json_.get<std::string>();
   }
-  bool is_list() const { return json_.is_array(); }
-  bool is_text() const { return json_.is_string(); }
-  std::vector<Place> items() const {
-    if (!json_.is_array()) fail("a list");
-    std::vector<Place> places;
-    for (std::size_t i = 0; i < json_.size(); ++i) places.emplace_back(json_[i], path_ + "[" + std::to_string(i) + "]");
-    return places;
+  template <typename Enum>
+  Enum one_of() const {
+    const auto value = value_of<Enum>(text());
+    if (!value) fail("one of " + alternatives(all_words<Enum>(), "\"", ", "));
+    return *value;
   }
-  std::vector<double> numbers(std::size_t count) const {
-    const std::vector<Place> places = items();
-    if (places.size() != count) fail("a list of " + std::to_string(count) + " numbers");
+  bool is_list() const { return json_.is_array(); }
+  std::vector<JsonNode> items() const {
+    if (!json_.is_array()) fail("a list");
+    std::vector<JsonNode> nodes;
+    for (std::size_t i = 0; i < json_.size(); ++i) nodes.emplace_back(json_[i], path_ + "[" + std::to_string(i) + "]");
+    return nodes;
+  }
+  std::vector<double> numbers(std::size_t count, bool infinite = false) const {
+    const std::vector<JsonNode> nodes = items();
+    if (nodes.size() != count) fail("a list of " + std::to_string(count) + " numbers");
     std::vector<double> values;
-    for (const Place& place : places) values.push_back(place.number());
+    for (const JsonNode& node : nodes) values.push_back(infinite ? node.number_or_infinity() : node.number());
     return values;
   }
   Vector2 vector2() const {
     const auto v = numbers(2);
     return {v[0], v[1]};
   }
-  Vector3 vector3() const {
-    const auto v = numbers(3);
+  Vector3 vector3(bool infinite = false) const {
+    const auto v = numbers(3, infinite);
     return {v[0], v[1], v[2]};
   }
   Quaternion quaternion() const {
     const auto v = numbers(4);
     return {v[3], v[0], v[1], v[2]};
-  }
-  template <typename Value>
-  Value one_of(const std::vector<std::pair<const char*, Value>>& names) const {
-    std::string known;
-    for (const auto& [name, value] : names) {
-      if (word() == name) return value;
-      known += (known.empty() ? "\"" : ", \"") + std::string(name) + "\"";
-    }
-    fail("one of " + known);
   }
 
  private:
@@ -115,22 +113,22 @@ class Place {
   std::string path_;
 };
 
-//! What `read` makes of a place; an error in it that does not name the place gets its path.
+//! What `read` makes of a node; an error that does not name the node gets its path.
 template <typename Read>
-auto located(const Place& place, const Read& read) {
+auto with_path(const JsonNode& node, const Read& read) {
   try {
-    return read(place);
+    return read(node);
   } catch (const std::invalid_argument& error) {
     const std::string what = error.what();
-    throw std::invalid_argument(what.rfind(place.path(), 0) == 0 ? what : place.path() + ": " + what);
+    throw std::invalid_argument(what.rfind(node.path(), 0) == 0 ? what : node.path() + ": " + what);
   }
 }
 
-//! Reads each item of a list, if there is one, and adds it; an error says where.
-template <typename Add>
-void add_each(const Place& place, const std::string& key, const Add& add) {
-  if (!place.has(key)) return;
-  for (const Place& item : place[key].items()) located(item, add);
+//! Calls `read(item)` for each item of a list, if the node has one under `key`; an error says where.
+template <typename Read>
+void for_each_item(const JsonNode& node, const std::string& key, const Read& read) {
+  if (!node.has(key)) return;
+  for (const JsonNode& item : node[key].items()) with_path(item, read);
 }
 
 }  // namespace energymargin::problem_io

@@ -1,0 +1,113 @@
+// Bodies for Python.
+
+#include "convert.hpp"
+#include "energymargin/scene.hpp"
+#include "problem/words.hpp"
+#include "records.hpp"
+#include "scene.hpp"
+#include "scene/records.hpp"
+#include "warnings.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+constexpr const char* inertial_doc = R"(Mass properties of a body, in its frame.
+
+center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
+default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is
+symmetric, positive, and such that a rigid body can have it.)";
+
+// Principal moments (3,), or the whole matrix (3, 3).
+Inertial inertial_of(const ArrayLike& center, const ArrayLike& inertia, const std::optional<ArrayLike>& axes) {
+  const py::array array = array_of(inertia.value);
+  const bool single = array && array.ndim() == 1;
+  const Eigen::Matrix3d tensor = single ? Eigen::Matrix3d(vector3("inertia", inertia).asDiagonal())
+                                        : Eigen::Matrix3d(matrix("inertia", inertia, 3, 3));
+  return Inertial::from_tensor(vector3("center", center), tensor,
+                               axes ? quaternion("axes", *axes) : Quaternion::Identity());
+}
+
+constexpr const char* add_body_doc = R"(Add a body.
+
+position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
+shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
+density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
+act, and the inertia about it; by default those of the shape, of even density. role is 'object' (a body that disturbances act on),
+'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
+angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
+or a motor does. Raises ValueError on bad values.)";
+
+// Exactly one of mass and density says how heavy a body is.
+double mass_of(const Shape& shape, const std::optional<double>& mass, const std::optional<double>& density) {
+  if (mass.has_value() == density.has_value()) {
+    throw std::invalid_argument(mass ? "mass and density are both given, expected one of them"
+                                     : "mass is not given, expected a mass [kg] or a density [kg/m^3]");
+  }
+  if (mass) return *mass;
+  const double volume = mass_properties(shape, 1.0).volume;
+  if (!(std::isfinite(*density) && *density > 0.0 && volume > 0.0)) {
+    throw std::invalid_argument("density is " + std::to_string(*density) +
+                                ", expected a finite number above 0, and a shape with a volume");
+  }
+  warn_of_density("density", *density);
+  return *density * volume;
+}
+
+void add_plane(Scene& scene, const std::string& name, const ArrayLike& normal, const Number& offset,
+               const Number& friction) {
+  Body body;
+  body.name = name;
+  body.shape = Plane{vector3("normal", normal), real("offset", offset)};
+  body.friction = real("friction", friction);
+  scene.add_body(body);
+}
+
+void add_body(Scene& scene, const std::string& name, const Shape& shape, const std::optional<Number>& mass,
+              const std::optional<Number>& density, const std::optional<Inertial>& inertial, const ArrayLike& position,
+              const std::optional<ArrayLike>& quaternion_xyzw, const std::optional<Number>& yaw,
+              const ArrayLike& velocity, const ArrayLike& angular_velocity, const Number& friction,
+              const std::string& role, const ArrayLike& linear_factor, const ArrayLike& angular_factor,
+              const ArrayLike& force) {
+  Body body;
+  body.name = name;
+  body.shape = shape;
+  body.mass = mass_of(shape, real("mass", mass), real("density", density));
+  body.inertial = inertial;
+  body.state = {vector3("position", position),
+                orientation("", quaternion_xyzw, real("yaw", yaw), Quaternion::Identity()),
+                vector3("velocity", velocity), vector3("angular_velocity", angular_velocity)};
+  body.friction = real("friction", friction);
+  body.role = value_of<Role>("role", role);
+  body.linear_factor = vector3("linear_factor", linear_factor);
+  body.angular_factor = vector3("angular_factor", angular_factor);
+  body.force = vector3("force", force);
+  scene.add_body(body);
+}
+
+}  // namespace
+
+void bind_body(py::module_& module) {
+  py::class_<Inertial> inertial(module, "Inertial", inertial_doc);
+  inertial.def(py::init(&inertial_of), py::arg("center") = py::make_tuple(0.0, 0.0, 0.0), py::kw_only(),
+               py::arg("inertia"), py::arg("axes") = py::none());
+  def_fields(inertial, Record<Inertial>::fields());
+  py::class_<Body> body(module, "Body", "One body of a scene.");
+  def_fields(body, Record<Body>::fields());
+  body.def_property_readonly("fixed", &Body::fixed, "Whether it has no mass, and never moves.");
+}
+
+void bind_add_body(py::class_<Scene>& scene) {
+  const py::tuple zeros = py::make_tuple(0.0, 0.0, 0.0);
+  const py::tuple ones = py::make_tuple(1.0, 1.0, 1.0);
+  scene
+      .def("add_plane", &add_plane, py::arg("name"), py::kw_only(), py::arg("normal") = py::make_tuple(0.0, 0.0, 1.0),
+           py::arg("offset") = 0.0, py::arg("friction") = 0.5,
+           "Add the fixed half space below a plane; by default z <= 0.")
+      .def("add_body", &add_body, py::arg("name"), py::arg("shape"), py::kw_only(), py::arg("mass") = py::none(),
+           py::arg("density") = py::none(), py::arg("inertial") = py::none(), py::arg("position") = zeros,
+           py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), py::arg("velocity") = zeros,
+           py::arg("angular_velocity") = zeros, py::arg("friction") = 0.5, py::arg("role") = "none",
+           py::arg("linear_factor") = ones, py::arg("angular_factor") = ones, py::arg("force") = zeros, add_body_doc);
+}
+
+}  // namespace energymargin::binding

@@ -1,0 +1,95 @@
+// Regions and users' predicates for Python.
+
+#include "energymargin/region.hpp"
+
+#include "base/check.hpp"
+#include "convert.hpp"
+#include "energymargin/membership.hpp"
+#include "regions.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+// A predicate may ask a region of predicates, and so on. Each level takes some 20 kB of the stack: Python's own limit
+// on recursion would come too late.
+class PredicateLevel {
+ public:
+  PredicateLevel() {
+    if (levels_ == most_region_levels) {
+      reject("region", "of predicates that ask one another " + std::to_string(levels_ + 1) + " levels deep",
+             "at most " + std::to_string(most_region_levels));
+    }
+    ++levels_;
+  }
+  PredicateLevel(const PredicateLevel&) = delete;
+  PredicateLevel& operator=(const PredicateLevel&) = delete;
+  ~PredicateLevel() { --levels_; }
+
+  static bool outermost() { return levels_ == 1; }
+
+ private:
+  static thread_local int levels_;
+};
+thread_local int PredicateLevel::levels_ = 0;
+
+// A Python function that other threads may call and drop.
+regions::Predicate python_predicate(py::function function) {
+  const std::shared_ptr<py::function> shared(new py::function(std::move(function)), [](py::function* held) {
+    const py::gil_scoped_acquire acquire;
+    delete held;
+  });
+  return {[shared](const States& states) {
+    const py::gil_scoped_acquire acquire;
+    const PredicateLevel level;
+    py::array answer;
+    try {
+      answer = array_of((*shared)(py::cast(states)));
+    } catch (const py::error_already_set& error) {
+      if (!error.matches(PyExc_Exception) || !PredicateLevel::outermost()) throw;  // such as KeyboardInterrupt
+      throw std::runtime_error(std::string("the predicate failed: ") + error.what());
+    }
+    if (!answer || answer.dtype().kind() != 'b' || answer.ndim() != 1 || answer.shape(0) != states.rows()) {
+      throw std::invalid_argument("the predicate's answer is not an array of bool of shape (" +
+                                  std::to_string(states.rows()) + ",), one a state");
+    }
+    const auto mask = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(answer);
+    return Mask(Eigen::Map<const Mask>(mask.data(), states.rows()));
+  }};
+}
+
+py::object contains(const Region& region, const Scene& scene, const ArrayLike& states) {
+  const Membership member(region, scene);
+  const int dimension = StateLayout(scene).dimension();
+  if (is_single("states", states)) return py::bool_(member(vector("states", states, dimension)));
+  return py::cast(member(matrix("states", states, -1, dimension)));
+}
+
+void bind_region(py::module_& module) {
+  py::class_<Region>(module, "Region", "A set of states; combine with & | ~. Built by the functions of em.regions.")
+      .def("contains", &contains, py::arg("scene"), py::arg("states"),
+           "Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the "
+           "region names a body that the scene does not have.")
+      .def(
+          "__and__", [](const Region& a, const Region& b) { return a & b; }, py::is_operator())
+      .def(
+          "__or__", [](const Region& a, const Region& b) { return a | b; }, py::is_operator())
+      .def("__invert__", [](const Region& a) { return ~a; })
+      .def("__bool__", [](const Region&) -> bool {
+        throw py::type_error(
+            "a Region is neither true nor false: combine regions with &, | and ~, not with and, or "
+            "and not; for None write `region is None`");
+      });
+}
+
+}  // namespace
+
+void bind_regions(py::module_& module) {
+  bind_region(module);
+  py::module_ primitives = module.def_submodule("regions", "Sets of states, in the world's frame or another body's.");
+  bind_primitives(primitives);
+  primitives.def(
+      "Predicate", [](const StatesPredicate& function) -> Region { return python_predicate(function.value); },
+      py::arg("function"), "A user's own function of states, (N, n) -> (N,) bool. It cannot be saved to a file.");
+}
+
+}  // namespace energymargin::binding

@@ -1,0 +1,10 @@
+#pragma once
+// The name and the versions of the format of problem files.
+
+namespace energymargin::problem_io {
+
+inline constexpr const char* format_name = "energymargin-problem";
+inline constexpr int version_without_clock = 3;
+inline constexpr int version_with_clock = 4;
+
+}  // namespace energymargin::problem_io

@@ -1,0 +1,151 @@
+#pragma once
+// The fields of bodies, joints and springs, in the order of problem files.
+
+#include <tuple>
+
+#include "base/record.hpp"
+#include "energymargin/scene.hpp"
+
+namespace energymargin {
+
+template <>
+struct Record<Pose> {
+  static constexpr const char* name = "pose";
+  static constexpr const char* description = "A frame in another one.";
+  static auto fields() {
+    return std::tuple{
+        Field{"position", &Pose::position, "Of the frame's origin [m]."},
+        Field{"orientation", &Pose::orientation, nullptr},
+    };
+  }
+};
+
+template <>
+struct Record<Inertial> {
+  static constexpr const char* name = "inertial";
+  static constexpr const char* description = "Mass properties of a body, in its frame.";
+  static auto fields() {
+    return std::tuple{
+        Field{"center", &Inertial::center, "Centre of mass [m]."},
+        Field{"moments", &Inertial::moments, "Principal moments about the centre of mass [kg m^2].", forms::moments},
+        Field{"axes", &Inertial::axes,
+              "Unit quaternion x, y, z, w that turns the principal axes into the body's frame."},
+    };
+  }
+};
+
+template <>
+struct Record<Body> {
+  static constexpr const char* name = "body";
+  static constexpr const char* description =
+      "One rigid body. The child of a joint is where the joint says; its position and velocity here do not count.";
+  static auto fields() {
+    return std::tuple{
+        Field{"name", &Body::name, "Unique among the bodies; not \"joints\"."},
+        Field{"shape", &Body::shape, "Its frame is the body's."},
+        Field{"mass", &Body::mass, "[kg]; 0: fixed.", forms::not_negative},
+        Field{"position", [](auto& body) -> auto& { return body.state.position; },
+              "Of the body's frame in the world [m]."},
+        Field{"orientation", [](auto& body) -> auto& { return body.state.orientation; }, nullptr},
+        Field{"velocity", [](auto& body) -> auto& { return body.state.velocity; },
+              "Of the frame's origin, in the world's axes [m/s]."},
+        Field{"angular_velocity", [](auto& body) -> auto& { return body.state.angular_velocity; },
+              "In the world's axes [rad/s]."},
+        Field{"friction", &Body::friction, "The coefficient of a contact is the product of its two bodies'.",
+              forms::not_negative},
+        Field{"role", &Body::role,
+              "object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment."},
+        Field{"linear_factor", &Body::linear_factor, "For the world's x, y, z: 1, free along the axis, or 0, locked.",
+              forms::factors},
+        Field{"angular_factor", &Body::angular_factor, "For the world's x, y, z: 1, free about the axis, or 0, locked.",
+              forms::factors},
+        Field{"force",
+              &Body::force,
+              "Acts at the centre of mass all the time, in the world's axes [N].",
+              {},
+              Presence::added},
+        Field{"inertial",
+              &Body::inertial,
+              "Its centre of mass and inertia; unset: those of the shape, of even density.",
+              {},
+              Presence::optional},
+    };
+  }
+};
+
+template <>
+struct Record<Mimic> {
+  static constexpr const char* name = "mimic";
+  static constexpr const char* description =
+      "The joint follows another one: position = multiplier * (that joint's position) + offset, always. Then it is not "
+      "held, has no limits and no drive of its own.";
+  static auto fields() {
+    return std::tuple{
+        Field{"joint", &Mimic::joint, "The joint that is followed: an earlier one that moves and follows no other."},
+        Field{"multiplier", &Mimic::multiplier, "Of that joint's position; not 0."},
+        Field{"offset", &Mimic::offset, "[rad] or [m]"},
+    };
+  }
+};
+
+template <>
+struct Record<Joint> {
+  static constexpr const char* name = "joint";
+  static constexpr const char* description =
+      "A joint that carries the child on the parent. It is driven by the torque stiffness (target - position) + "
+      "damping "
+      "(target_velocity - velocity), within its limit. For a prismatic joint read m for rad and N for N m.";
+
+  //! Where it is, and how it moves. Python has other names for some of them.
+  static auto motion() {
+    return std::tuple{
+        Field{"name", &Joint::name, "Unique among the joints."},
+        Field{"type", &Joint::type,
+              "fixed: the two move as one. revolute: turns about its axis. prismatic: slides along its axis."},
+        Field{"parent", &Joint::parent, "The body that carries the child.", forms::body},
+        Field{"child", &Joint::child, "The body that is carried; it can move, and is on no other joint.", forms::body},
+        Field{"in_parent", &Joint::in_parent, "The joint's frame in the parent's."},
+        Field{"in_child", &Joint::in_child, "The joint's frame in the child's; the two are one at position 0."},
+        Field{"axis", &Joint::axis, "Unit vector in the joint's frame.", forms::direction},
+        Field{"lower", &Joint::lower, "Limit [rad], or \"-inf\".", forms::lower_limit},
+        Field{"upper", &Joint::upper, "Limit [rad], or \"inf\".", forms::upper_limit},
+        Field{"position", [](auto& joint) -> auto& { return joint.state.position; },
+              "Where it is when nothing else is said [rad]."},
+        Field{"velocity", [](auto& joint) -> auto& { return joint.state.velocity; }, "[rad/s]"},
+        Field{"held", &Joint::held, "It keeps the position that it has, whatever the load."},
+        Field{"target", &Joint::target, "[rad]"},
+    };
+  }
+
+  //! Its drive: the same names and defaults in Python.
+  static auto drive() {
+    return std::tuple{
+        Field{"target_velocity", &Joint::target_velocity, "[rad/s]"},
+        Field{"stiffness", &Joint::stiffness, "[N m/rad]", forms::not_negative},
+        Field{"damping", &Joint::damping, "[N m s/rad]", forms::not_negative},
+        Field{"torque_limit", &Joint::torque_limit, "[N m]; infinite: without limit.", forms::largest_size},
+        Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", {}, Presence::optional},
+    };
+  }
+
+  static auto fields() { return std::tuple_cat(motion(), drive()); }
+};
+
+template <>
+struct Record<Spring> {
+  static constexpr const char* name = "spring";
+  static constexpr const char* description = "A spring between a point of one body and a point of another.";
+  static auto fields() {
+    return std::tuple{
+        Field{"body_a", &Spring::body_a, "The body at one end.", forms::body},
+        Field{"body_b", &Spring::body_b, "The body at the other end, another one.", forms::body},
+        Field{"point_a", &Spring::point_a, "In the frame of body_a [m]."},
+        Field{"point_b", &Spring::point_b, "In the frame of body_b [m]."},
+        Field{"stiffness", &Spring::stiffness, "[N/m]", forms::not_negative},
+        Field{"rest_length", &Spring::rest_length, "[m]", forms::not_negative},
+        Field{"damping", &Spring::damping, "Along the spring [N s/m].", forms::not_negative},
+    };
+  }
+};
+
+}  // namespace energymargin

@@ -1,0 +1,18 @@
+#pragma once
+// What bodies, joints and springs may be, each alone. Each throws std::invalid_argument.
+
+#include <vector>
+
+#include "energymargin/scene.hpp"
+
+namespace energymargin {
+
+void validate_body(const Body& body);
+
+void validate_joint(const Joint& joint);
+
+//! A spring between `a` and `b`, beside `others`, is soft enough for steps of this length [s].
+void validate_spring(const Spring& spring, const Body& a, const Body& b, const std::vector<Spring>& others,
+                     double step);
+
+}  // namespace energymargin
