@@ -82,8 +82,9 @@ class Estimator {
   int counted() const { return static_cast<int>(std::find(complete_.begin(), complete_.end(), 0) - complete_.begin()); }
 
   Future run(std::size_t index) {
-    const auto plan = drawn_plan(options_.disturbance, problem_, options_.seed, index);
-    return run(drawn(options_.disturbance, problem_, timing_.horizon, options_.seed, index), plan ? &*plan : nullptr);
+    const auto plan = draw_plan(options_.disturbance, problem_, options_.seed, index);
+    return run(draw_pushes(options_.disturbance, problem_, timing_.horizon, options_.seed, index),
+               plan ? &*plan : nullptr);
   }
 
   // Under `pushes`; with `plan`, unless it is null, in place of the problem's.
@@ -270,9 +271,9 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
     reject("by_object", "True", "a problem with a capture set for each object, captured={...}");
   }
   validate(options.disturbance, problem);
-  const auto* given = std::get_if<disturbances::Given>(&options.disturbance);
-  if (given && static_cast<int>(given->rollouts.size()) < options.rollouts.value_or(default_rollouts)) {
-    reject("disturbance", std::to_string(given->rollouts.size()) + " rollouts", "as many as `rollouts`");
+  const auto* draws = std::get_if<disturbances::Draws>(&options.disturbance);
+  if (draws && static_cast<int>(draws->rollouts.size()) < options.rollouts.value_or(default_rollouts)) {
+    reject("disturbance", std::to_string(draws->rollouts.size()) + " rollouts", "as many as `rollouts`");
   }
 }
 

@@ -60,16 +60,16 @@ std::vector<std::string> all_words() {
 //! The value of a word. Throws std::invalid_argument that names the argument, the word and the alternatives.
 template <typename Value>
 Value value_of(const std::string& argument, const std::string& word, const std::string& quote = "'") {
-  for (const auto& [known, value] : words_of(Value())) {
-    if (word == known) return value;
+  for (const auto& [name, value] : words_of(Value())) {
+    if (name == word) return value;
   }
   reject(argument, "'" + word + "'", alternatives(all_words<Value>(), quote));
 }
 
 template <typename Value>
 const std::string& word_of(Value value) {
-  for (const auto& [word, known] : words_of(value)) {
-    if (value == known) return word;
+  for (const auto& [word, meaning] : words_of(value)) {
+    if (meaning == value) return word;
   }
   throw std::logic_error("a value without a word");
 }
