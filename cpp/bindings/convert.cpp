@@ -15,7 +15,7 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
   throw std::invalid_argument(name + " is " + value + ", expected " + expected);
 }
 
-// Any str: what UTF-8 does not know is escaped.
+// Any str as UTF-8; other characters, such as lone surrogates, are escaped.
 std::string escaped(const py::handle& text) {
   return py::bytes(text.attr("encode")("utf-8", "backslashreplace")).cast<std::string>();
 }
@@ -31,15 +31,15 @@ std::string shape_text(const Numbers& numbers) {
 std::string size_text(Eigen::Index size) { return size < 0 ? "N" : std::to_string(size); }
 
 Numbers numbers(const std::string& name, const ArrayLike& array) {
-  // As numpy sees it first: a cast would read numbers out of strings, and drop what is imaginary.
-  const py::array as_numpy = array_of(array.value);
-  if (!as_numpy || std::string("iuf").find(as_numpy.dtype().kind()) == std::string::npos) {
+  // numpy decides on the type first: a cast would read numbers from strings, and drop imaginary parts.
+  const py::array natural = array_of(array.value);
+  if (!natural || std::string("iuf").find(natural.dtype().kind()) == std::string::npos) {
     reject(name, shown(array.value), "an array of real numbers");
   }
-  return Numbers::ensure(as_numpy);
+  return Numbers::ensure(natural);
 }
 
-// A float such as 1e3 is told how to write it: as 1000.
+// The error for a float such as 1e3 says how to write it: as 1000.
 std::string expected_whole(const WholeNumber& number, const std::string& range) {
   const bool whole = py::isinstance<py::float_>(number.value) && number.value.attr("is_integer")().cast<bool>();
   return "a whole number" + (whole ? ", as " + shown(py::int_(number.value)) : " " + range);

@@ -1,5 +1,5 @@
 #pragma once
-// Python's values as C++ ones; an error names the argument.
+// Conversion of Python's values. An error names the argument, its value and what was expected.
 
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -17,22 +17,22 @@ namespace py = pybind11;
 
 namespace energymargin::binding {
 
-//! Anything that numpy.asarray takes.
+//! Whatever numpy.asarray accepts.
 struct ArrayLike {
   py::object value;
 };
 
-//! Anything that says it is a whole number.
+//! Whatever has __index__.
 struct WholeNumber {
   py::object value;
 };
 
-//! Anything that says it is a real number.
+//! Whatever has __float__ or __index__, but text.
 struct Number {
   py::object value;
 };
 
-//! A function of states (N, n) that answers with N truth values.
+//! A function of states, shape (N, n), that returns N truth values.
 struct StatesPredicate {
   py::function value;
 };
@@ -45,10 +45,10 @@ struct BodyDicts {
 //! A value as Python shows it, cut to 60 characters.
 std::string shown(const py::handle& value);
 
-//! What numpy makes of a value, null if it cannot; KeyboardInterrupt and its like go through.
+//! A value as an array, null if numpy cannot convert it. KeyboardInterrupt and its like pass through.
 py::array array_of(const py::handle& value);
 
-//! Throws std::invalid_argument that says `what` it is unless it is text, and UTF-8 knows it.
+//! The text of a str. Throws std::invalid_argument in the name of `what` unless UTF-8 can encode it.
 std::string word(const std::string& what, const py::handle& value);
 
 //! Throws std::invalid_argument that names the argument unless it is a real number.

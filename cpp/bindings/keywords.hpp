@@ -13,8 +13,8 @@ namespace energymargin::binding {
 //! What Python gives for a Value, and back. `of` throws std::invalid_argument that names the argument.
 template <typename Value, typename = void>
 struct Argument {
-  using Given = Value;
-  static const Value& of(const std::string&, const Given& given) { return given; }
+  using Input = Value;
+  static const Value& of(const std::string&, const Input& input) { return input; }
   static py::object python(const Value& value) {
     if constexpr (std::is_base_of_v<py::object, Value>) {
       return value;
@@ -26,45 +26,45 @@ struct Argument {
 
 template <>
 struct Argument<double> {
-  using Given = Number;
-  static double of(const std::string& name, const Given& given) { return real(name, given); }
+  using Input = Number;
+  static double of(const std::string& name, const Input& input) { return real(name, input); }
   static py::object python(double value) { return py::float_(value); }
 };
 
 template <>
 struct Argument<int> {
-  using Given = WholeNumber;
-  static int of(const std::string& name, const Given& given) { return count(name, given); }
+  using Input = WholeNumber;
+  static int of(const std::string& name, const Input& input) { return count(name, input); }
   static py::object python(int value) { return py::int_(value); }
 };
 
 template <>
 struct Argument<std::uint64_t> {
-  using Given = WholeNumber;
-  static std::uint64_t of(const std::string& name, const Given& given) { return seed(name, given); }
+  using Input = WholeNumber;
+  static std::uint64_t of(const std::string& name, const Input& input) { return seed(name, input); }
   static py::object python(std::uint64_t value) { return py::int_(value); }
 };
 
 template <>
 struct Argument<Vector3> {
-  using Given = ArrayLike;
-  static Vector3 of(const std::string& name, const Given& given) { return vector3(name, given); }
+  using Input = ArrayLike;
+  static Vector3 of(const std::string& name, const Input& input) { return vector3(name, input); }
   static py::object python(const Vector3& value) { return py::make_tuple(value.x(), value.y(), value.z()); }
 };
 
 template <typename Value>
 struct Argument<Value, std::enable_if_t<std::is_enum_v<Value>>> {
-  using Given = std::string;
-  static Value of(const std::string& name, const Given& given) { return value_of<Value>(name, given); }
+  using Input = std::string;
+  static Value of(const std::string& name, const Input& input) { return value_of<Value>(name, input); }
   static py::object python(Value value) { return py::str(word_of(value)); }
 };
 
 template <typename Value>
 struct Argument<std::optional<Value>> {
-  using Given = std::optional<typename Argument<Value>::Given>;
-  static std::optional<Value> of(const std::string& name, const Given& given) {
-    if (!given) return std::nullopt;
-    return Argument<Value>::of(name, *given);
+  using Input = std::optional<typename Argument<Value>::Input>;
+  static std::optional<Value> of(const std::string& name, const Input& input) {
+    if (!input) return std::nullopt;
+    return Argument<Value>::of(name, *input);
   }
   static py::object python(const std::optional<Value>& value) {
     return value ? Argument<Value>::python(*value) : py::none();
@@ -74,11 +74,11 @@ struct Argument<std::optional<Value>> {
 //! A keyword that has no default.
 template <typename Struct, typename Value>
 struct RequiredKeyword {
-  using Given = typename Argument<Value>::Given;
+  using Input = typename Argument<Value>::Input;
   const char* name;
   Value Struct::* member;
 
-  void fill(Struct& target, const Given& given) const { target.*member = Argument<Value>::of(name, given); }
+  void fill(Struct& target, const Input& input) const { target.*member = Argument<Value>::of(name, input); }
   py::arg argument() const { return py::arg(name); }
 };
 
@@ -100,11 +100,11 @@ Keyword<Struct, Value> keyword(const char* name, Value Struct::* member) {
 
 //! Fills a struct's members with what Python gives for the keywords.
 template <typename Struct, typename... Keywords>
-void fill(Struct& target, const std::tuple<Keywords...>& keywords, const typename Keywords::Given&... given) {
-  std::apply([&](const Keywords&... keyword) { (keyword.fill(target, given), ...); }, keywords);
+void fill(Struct& target, const std::tuple<Keywords...>& keywords, const typename Keywords::Input&... input) {
+  std::apply([&](const Keywords&... keyword) { (keyword.fill(target, input), ...); }, keywords);
 }
 
-//! Calls `define` with the py::arg of all keywords; those of `named` are not given by position.
+//! Calls `define` with the py::arg of all keywords; those of `named` are given by name alone.
 template <typename Define, typename... Positional, typename... Named>
 void define_with(const Define& define, const std::tuple<Positional...>& positional, const std::tuple<Named...>& named) {
   std::apply(
@@ -124,8 +124,8 @@ void define_with(const Define& define, const std::tuple<Positional...>& position
 template <typename Arguments, typename Class, typename Make, typename... Positional, typename... Named>
 void def_constructor(Class& type, const Make& make, const char* doc, const std::tuple<Positional...>& positional,
                      const std::tuple<Named...>& named) {
-  const auto construct = [=](const typename Positional::Given&... by_position,
-                             const typename Named::Given&... by_name) {
+  const auto construct = [=](const typename Positional::Input&... by_position,
+                             const typename Named::Input&... by_name) {
     Arguments arguments{};
     fill(arguments, positional, by_position...);
     fill(arguments, named, by_name...);
@@ -145,8 +145,8 @@ void def_members_constructor(py::class_<Struct>& type, const char* doc, const st
 template <typename Result, typename Arguments, typename... Positional, typename... Named>
 void def_metric(py::module_& module, const char* name, Result (*metric)(const Problem&, const Arguments&),
                 const char* doc, const std::tuple<Positional...>& positional, const std::tuple<Named...>& named) {
-  const auto call = [=](const Problem& problem, const typename Positional::Given&... by_position,
-                        const typename Named::Given&... by_name) {
+  const auto call = [=](const Problem& problem, const typename Positional::Input&... by_position,
+                        const typename Named::Input&... by_name) {
     Arguments arguments{};
     fill(arguments, positional, by_position...);
     fill(arguments, named, by_name...);

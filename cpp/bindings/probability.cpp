@@ -43,17 +43,17 @@ using Model = std::variant<disturbances::Uniform, disturbances::Gaussian, distur
 constexpr int rollouts_of_function = 30;
 
 // The wrenches that a user's function draws for each rollout.
-disturbances::Given given_by(const Function& function, const Problem& problem, int rollouts, std::uint64_t seed) {
+disturbances::Draws draws_of(const Function& function, const Problem& problem, int rollouts, std::uint64_t seed) {
   const auto timing = timing_of(problem);
   if (!timing) throw std::invalid_argument("problem is without horizon and plan, expected one with");
   const py::module_ numpy = py::module_::import("numpy");
   const py::object times = numpy.attr("arange")(timing->horizon) * py::float_(problem.scene.stepping().step);
-  disturbances::Given given;
+  disturbances::Draws draws;
   for (int i = 0; i < rollouts; ++i) {
     const py::object random = numpy.attr("random").attr("default_rng")(py::make_tuple(seed, i));
-    given.rollouts.push_back(matrix("disturbance", ArrayLike{function(random, times)}, timing->horizon, -1));
+    draws.rollouts.push_back(matrix("disturbance", ArrayLike{function(random, times)}, timing->horizon, -1));
   }
-  return given;
+  return draws;
 }
 
 struct ProbabilityCall : ProbabilityOptions, ProgressCall {
@@ -62,16 +62,16 @@ struct ProbabilityCall : ProbabilityOptions, ProgressCall {
 
 // The call's own model, or what its function draws.
 void set_disturbance(const Problem& problem, const Model& model, ProbabilityOptions& options) {
-  const auto set = [&](const auto& given) {
-    if constexpr (!std::is_same_v<std::decay_t<decltype(given)>, Function>) {
-      options.disturbance = given;
+  const auto set = [&](const auto& alternative) {
+    if constexpr (!std::is_same_v<std::decay_t<decltype(alternative)>, Function>) {
+      options.disturbance = alternative;
     } else {
       if (options.tolerance) {
         throw std::invalid_argument(
             "tolerance is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
       }
       options.rollouts = options.rollouts.value_or(rollouts_of_function);
-      options.disturbance = given_by(given, problem, *options.rollouts, options.seed);
+      options.disturbance = draws_of(alternative, problem, *options.rollouts, options.seed);
     }
   };
   std::visit(set, model);

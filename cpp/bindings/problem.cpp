@@ -54,16 +54,16 @@ Predicate, and OSError if a file cannot be written.)";
 using RegionByObject = std::map<std::string, Region>;
 using Sets = std::variant<RegionByObject, Region>;
 
-std::vector<Region> by_object(const std::string& name, const Scene& scene, const RegionByObject& given) {
+std::vector<Region> by_object(const std::string& name, const Scene& scene, const RegionByObject& sets) {
   std::vector<Region> regions;
   for (const std::size_t index : scene.with_role(Role::object)) {
     const std::string& object = scene.bodies()[index].name;
-    const auto entry = given.find(object);
-    if (entry == given.end()) throw std::invalid_argument(name + " has no '" + object + "', expected every object");
+    const auto entry = sets.find(object);
+    if (entry == sets.end()) throw std::invalid_argument(name + " has no '" + object + "', expected every object");
     regions.push_back(entry->second);
   }
-  if (regions.size() == given.size() && !given.empty()) return regions;
-  for (const auto& [body, region] : given) {
+  if (regions.size() == sets.size() && !sets.empty()) return regions;
+  for (const auto& [body, region] : sets) {
     if (scene.body(body).role == Role::object) continue;
     throw std::invalid_argument(name + " has '" + body + "', expected objects only");
   }

@@ -15,6 +15,11 @@ namespace {
 
 constexpr const char* every_metric = "capture effort probability force escape_energy";
 
+std::vector<std::string> split(const std::string& words) {
+  std::istringstream stream(words);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
 // The arguments so far. The kind of a disturbance may come after its options.
 struct CommandLine {
   Arguments arguments{};
@@ -37,7 +42,7 @@ Option disturbance_option(const std::string& name, const std::string& value, con
 
 std::vector<Option> common_options() {
   return {
-      {"--metric", "NAME", every_metric, "capture (the default), effort, probability, force or escape_energy",
+      {"--metric", "NAME", every_metric, alternatives(split(every_metric), "") + " (capture)",
        [](CommandLine& line, const Value& v) { line.arguments.metric = v.text; }},
       {"--timeout", "S", every_metric, "seconds after which the search ends: \"complete\" is false",
        [](CommandLine& line, const Value& v) { line.arguments.timeout = v.number(); }},
@@ -50,7 +55,8 @@ std::vector<Option> common_options() {
        [](CommandLine& line, const Value& v) {
          line.arguments.capture.nodes = line.arguments.effort.nodes = v.count();
        }},
-      {"--planner", "NAME", "effort escape_energy", "est or rrt (est); bit* or rrt* (bit*)",
+      {"--planner", "NAME", "effort escape_energy",
+       alternatives(effort_planners, "") + " (est); " + alternatives(escape_energy_planners, "") + " (bit*)",
        [](CommandLine& line, const Value& v) {
          line.arguments.effort.planner = line.arguments.escape_energy.planner = v.text;
        }},
@@ -85,7 +91,8 @@ std::vector<Option> effort_options() {
   return {
       {"--search", "NAME", "effort", "improved (the default), or published, which is the paper's",
        [](CommandLine& line, const Value& v) { line.arguments.effort.search = v.choice<Search>(); }},
-      {"--sampling", "NAME", "effort", "of wrenches: mixed or uniform (as the search does)",
+      {"--sampling", "NAME", "effort",
+       "of wrenches: " + alternatives(all_words<Sampling>(), "") + " (as the search does)",
        [](CommandLine& line, const Value& v) { line.arguments.effort.sampling = v.choice<Sampling>(); }},
       {"--shorten", "yes|no", "effort", "makes the best escape cheaper (as the search does)",
        [](CommandLine& line, const Value& v) { line.arguments.effort.shorten = v.yes_or_no(); }},
@@ -153,11 +160,6 @@ const std::vector<Group>& groups() {
                                       {"force", force_options()},
                                       {"saving", saving_options()}};
   return all;
-}
-
-std::vector<std::string> split(const std::string& words) {
-  std::istringstream stream(words);
-  return {std::istream_iterator<std::string>(stream), {}};
 }
 
 const Option& option_named(const std::string& name) {

@@ -1,5 +1,5 @@
 #pragma once
-// What may act on the objects at random: stated models of a disturbance, and pushes drawn from them.
+// Models of the random disturbances that act on the objects, and draws of pushes from them.
 
 #include <cstdint>
 #include <optional>
@@ -11,51 +11,50 @@
 namespace energymargin {
 namespace disturbances {
 
-//! Piecewise constant: along and about each axis even within `strength` times the problem's bounds, held for an even
-//! draw of time up to the problem's duration, and at least a step.
+//! Piecewise constant. Each piece is uniform within `strength` times the problem's bounds, along and about each axis,
+//! and lasts for a uniform time of at least a step and at most `hold`.
 struct Uniform {
   double strength = 1.0;         //!< of the bounds
-  std::optional<int> objects{};  //!< that each piece meets, drawn anew for each; unset: all
+  std::optional<int> objects{};  //!< how many each piece acts on, drawn for each piece; unset: all
   std::optional<double> hold{};  //!< longest piece [s]; unset: the problem's duration
 };
 
-//! Of each step anew and normal, with a correlation in time that fades as exp(-t / correlation_time). Its axes are
-//! those of the problem's bounds that are not 0.
+//! Normal in each step, on the axes whose bounds are not 0. The correlation decays as exp(-t / correlation_time).
 struct Gaussian {
   double force = 0.0;             //!< standard deviation along each axis [N]
   double torque = 0.0;            //!< about each axis [N m]
   double correlation_time = 0.1;  //!< [s]
 };
 
-//! Uniform, with each rollout weighted by exp(-rate * effort), by importance.
+//! Uniform, with each rollout weighted by exp(-rate * effort): importance sampling.
 struct Boltzmann {
   double rate = 0.0;  //!< [1/J]
   Uniform proposal{};
 };
 
-//! Of the robot itself: to what its plan says an even draw is added, held for `hold`.
+//! Noise of the robot: a uniform draw is added to its plan, and lasts for `hold`.
 struct OfPlan {
-  Vector3 force = Vector3::Zero();   //!< largest, on each body of the plan's wrenches and motors [N]
+  Vector3 force = Vector3::Zero();   //!< largest, on each body that the plan pushes or drives [N]
   Vector3 torque = Vector3::Zero();  //!< the same [N m]
-  double targets = 0.0;              //!< largest, of each joint's target [rad] or [m]
+  double targets = 0.0;              //!< largest error of each joint's target [rad] or [m]
   std::optional<double> hold{};      //!< [s]; unset: a step
 };
 
-//! Given for each rollout: wrenches of each step, shape (steps, 6 k).
-struct Given {
-  std::vector<Wrenches> rollouts;
+//! Draws of a user's own model.
+struct Draws {
+  std::vector<Wrenches> rollouts;  //!< for each rollout the wrenches of its steps, shape (steps, 6 k)
 };
 
 }  // namespace disturbances
 
 using DisturbanceModel = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann,
-                                      disturbances::OfPlan, disturbances::Given>;
+                                      disturbances::OfPlan, disturbances::Draws>;
 
-//! Throws std::invalid_argument on numbers that are negative or not finite, more objects than there are, noise of a
-//! plan without one, or given wrenches of another shape.
+//! Throws std::invalid_argument on numbers that are negative or not finite, more objects than the scene has, noise of a
+//! plan without one, or draws of another shape.
 void validate(const DisturbanceModel& model, const Problem& problem);
 
-//! What acts in one rollout of `steps` steps, as number `index` of a seed's. The model is valid.
+//! The pushes of rollout number `index`, of `steps` steps. The model is valid.
 std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
                               std::size_t index);
 

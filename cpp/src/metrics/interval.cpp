@@ -5,17 +5,19 @@
 #include <cmath>
 
 #include "base/check.hpp"
+#include "metrics/words.hpp"
 
 namespace energymargin {
 namespace {
 
 const SetScore& set_score(const CaptureScore& score, const std::string& which) {
+  std::vector<std::string> names;
   for (const auto& [name, set] : set_scores(score)) {
-    if (which != name) continue;
-    if (!set) reject("which", "'" + which + "'", "a set that the problem has");
-    return *set;
+    if (name == which && !set) reject("which", "'" + which + "'", "a set that the problem has");
+    if (name == which) return *set;
+    names.emplace_back(name);
   }
-  reject("which", "'" + which + "'", "'capture', 'success', 'capture_any' or 'success_any'");
+  reject("which", "'" + which + "'", alternatives(names));
 }
 
 // Nodes on the other side of a set come in clusters: one cluster weighs as much as so many heavy nodes.

@@ -271,9 +271,9 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
     reject("by_object", "True", "a problem with a capture set for each object, captured={...}");
   }
   validate(options.disturbance, problem);
-  const auto* given = std::get_if<disturbances::Given>(&options.disturbance);
-  if (given && static_cast<int>(given->rollouts.size()) < options.rollouts.value_or(default_rollouts)) {
-    reject("disturbance", std::to_string(given->rollouts.size()) + " rollouts", "as many as `rollouts`");
+  const auto* draws = std::get_if<disturbances::Draws>(&options.disturbance);
+  if (draws && static_cast<int>(draws->rollouts.size()) < options.rollouts.value_or(default_rollouts)) {
+    reject("disturbance", std::to_string(draws->rollouts.size()) + " rollouts", "as many as `rollouts`");
   }
 }
 

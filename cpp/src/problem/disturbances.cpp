@@ -13,33 +13,33 @@ namespace energymargin {
 namespace {
 
 using disturbances::Boltzmann;
+using disturbances::Draws;
 using disturbances::Gaussian;
-using disturbances::Given;
 using disturbances::OfPlan;
 using disturbances::Uniform;
 
-// Draws that are the same with every standard library.
-class Draw {
+// Random numbers that are the same with every standard library.
+class Random {
  public:
-  Draw(std::uint64_t seed, std::size_t index) : engine_(stream(seed, index)) {}
+  Random(std::uint64_t seed, std::size_t index) : engine_(stream(seed, index)) {}
 
-  double even() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-  double even(double low, double high) { return low + (high - low) * even(); }
+  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
   //! Box and Muller (1958).
   double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - even()));
-    return radius * std::cos(2.0 * pi * even());
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    return radius * std::cos(2.0 * pi * uniform());
   }
 
   Vector3 within(const Vector3& bounds) {
     Vector3 sample;
-    for (int axis = 0; axis < 3; ++axis) sample[axis] = even(-bounds[axis], bounds[axis]);
+    for (int axis = 0; axis < 3; ++axis) sample[axis] = uniform(-bounds[axis], bounds[axis]);
     return sample;
   }
 
   std::size_t below(std::size_t count) {
-    return std::min(count - 1, static_cast<std::size_t>(even() * static_cast<double>(count)));
+    return std::min(count - 1, static_cast<std::size_t>(uniform() * static_cast<double>(count)));
   }
 
  private:
@@ -52,73 +52,74 @@ int steps_of(double time, const Problem& problem) {
   return std::max(1, static_cast<int>(std::lround(time / problem.scene.stepping().step)));
 }
 
-// So many of `count`, by their numbers.
-std::vector<bool> choose(std::size_t count, std::size_t of, Draw& draw) {
-  std::vector<std::size_t> order(of);
+// A random subset: whether each of `total` is among the `count`.
+std::vector<bool> subset(std::size_t count, std::size_t total, Random& random) {
+  std::vector<std::size_t> order(total);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::vector<bool> is_chosen(of, count >= of);
-  for (std::size_t i = 0; i < count && count < of; ++i) {
-    std::swap(order[i], order[i + draw.below(of - i)]);
-    is_chosen[order[i]] = true;
+  std::vector<bool> is_member(total, count >= total);
+  for (std::size_t i = 0; i < count && count < total; ++i) {
+    std::swap(order[i], order[i + random.below(total - i)]);
+    is_member[order[i]] = true;
   }
-  return is_chosen;
+  return is_member;
 }
 
-std::vector<Push> sample(const Uniform& model, const Problem& problem, int steps, Draw& draw) {
+std::vector<Push> pushes(const Uniform& model, const Problem& problem, int steps, Random& random) {
   const std::size_t objects = objects_of(problem);
   const int longest = steps_of(model.hold.value_or(problem.duration), problem);
-  std::vector<Push> pushes;
-  for (int left = steps; left > 0; left -= pushes.back().steps) {
-    const auto held = static_cast<int>(draw.below(static_cast<std::size_t>(longest))) + 1;
-    Push push{Disturbance(objects), std::min(left, held)};
-    const std::size_t hits = model.objects ? static_cast<std::size_t>(*model.objects) : objects;
-    const std::vector<bool> hit = choose(hits, objects, draw);
+  std::vector<Push> sequence;
+  for (int left = steps; left > 0; left -= sequence.back().steps) {
+    const auto hold = static_cast<int>(random.below(static_cast<std::size_t>(longest))) + 1;
+    Push push{Disturbance(objects), std::min(left, hold)};
+    const std::size_t count = model.objects ? static_cast<std::size_t>(*model.objects) : objects;
+    const std::vector<bool> acts_on = subset(count, objects, random);
     for (std::size_t i = 0; i < objects; ++i) {
-      if (hit[i])
-        push.wrenches[i] = {draw.within(model.strength * problem.force), draw.within(model.strength * problem.torque)};
+      if (!acts_on[i]) continue;
+      push.wrenches[i] = {random.within(model.strength * problem.force),
+                          random.within(model.strength * problem.torque)};
     }
-    pushes.push_back(std::move(push));
+    sequence.push_back(std::move(push));
   }
-  return pushes;
+  return sequence;
 }
 
 // An Ornstein-Uhlenbeck process, sampled exactly, from its stationary distribution on.
-std::vector<Push> sample(const Gaussian& model, const Problem& problem, int steps, Draw& draw) {
+std::vector<Push> pushes(const Gaussian& model, const Problem& problem, int steps, Random& random) {
   const double decay =
       model.correlation_time > 0.0 ? std::exp(-problem.scene.stepping().step / model.correlation_time) : 0.0;
-  const double noise_share = std::sqrt(1.0 - decay * decay);
+  const double innovation = std::sqrt(1.0 - decay * decay);
   const auto next = [&](const Vector3& last, const Vector3& bounds, double deviation, bool first) {
     Vector3 sample = Vector3::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       if (bounds[axis] == 0.0) continue;
-      const double noise = deviation * draw.normal();
-      sample[axis] = first ? noise : decay * last[axis] + noise_share * noise;
+      const double noise = deviation * random.normal();
+      sample[axis] = first ? noise : decay * last[axis] + innovation * noise;
     }
     return sample;
   };
   Disturbance now(objects_of(problem));
-  std::vector<Push> pushes;
+  std::vector<Push> sequence;
   for (int i = 0; i < steps; ++i) {
     for (Wrench& wrench : now) {
       wrench = {next(wrench.force, problem.force, model.force, i == 0),
                 next(wrench.torque, problem.torque, model.torque, i == 0)};
     }
-    pushes.push_back({now, 1});
+    sequence.push_back({now, 1});
   }
-  return pushes;
+  return sequence;
 }
 
-std::vector<Push> sample(const Wrenches& rows, const Problem& problem, int steps) {
-  std::vector<Push> pushes;
+std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps) {
+  std::vector<Push> sequence;
   for (int i = 0; i < steps; ++i) {
     Push push{Disturbance(objects_of(problem)), 1};
     for (std::size_t k = 0; k < push.wrenches.size(); ++k) {
       const auto first = static_cast<Eigen::Index>(6 * k);
       push.wrenches[k] = {rows.row(i).segment<3>(first), rows.row(i).segment<3>(first + 3)};
     }
-    pushes.push_back(std::move(push));
+    sequence.push_back(std::move(push));
   }
-  return pushes;
+  return sequence;
 }
 
 void validate_uniform(const Uniform& model, const Problem& problem) {
@@ -131,7 +132,7 @@ void validate_uniform(const Uniform& model, const Problem& problem) {
   }
 }
 
-void validate_given(const Given& model, const Problem& problem) {
+void validate_draws(const Draws& model, const Problem& problem) {
   const auto timing = timing_of(problem);
   const auto columns = static_cast<Eigen::Index>(6 * objects_of(problem));
   for (const Wrenches& rows : model.rollouts) {
@@ -165,16 +166,17 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
     require_not_negative("targets", noise->targets);
     if (noise->hold) require_positive("hold", *noise->hold);
   }
-  if (const auto* given = std::get_if<Given>(&model)) validate_given(*given, problem);
+  if (const auto* draws = std::get_if<Draws>(&model)) validate_draws(*draws, problem);
 }
 
 std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
                               std::size_t index) {
-  Draw draw(seed, index);
-  if (const auto* uniform = std::get_if<Uniform>(&model)) return sample(*uniform, problem, steps, draw);
-  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) return sample(boltzmann->proposal, problem, steps, draw);
-  if (const auto* gaussian = std::get_if<Gaussian>(&model)) return sample(*gaussian, problem, steps, draw);
-  if (const auto* given = std::get_if<Given>(&model)) return sample(given->rollouts[index], problem, steps);
+  Random random(seed, index);
+  if (const auto* uniform = std::get_if<Uniform>(&model)) return pushes(*uniform, problem, steps, random);
+  if (const auto* boltzmann = std::get_if<Boltzmann>(&model))
+    return pushes(boltzmann->proposal, problem, steps, random);
+  if (const auto* gaussian = std::get_if<Gaussian>(&model)) return pushes(*gaussian, problem, steps, random);
+  if (const auto* draws = std::get_if<Draws>(&model)) return pushes(draws->rollouts[index], problem, steps);
   return {Push{Disturbance(objects_of(problem)), steps}};
 }
 
@@ -182,7 +184,7 @@ std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& prob
                               std::size_t index) {
   const auto* noise = std::get_if<OfPlan>(&model);
   if (!noise) return std::nullopt;
-  Draw draw(seed, index);
+  Random random(seed, index);
   Plan plan = fine_rows(*problem.plan, problem.scene);
   const int rows = plan.rows();
   const int hold = noise->hold ? steps_of(*noise->hold, problem) : 1;
@@ -194,12 +196,12 @@ std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& prob
   for (int first = 0; first < rows; first += hold) {
     const int count = std::min(hold, rows - first);
     for (Drive& drive : plan.wrenches) {
-      Eigen::Matrix<double, 1, 6> added;
-      added << draw.within(noise->force).transpose(), draw.within(noise->torque).transpose();
-      drive.wrenches.middleRows(first, count).rowwise() += added;
+      Eigen::Matrix<double, 1, 6> error;
+      error << random.within(noise->force).transpose(), random.within(noise->torque).transpose();
+      drive.wrenches.middleRows(first, count).rowwise() += error;
     }
     for (Targets& targets : plan.targets) {
-      targets.positions.segment(first, count).array() += draw.even(-noise->targets, noise->targets);
+      targets.positions.segment(first, count).array() += random.uniform(-noise->targets, noise->targets);
     }
   }
   return plan;
