@@ -32,14 +32,14 @@ Scales::Scales(const Problem& problem, std::size_t index) {
   const double acceleration = problem.force.norm() / object.mass;
   const double inertia = object.principal_inertial().moments.maxCoeff();
   const double angular_acceleration = problem.torque.norm() / inertia;
-  const double inertial = std::sqrt(inertia / object.mass);
+  const double radius_of_gyration = std::sqrt(inertia / object.mass);
   const double extent = smallest_half_extent(object.shape);
-  const double radius = std::isfinite(extent) ? extent : inertial;  // without parts it has none
-  const double gyration = std::max(inertial, radius);
+  const double radius = std::isfinite(extent) ? extent : radius_of_gyration;  // without parts it has none
+  const double turning_radius = std::max(radius_of_gyration, radius);
   position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
   velocity = std::max(speed + acceleration * time, position / time);
-  angular_velocity = start.angular_velocity.norm() + velocity / gyration + angular_acceleration * time;
-  orientation = start.angular_velocity.norm() * time + position / gyration + 0.5 * angular_acceleration * time * time;
+  angular_velocity = start.angular_velocity.norm() + velocity / turning_radius + angular_acceleration * time;
+  orientation = start.angular_velocity.norm() * time + position / turning_radius + 0.5 * angular_acceleration * time * time;
 }
 
 }  // namespace energymargin::search

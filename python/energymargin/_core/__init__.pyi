@@ -11,11 +11,11 @@ from . import disturbances
 __all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
 class Cancelled(RuntimeError):
     """
-    A long call was ended by its Cancel before there was anything to return.
+    A Cancel ended a long call that had no result yet.
     """
 class Cancel:
     """
-    Ends the long calls that it is given to, from any thread. Once set it stays so.
+    Ends the long calls that have it as `cancel`, from any thread. It cannot be reset.
     """
     def __init__(self) -> None:
         ...
@@ -23,7 +23,7 @@ class Cancel:
         ...
     def set(self) -> None:
         """
-        Ends them, and those that come.
+        Ends these calls, and all later ones.
         """
     @property
     def is_set(self) -> bool:
@@ -575,14 +575,20 @@ class Scene:
         """
 class Plan:
     """
-    What the robot does from a problem's state on: K rows in time, each held for `step` [s].
+    The robot's actions from a problem's state on: K rows in time, each for `step` [s].
     
-    wrenches: by free or jointed body, shape (K, 6), force [N] and torque [N m] at its centre of mass in the world's axes.
-    targets: by joint under position control, shape (K,) [rad] or [m]. velocities: by free body, shape (K, 6), the velocity of
-    its frame [m/s] and its angular velocity [rad/s], which a motor of limited force keeps it at. limits: by body of
-    `velocities`, (force [N], torque [N m]), the most along and about each axis of the world; by default twice what holds the
-    body and its links against gravity, and that at the body's radius. Behind the last row motors and wrenches rest, and joints
-    keep their targets. Raises ValueError on rows of unequal number, or that are not finite.
+    Args:
+        step: duration of a row [s].
+        wrenches: by free or jointed body, shape (K, 6): force [N] and torque [N m] at its centre of mass, along the world's
+            axes.
+        targets: by joint under position control, shape (K,) [rad] or [m].
+        velocities: by free body, shape (K, 6): the velocity of its frame [m/s] and its angular velocity [rad/s]. A motor of
+            limited force keeps the body at them.
+        limits: of the motors, by body of `velocities`: (force [N], torque [N m]), the largest along and about each axis of the
+            world. By default twice what holds the body and its links against gravity, and that at the body's radius.
+    
+    After the last row motors and wrenches are off, and joints keep their targets. Raises ValueError on rows of unequal number,
+    or that are not finite.
     """
     @staticmethod
     def from_json(text: str) -> Plan:
@@ -592,7 +598,7 @@ class Plan:
     @staticmethod
     def hold(scene: Scene, state: numpy.typing.ArrayLike, duration: float) -> Plan:
         """
-        Everything goes on as it moves at a state (n,), for a duration [s]: free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
+        The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
     def __getstate__(self) -> str:
         ...
@@ -616,7 +622,7 @@ class Plan:
     @property
     def limits(self) -> dict[str, typing.Any]:
         """
-        Of motors whose limits were given: by body, (force [N], torque [N m]).
+        Of motors, where the plan has them: by body, (force [N], torque [N m]).
         """
     @property
     def rows(self) -> int:
@@ -642,6 +648,76 @@ class Plan:
     def wrenches(self) -> dict[str, typing.Any]:
         """
         By body, shape (K, 6) [N, N m].
+        """
+class Audit:
+    """
+    Where the energy of a rollout went.
+    
+    Each work [J] is work on the bodies: positive where it gives them energy. An impulse works along the mean of the velocities
+    before and after the step; so the sum over all impulses is the gain of kinetic energy. The entries and `leftover` add up to
+    `energy_change`.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def contacts(self) -> float:
+        """
+        Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where links overlap something, which Bullet recovers from by a change of velocity.
+        """
+    @property
+    def damping(self) -> float:
+        """
+        Work of the damping of joints and springs; negative [J].
+        """
+    @property
+    def drives(self) -> float:
+        """
+        Work of drives to a target velocity: damping * target velocity, within the torque limit [J].
+        """
+    @property
+    def energy_change(self) -> float:
+        """
+        Mechanical energy, World.energy, at the end minus at the start [J].
+        """
+    @property
+    def friction(self) -> float:
+        """
+        Work of friction at contacts; negative but for solver error [J].
+        """
+    @property
+    def integration(self) -> float:
+        """
+        Known error of time integration, of the order of the step h [J]. Velocities are h / 2 behind the positions, which counts the power P of gravity, constant forces and springs as -h / 2 (P at the end - P at the start). Implicit integration damps compliant joints as stiffness * h does.
+        """
+    @property
+    def joints(self) -> float:
+        """
+        Work of joint stops, negative where a joint hits one, and of the coupling of mimic joints [J].
+        """
+    @property
+    def leftover(self) -> float:
+        """
+        energy_change minus all entries [J]: the error of the simulation without a known cause, mostly that of finite rotations.
+        """
+    @property
+    def overlap(self) -> float:
+        """
+        Work of penetration recovery (split impulses) against gravity, constant forces and springs; it takes no impulse [J].
+        """
+    @property
+    def plan(self) -> float:
+        """
+        Work of the robot's plan: its wrenches, its servos, and targets that differ from the scene's [J].
+        """
+    @property
+    def turnover(self) -> float:
+        """
+        Sum of the absolute values of energy_change and all entries [J]: the scale of leftover.
+        """
+    @property
+    def wrench(self) -> float:
+        """
+        Work of the disturbance: Rollout.work [J].
         """
 class Contact:
     """
@@ -689,80 +765,14 @@ class Contact:
         """
         Friction on body_a, shape (3,) [N].
         """
-class Audit:
-    """
-    Where the energy of a rollout went. Each work [J] is that on the bodies: positive where it gives them energy. An impulse works along the mean of the velocities before the step and after it, which makes the sum over all impulses the gain of kinetic energy. The entries and `leftover` add up to `energy_change`.
-    """
-    def __repr__(self) -> str:
-        ...
-    @property
-    def contacts(self) -> float:
-        """
-        Work of the normal impulses at contacts: the loss of impacts, negative. Positive where links that overlap something are pushed out of it, which Bullet does by a change of velocity [J].
-        """
-    @property
-    def damping(self) -> float:
-        """
-        Work of the damping of joints and springs; negative [J].
-        """
-    @property
-    def drives(self) -> float:
-        """
-        Work of drives to a target velocity: damping * target velocity, within the torque limit [J].
-        """
-    @property
-    def energy_change(self) -> float:
-        """
-        Mechanical energy, World.energy, at the end minus at the start [J].
-        """
-    @property
-    def friction(self) -> float:
-        """
-        Work of friction at contacts; negative but for solver error [J].
-        """
-    @property
-    def integration(self) -> float:
-        """
-        What the steps of the simulation are known to change, of the order of their length h: velocities are h / 2 behind the positions, which counts the power P of gravity, constant forces and springs as -h / 2 (P at the end - P at the start); and compliant joints, integrated implicitly, are damped as by stiffness * h [J].
-        """
-    @property
-    def joints(self) -> float:
-        """
-        Work of joint stops, negative where a joint hits one, and of what keeps mimic joints together [J].
-        """
-    @property
-    def leftover(self) -> float:
-        """
-        What the entries leave open: energy_change minus all of them [J]. It is the error of the simulation that has no name, most of it that of turning in steps.
-        """
-    @property
-    def overlap(self) -> float:
-        """
-        Work of penetration recovery (split impulses) against gravity, constant forces and springs; it takes no impulse [J].
-        """
-    @property
-    def plan(self) -> float:
-        """
-        Work of the robot's plan: its wrenches, its servos, and targets that it moves away from the scene's [J].
-        """
-    @property
-    def turnover(self) -> float:
-        """
-        Energy turned over: the sum of the absolute values of energy_change and all the entries. What leftover is to be compared with [J].
-        """
-    @property
-    def wrench(self) -> float:
-        """
-        Work of the disturbance: Rollout.work [J].
-        """
 class Rollout:
     """
-    What one rollout leads to.
+    The result of one rollout.
     """
     @property
     def audit(self) -> Audit | None:
         """
-        Where the energy went; None unless it was asked for.
+        Where the energy went; None unless audit.
         """
     @property
     def effort(self) -> float:
@@ -782,7 +792,7 @@ class Rollout:
     @property
     def steps(self) -> int:
         """
-        Simulation steps, fewer than were asked for if it ended early.
+        Simulation steps, fewer than asked for if it ended early.
         """
     @property
     def work(self) -> float:
@@ -810,13 +820,13 @@ class Simulation:
         """
 class World:
     """
-    One simulation of a Scene, in which the robot follows a plan if there is one. Every answer is a pure function of its arguments; threads may share a world, which answers one at a time.
+    One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a pure function of the arguments. Threads may share a world, which answers one at a time.
     """
     def __init__(self, scene: Scene, plan: Plan | None = None) -> None:
         ...
     def contacts(self, state: numpy.typing.ArrayLike) -> list[Contact]:
         """
-        Contacts at a state, with the forces that one step without wrench shows.
+        Contacts at a state, with the forces of one step without a wrench.
         """
     def distance(self, state: numpy.typing.ArrayLike, body_a: str, body_b: str) -> float:
         """
@@ -824,20 +834,29 @@ class World:
         """
     def energy(self, state: numpy.typing.ArrayLike) -> float:
         """
-        Mechanical energy [J]: kinetic energy of all bodies that move, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs, and of the joints' compliance, zero at their targets.
+        Mechanical energy [J]: kinetic energy of all moving bodies, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs and of the joints' compliance, zero at their targets.
         """
     def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, *, audit: bool = False, time: float = 0.0, timeout: float | None = None, cancel: Cancel | None = None) -> Rollout:
         """
-        Apply a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects, for a duration [s], rounded to whole steps. With audit it also balances the energy: nothing else changes, to the last bit, but the time that it takes. time [s]: the robot goes on where its plan is then. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
+        Applies a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects.
+        
+        duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
+        time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Raises TimeoutError, or
+        Cancelled.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
-        One unbroken simulation; drives gives wrenches by body, shape (steps, 6), and targets the targets of joints under position control, shape (steps,) [rad] or [m]; without both the robot follows the world's plan. record: after which steps a frame is recorded, ascending, from 0, the start, to steps; by default after each. Raises TimeoutError after timeout [s], and Cancelled once cancel is set.
+        One unbroken simulation of a number of steps.
+        
+        drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
+        Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
+        start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Raises TimeoutError, or
+        Cancelled.
         """
     @property
     def scene(self) -> Scene:
         """
-        What it simulates.
+        A copy.
         """
 class Region:
     """
@@ -859,52 +878,63 @@ class ForceWeights:
     """
     Weights of the force score, Section V-B.
     
-    engage [1/N]: of the normal forces between effector and object; stick [1/N]: of their distances to the friction cones'
-    edges; distance [1/m]: taken off per metre between object and effector. ground_engage and ground_stick: the same for the
-    object's contacts with all that is not the effector, of use where the object is meant to stick there.
+    engage [1/N]: of the normal forces between effector and object. stick [1/N]: of their distances to the friction cones'
+    edges. distance [1/m]: of the distance between object and effector, which the score subtracts. ground_engage and
+    ground_stick: as engage and stick, for the object's contacts with everything but the effector.
     """
     def __init__(self, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None:
         ...
     @property
     def distance(self) -> float:
         """
-        Of the distance between object and effector, which is taken off.
+        Of the distance between object and effector, which the score subtracts [1/m].
         """
     @property
     def engage(self) -> float:
         """
-        Of the normal forces between object and effector.
+        Of the normal forces between object and effector [1/N].
         """
     @property
     def ground_engage(self) -> float:
         """
-        Of the normal forces between the object and all else.
+        Of the normal forces between the object and everything but the effector [1/N].
         """
     @property
     def ground_stick(self) -> float:
         """
-        Of the distances to the friction cones' edges there.
+        Of the distances to the friction cones' edges there [1/N].
         """
     @property
     def stick(self) -> float:
         """
-        Of the distances to the friction cones' edges there.
+        Of the distances to the friction cones' edges there [1/N].
         """
 class Problem:
     """
     One question: how robust is this state against these disturbances?
     
-    scene, state (n,): the bodies and where they are. force (3,) [N] and torque (3,) [N m]: the largest disturbance of each
-    object along and about each axis. duration [s]: the longest edge of the search. captured: the capture set Z_cap;
-    succeeded: the success set Z_suc. Where there are several objects, a dict of regions, one by object, asks twice: are all of
-    them in theirs (captured, succeeded), and is at least one (captured_any, succeeded_any). within: where the search for an
-    escape may go, Z_b. effector: 'coast', it is not actuated, or 'drive', each edge of the search starts with the velocity that
-    it has in the start state. rate: lambda of eq. 4 [1/J]. force_weights: those of the force score. contacts: measured at the
-    state, for the force score. horizon [s]: the question is about the next so many seconds, with a plan its length by default; plan: what the robot does
-    in them; check [s]: between two looks at the capture set, by default about 1/60; dwell [s]: how long an object has to stay
-    outside. start_outside: a state outside of the capture set is meant, as along a recorded trajectory.
-    Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look
-    like another unit, and of a start that falls or is outside of the capture set.
+    Args:
+        scene: the bodies.
+        state: where they are and how they move, shape (n,).
+        force: the largest disturbance of each object along each axis, shape (3,) [N].
+        torque: the same about each axis, shape (3,) [N m].
+        duration: the longest edge of a search [s].
+        captured: the capture set Z_cap. Of several objects a dict, a region for each: it asks whether all of them are in
+            theirs (captured), and whether at least one is (captured_any).
+        succeeded: the success set Z_suc, or a dict in the same way.
+        within: where the search for an escape may go, Z_b.
+        effector: 'coast', no actuation; or 'drive', each edge of a search starts with its velocity of the start state.
+        rate: lambda of eq. 4 [1/J].
+        force_weights: of the force score.
+        contacts: measured at the state, for the force score; by default simulated.
+        horizon: the question is about the next so many seconds; by default the plan's duration.
+        plan: the robot's actions in that time.
+        check: time between two looks at the capture set [s], by default about 1/60.
+        dwell: how long an object has to stay outside for an escape [s].
+        start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
+    
+    Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
+    another unit, and of a start that falls or is outside of the capture set.
     """
     @staticmethod
     def from_json(text: str, folder: typing.Any = None) -> Problem:
@@ -914,7 +944,7 @@ class Problem:
     @staticmethod
     def load(path: typing.Any, *, start_outside: bool = False) -> Problem:
         """
-        Read a JSON file. Raises OSError if it cannot be opened, ValueError that names the file, the place in it and what was expected. Warns as the constructor does.
+        Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected. Warns as the constructor does.
         """
     @staticmethod
     def schema() -> dict[str, typing.Any]:
@@ -941,7 +971,11 @@ class Problem:
         """
     def save(self, path: typing.Any, meshes: str = 'embedded') -> None:
         """
-        Write a JSON file, atomically. meshes: where the points of compounds go that are convex hulls alone, unmoved, as those of a mesh: 'embedded', into the file, or 'files', into OBJ files beside it. Raises ValueError if a region is a Predicate, OSError if a file cannot be written.
+        Writes a JSON file, atomically.
+        
+        meshes: 'embedded' writes the points of convex hulls, as those of a mesh, into the file; 'files' writes them into OBJ files
+        beside it, for compounds whose parts are all hulls without a pose of their own. Raises ValueError if a region is a
+        Predicate, and OSError if a file cannot be written.
         """
     def to_json(self) -> str:
         """
@@ -949,7 +983,7 @@ class Problem:
         """
     def with_state(self, state: numpy.typing.ArrayLike) -> Problem:
         """
-        The same question of another state, shape (n,); contacts measured at the old one are gone.
+        The same question about another state, shape (n,). The copy has no measured contacts.
         """
     @property
     def captured(self) -> Region:
@@ -969,7 +1003,7 @@ class Problem:
     @property
     def check(self) -> float | None:
         """
-        Between two looks at the capture set [s]; None: about 1/60.
+        Time between two looks at the capture set [s]; None: about 1/60.
         """
     @property
     def contacts(self) -> list[Contact] | None:
@@ -1009,7 +1043,7 @@ class Problem:
     @property
     def plan(self) -> Plan | None:
         """
-        What the robot does, or None: the effector coasts.
+        The robot's actions, or None: the effector coasts.
         """
     @property
     def rate(self) -> float:
@@ -1073,7 +1107,7 @@ class Tree:
     @property
     def durations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        How long it acted, shape (M + 1,) [s].
+        How long the wrenches acted, shape (M + 1,) [s].
         """
     @property
     def parents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"]:
@@ -1100,10 +1134,11 @@ class CaptureScore:
         ...
     def interval(self, which: str = 'capture', confidence: float = 0.95) -> tuple[float, float]:
         """
-        (low, high), where the mean score of ever more such trees lies, with a probability of `confidence`.
+        (low, high), a confidence interval for the score of infinitely many trees of this size.
         
-        which: 'capture', 'success', 'capture_any' or 'success_any'. Student's interval of the trees' scores together with
-        Wilson's, which holds what a few trees cannot see. Raises ValueError on a single tree.
+        which: 'capture', 'success', 'capture_any' or 'success_any'. The interval holds Student's interval of the trees' scores
+        and Wilson's, which counts what a few trees cannot see. Raises ValueError on a single tree, or a set that the problem does
+        not have.
         """
     @property
     def capture(self) -> float:
@@ -1113,42 +1148,42 @@ class CaptureScore:
     @property
     def capture_any(self) -> float | None:
         """
-        Of several objects at least one; None if the problem has no such set.
+        The same that at least one of several objects stays; None without such a set.
         """
     @property
     def capture_any_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        Of each tree alone, shape (trees,); empty without such a set.
+        `capture_any` of each tree alone, shape (trees,); empty without such a set.
         """
     @property
     def capture_any_stderr(self) -> float | None:
         """
-        Standard error; None for a single tree.
+        Standard error of `capture_any`; None for a single tree.
         """
     @property
     def capture_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        Of each tree alone, shape (trees,).
+        `capture` of each tree alone, shape (trees,); empty without such a set.
         """
     @property
     def capture_stderr(self) -> float | None:
         """
-        Standard error; None for a single tree.
+        Standard error of `capture`; None for a single tree.
         """
     @property
     def complete(self) -> bool:
         """
-        Whether all trees are grown or, with a tolerance, as many as it takes: False if the timeout, the cancel or the largest number of trees came first.
+        Whether no tree is missing and a tolerance is met. False if the timeout, the cancel or the largest number of trees came first.
         """
     @property
     def diverged(self) -> int:
         """
-        Rollouts that diverged, of all trees: nodes of infinite cost and no likelihood.
+        Rollouts of all trees that diverged: nodes of infinite cost and no likelihood.
         """
     @property
     def doubts(self) -> tuple[str, ...]:
         """
-        Why the score says less than it seems to, a tuple of sentences: its resolution is above 0.2, or it is above 0.5 and the state leaves by itself.
+        Sentences that doubt the score: its resolution is above 0.2, or the score is above 0.5 although the state leaves without a disturbance.
         """
     @property
     def likelihoods(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
@@ -1168,32 +1203,32 @@ class CaptureScore:
     @property
     def success(self) -> float | None:
         """
-        Omega_suc, eq. 6, 0..1; None without a success set.
+        Omega_suc, eq. 6, 0..1; mean over the trees. None without a success set.
         """
     @property
     def success_any(self) -> float | None:
         """
-        Of several objects at least one; None if the problem has no such set.
+        The same that at least one of several objects succeeds; None without such a set.
         """
     @property
     def success_any_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        Of each tree alone, shape (trees,); empty without such a set.
+        `success_any` of each tree alone, shape (trees,); empty without such a set.
         """
     @property
     def success_any_stderr(self) -> float | None:
         """
-        Standard error; None for a single tree.
+        Standard error of `success_any`; None for a single tree.
         """
     @property
     def success_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        Of each tree alone, shape (trees,); empty without such a set.
+        `success` of each tree alone, shape (trees,); empty without such a set.
         """
     @property
     def success_stderr(self) -> float | None:
         """
-        Standard error; None for a single tree.
+        Standard error of `success`; None for a single tree.
         """
     @property
     def tree(self) -> Tree:
@@ -1208,7 +1243,7 @@ class CaptureScore:
     @property
     def undisturbed_exit(self) -> float | None:
         """
-        When the state leaves the capture set without any disturbance [s], looked at for 1 s where the score is above 0.5; None if it stays, or was not looked at.
+        When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if the score is at most 0.5, which needs no such check.
         """
 class EscapeEffort:
     """
@@ -1221,7 +1256,7 @@ class EscapeEffort:
     @property
     def complete(self) -> bool:
         """
-        Whether all nodes are grown, or nothing is left to gain: False if the timeout or the cancel came first.
+        Whether the search used all nodes, or no escape can be cheaper. False if the timeout or the cancel came first.
         """
     @property
     def discarded(self) -> int:
@@ -1236,7 +1271,7 @@ class EscapeEffort:
     @property
     def effort(self) -> float:
         """
-        Omega_esc, eq. 2 [J]; inf if no escape was found.
+        Omega_esc, eq. 2 [J]; inf without an escape.
         """
     @property
     def history(self) -> list[tuple[int, float]]:
@@ -1246,12 +1281,12 @@ class EscapeEffort:
     @property
     def nodes(self) -> int:
         """
-        How many there are besides the root and, with a horizon, the undisturbed future in row 1; so many nodes give the same bits again.
+        Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of so many nodes gives the same bits.
         """
     @property
     def path(self) -> numpy.typing.NDArray[numpy.int32]:
         """
-        Rows of the tree from the root to the escape; empty if none was found.
+        Rows of the tree from the root to the escape; empty without an escape.
         """
     @property
     def tree(self) -> Tree:
@@ -1269,17 +1304,17 @@ class EscapeEnergy:
     @property
     def barrier(self) -> int | None:
         """
-        Row of the path's highest energy; None if no way out was found.
+        Row of the path's highest energy; None without an escape.
         """
     @property
     def complete(self) -> bool:
         """
-        Whether all poses are drawn, or nothing is left to gain: False if the timeout or the cancel came first.
+        Whether all poses are drawn, or no barrier can be lower. False if the timeout or the cancel came first.
         """
     @property
     def energy(self) -> float:
         """
-        Lowest barrier found [J]; inf if no way out was, as of a cage.
+        Lowest barrier [J]; inf without an escape, as from a cage.
         """
     @property
     def history(self) -> list[tuple[int, float]]:
@@ -1289,7 +1324,7 @@ class EscapeEnergy:
     @property
     def path(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
-        States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 if no way out was found.
+        States of the scene, at rest, from the start to the first one outside, shape (P, n); P is 0 without an escape.
         """
     @property
     def samples(self) -> int:
@@ -1326,7 +1361,7 @@ class ForceScore:
     @property
     def effector(self) -> ContactMargins:
         """
-        Over the contacts with all bodies of the effector.
+        Of the contacts with all bodies of the effector.
         """
     @property
     def force(self) -> float:
@@ -1336,7 +1371,7 @@ class ForceScore:
     @property
     def ground(self) -> ContactMargins:
         """
-        Over the contacts with all other bodies.
+        Of the contacts with all other bodies.
         """
 class ScoreRow:
     """
@@ -1349,12 +1384,12 @@ class ScoreRow:
     @property
     def curves(self) -> dict[str, tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]]:
         """
-        By metric, of "probability" and "probability/any": (times [s], probability of having been captured throughout until each), shape (T,) both.
+        (times [s], probability of being captured throughout until each), shape (T,) both, of "probability" and "probability/any".
         """
     @property
     def error(self) -> str | None:
         """
-        What went wrong, or None.
+        The error of the first search that failed, or None.
         """
     @property
     def index(self) -> int:
@@ -1369,35 +1404,37 @@ class ScoreRow:
     @property
     def seconds(self) -> float:
         """
-        Time of its searches on their threads, added up [s].
+        Sum of the times of its searches [s].
         """
     @property
     def times(self) -> dict[str, float]:
         """
-        By metric: time of its search [s]. The metrics of one tree share it, and so do the probabilities: the first has it, the others none.
+        Time of a search [s], by its first metric. The metrics of one tree share a search, and so do the probabilities.
         """
 class ScoreRun:
     """
-    A running batch on a pool of threads, to which problems can be added.
+    A running batch on a pool of threads. Problems can be added to it.
     """
-    def __init__(self, metrics: collections.abc.Sequence[str], nodes: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex, *, nodes_per_edge: typing.SupportsInt | typing.SupportsIndex = 1, least_likelihood: typing.SupportsFloat | typing.SupportsIndex = 0.0, search: str = 'improved', stop_at_escape: bool = False, rollouts: typing.SupportsInt | typing.SupportsIndex = 30, strength: typing.SupportsFloat | typing.SupportsIndex = 1.0, objects: typing.SupportsInt | typing.SupportsIndex | None = None, common_random_numbers: bool = False) -> None:
-        ...
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, search: str = 'improved', stop_at_escape: bool = False, rollouts: int = 30, strength: float = 1.0, objects: int | None = None, common_random_numbers: bool = False) -> None:
+        """
+        Starts without problems.
+        """
     def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """
-        Puts problems at the end of the queue, with their stream indices; metrics: None takes the run's.
+        Puts problems at the end of the queue, with their stream indices. metrics: None takes the run's.
         """
     def cancel(self) -> None:
         """
-        Stop within one rollout; unfinished problems give no row.
+        Stops within one rollout. Problems that are not complete give no row.
         """
     def take(self, timeout: typing.SupportsFloat | typing.SupportsIndex) -> list[ScoreRow]:
         """
-        Rows finished since the last call; waits up to timeout [s] for the first.
+        Rows that are complete since the last call. Waits up to timeout [s] for the first.
         """
     @property
     def finished(self) -> bool:
         """
-        No row will come any more, unless problems are added.
+        Whether no row will come unless problems are added.
         """
     @property
     def pending(self) -> int:
@@ -1406,7 +1443,7 @@ class ScoreRun:
         """
 class Survival:
     """
-    How one capture set fares over the horizon.
+    The survival curve of one capture set over the horizon.
     """
     @property
     def captured(self) -> float:
@@ -1433,11 +1470,13 @@ class CaptureProbability:
         ...
     def band(self, confidence: float = 0.95, which: str = 'captured') -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
         """
-        (low, high), each of shape (T,): the interval of each point of the curve, for itself alone. which: 'captured' or 'any'.
+        (low, high), each of shape (T,): the interval of each point of the curve alone. which: 'captured' or 'any'.
         """
     def interval(self, confidence: float = 0.95, which: str = 'captured') -> tuple[float, float]:
         """
-        (low, high) of the probability, by Clopper and Pearson, so that it holds at least as often as `confidence`; with a tolerance as much wider as the looks ask for. which: 'captured', 'success' or 'any'.
+        (low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
+        
+        With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'success' or 'any'.
         """
     @property
     def any(self) -> Survival | None:
@@ -1447,7 +1486,7 @@ class CaptureProbability:
     @property
     def by_object(self) -> list[Survival]:
         """
-        Of each object, in the scene's order; or empty.
+        Of each object, in the scene's order; empty unless by_object.
         """
     @property
     def captured(self) -> float:
@@ -1457,22 +1496,22 @@ class CaptureProbability:
     @property
     def complete(self) -> bool:
         """
-        Whether all rollouts are there: False if the timeout or the cancel came first.
+        Whether no rollout is missing. False if the timeout or the cancel came first.
         """
     @property
     def curve(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        Probability of having been captured throughout until each time, shape (T,).
+        Probability of being captured throughout until each time, shape (T,).
         """
     @property
     def diverged(self) -> int:
         """
-        Rollouts that are left out.
+        Rollouts that diverged, and do not count.
         """
     @property
     def effective(self) -> float:
         """
-        As many rollouts of equal weight say as much.
+        Effective sample size: rollouts of equal weight that say as much.
         """
     @property
     def mean_time(self) -> float:
@@ -1482,109 +1521,146 @@ class CaptureProbability:
     @property
     def rollouts(self) -> int:
         """
-        Random ones that count.
+        Random rollouts that count.
         """
     @property
     def steps(self) -> int:
         """
-        Simulation steps, those of the undisturbed one too.
+        Simulation steps of all rollouts, also the undisturbed one.
         """
     @property
     def success(self) -> float | None:
         """
-        Probability of being in the success set at the horizon; None unless asked for.
+        Probability of being in the success set at the horizon; None unless success.
         """
     @property
     def times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        At which the sets are looked at, shape (T,) [s].
+        Of the looks at the sets, shape (T,) [s].
         """
     @property
     def undisturbed(self) -> bool:
         """
-        Whether they stay captured without any disturbance.
+        Whether the objects stay captured without a disturbance.
         """
     @property
     def undisturbed_success(self) -> bool | None:
         """
-        Whether the undisturbed future ends in the success set; None unless asked for.
+        Whether the undisturbed future ends in the success set; None unless success.
         """
     @property
     def undisturbed_time(self) -> float:
         """
-        How long they do within the horizon [s].
+        When they leave without a disturbance [s]; the horizon if they stay.
         """
 def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
     
-    disturbance: a model of em.disturbances, by default Uniform(), or a function (random, times) of a numpy Generator and the
-    times of the steps, shape (steps,) [s], that gives wrenches (steps, 6 k). rollouts: by default 30; with a tolerance they
-    are added, 32, 64, 128, ..., until half of the 95 % interval is at most that, up to `rollouts`, by default 10000. One more
-    rollout, without disturbance, is told apart. success: also the probability of being in the success set at the horizon, for
-    which rollouts run on after an exit. by_object: of several objects also of any, and of each. The same seed draws the same
-    disturbances in units of the bounds for every problem; the result does not depend on the threads.
+    Args:
+        problem: the question, with a horizon or a plan.
+        disturbance: a model of em.disturbances, by default Uniform(). Or a function (random, times) of a numpy Generator and
+            the times of the steps, shape (steps,) [s], that returns wrenches, shape (steps, 6 k) for k objects [N, N m].
+        rollouts: by default 30.
+        seed: the same seed draws the same disturbances, in units of the bounds, for every problem.
+        threads: for several rollouts. The probability does not depend on them.
+        tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most this. It takes at most
+            `rollouts`, by default 10000.
+        success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
+        by_object: of several objects also the probability of any, and of each.
+        timeout: the call ends after so many seconds.
+        cancel: the call ends once it is set.
+        progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
     
-    Raises ValueError on a problem without horizon and plan, RuntimeError if more than 1 % of the rollouts diverge. Ends early
-    after timeout [s], or once cancel is set: the rollouts that are complete count, up to the first that is not; `complete`
-    says so. Without any it raises TimeoutError or Cancelled. progress(rollouts) is called now and then.
+    One more rollout is without a disturbance. After a timeout or a cancel the complete rollouts count, up to the first that
+    is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
+    without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.
     """
 def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """
-    Likelihood to stay in the capture set and to be in the success set, Algorithm 2, from trees of `nodes` nodes.
+    Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
     
-    nodes_per_edge: up to so many states of a rollout are nodes, its end and evenly spaced ones on its way: so many fewer
-    rollouts. The tree goes on from the ends alone. least_likelihood: where a rollout's likelihood falls to that share of the
-    root's, it ends, and nothing goes on from there. rate: lambda [1/J], by default the problem's. trees: by default one; two or more give standard errors. With a tolerance
-    trees are added until each standard error is at most that, from 8 trees on and up to `trees`, by default 1000. The score
-    does not depend on the threads.
+    Args:
+        problem: the question.
+        nodes: of each search tree, besides its root.
+        seed: the same seed gives the same bits.
+        rate: lambda of eq. 4 [1/J]; by default the problem's.
+        trees: independent trees, by default 1. Two or more give standard errors.
+        threads: for several trees. The score does not depend on them.
+        nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
+            rollouts. The tree grows from the ends alone.
+        least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
+        tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
+            `trees`, by default 1000.
+        timeout: the search ends after so many seconds.
+        cancel: the search ends once it is set.
+        progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
+            search.
+        warn: whether doubts are warnings.
     
-    Ends early after timeout [s], or once cancel is set: the trees that are complete count, up to the first that is not; if
-    there is none, the first tree as far as it is. `complete` says so. progress(nodes) is called now and then with the nodes
-    made so far, of all trees, for a bar; what it raises ends the search.
+    After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
+    far as it is. `complete` is False then.
     
-    Warns, as PlausibilityWarning and once for a scene, where the score's resolution is above 0.2, and where it is above 0.5
-    though the state leaves the capture set by itself within 1 s. `doubts` says the same of each score; with
-    warn=False it alone does.
+    Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
+    although the state leaves the capture set within 1 s without a disturbance. `doubts` of the score has the same texts.
+    Raises ValueError on a bad problem or argument.
     """
 def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
     """
-    Least effort found that takes the state out of the capture set, Algorithm 1; planner 'est' or 'rrt'.
+    The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
     
-    With several objects, captured='all' asks for the effort until one has left, 'any' until the last one has.
+    Args:
+        problem: the question.
+        planner: 'est' or 'rrt', the x of AO-x.
+        nodes: of the search tree, besides its root.
+        seed: the same seed gives the same bits.
+        captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
+        search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
+        sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
+            the others at their bounds, along one axis, zero, or that of the edge before.
+        shorten: spend half of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
+            weakened, cut in two and merged, and each change is simulated (improved).
+        stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
+        timeout: the search ends after so many seconds.
+        cancel: the search ends once it is set.
+        progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
     
-    With a horizon or a plan it has to be outside in time, at one of the looks (every `check`), and to stay outside for
-    `dwell`, or up to the horizon, without a wrench; the effort is that up to its first look outside. The first rollout is the
-    undisturbed future: what leaves by itself has effort 0, whatever the nodes, and be it through `within` or not. A state
-    that is outside at the start has effort 0 too. A wrench lasts up to `duration`, a wait as long as it takes.
+    With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
+    `dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
+    undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
+    or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
     
-    search: 'improved', or 'published', which is the paper's: em.score takes the same two. They differ in `sampling` and
-    `shorten`, which are theirs unless given. sampling: how wrenches are drawn, 'uniform' (published; paper, Section V) or
-    'mixed' (improved): nearly half of them so, the others at their bounds, along one axis, none, or that of the edge before.
-    shorten: half of the nodes, once there is an escape, go into making it cheaper: edges are dropped, shortened, weakened,
-    cut in two and merged, each change replayed in the World (improved). stop_at_escape: a rollout ends where it is seen
-    outside of the capture set, every 4 steps, and not only if it is outside at its end.
-    
-    Ends early after timeout [s], or once cancel is set, with the tree as far as it is: the bits of a search of so many
-    nodes. `complete` says so. progress(nodes) is called now and then with the nodes made so far; what it raises ends the
-    search.
+    After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False. Raises ValueError
+    on a bad problem or argument.
     """
 def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
     """
-    Least potential energy above that of the start over which the object gets out of the capture set.
+    The least potential energy above that of the start over which the object leaves the capture set.
     
-    It is moved slowly, without friction, and all else stays where it is; planner 'bit*' or 'rrt*'. reach: half the edge of
-    the box around the start to search in [m], by default found. object: which one, of several.
+    The object moves slowly and without friction, and everything else stays where it is.
     
-    Ends early after timeout [s], or once cancel is set, with the lowest barrier so far. `complete` says so.
+    Args:
+        problem: the question.
+        planner: 'bit*' or 'rrt*'.
+        samples: poses of the object to draw.
+        seed: the same seed gives the same bits.
+        reach: half the edge of the box around the start to search in [m]; by default it adapts.
+        object: name of the object that leaves; needed if there are several.
+        timeout: the search ends after so many seconds.
+        cancel: the search ends once it is set.
+    
+    After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False. Raises ValueError on a bad
+    problem or argument.
     """
 def force_score(problem: Problem, weights: ForceWeights | None = None) -> ForceScore:
     """
-    The wrench-based baseline: the weighted sum of engaging score, sticking score and, taken off, distance. weights: by default the problem's.
+    The wrench-based baseline: engaging score plus sticking score minus distance, each with its weight.
+    
+    weights: by default the problem's. Raises ValueError on a bad problem, or one whose scene has no effector.
     """
 def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: float = 0.95) -> tuple[float, float]:
     """
-    (low, high) of the mean score, from those of two or more trees, shape (trees,): what CaptureScore.interval does.
+    (low, high), a confidence interval for the score of infinitely many trees, from those of two or more, shape (trees,). CaptureScore.interval gives the same.
     """
 def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0) -> MassProperties:
     """
