@@ -64,11 +64,7 @@ struct Field {
 template <typename Struct>
 struct Record;
 
-template <typename Struct, typename = void>
-inline constexpr bool is_record = false;
-template <typename Struct>
-inline constexpr bool is_record<Struct, std::void_t<decltype(Record<Struct>::name)>> = true;
-
+//! Whether a struct has a `type`.
 template <typename Struct, typename = void>
 inline constexpr bool has_type = false;
 template <typename Struct>
