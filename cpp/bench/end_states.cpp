@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "energymargin/problem_io.hpp"
-#include "energymargin/search/wrench_space.hpp"
+#include "search/edge.hpp"
 
 namespace {
 

@@ -34,7 +34,9 @@ def room_of(path: Path) -> str:
     if len(parts) == 4:  # include/energymargin/search/ao.hpp
         return parts[2]
     sources = list((CPP / "src").rglob(f"{path.stem}.cpp"))
-    return HEADERS_ALONE[path.stem] if not sources else sources[0].relative_to(CPP).parts[1]
+    rooms = {source.relative_to(CPP).parts[1] for source in sources} or {HEADERS_ALONE[path.stem]}
+    (room,) = rooms
+    return room
 
 
 def included(path: Path) -> list[Path]:
@@ -52,6 +54,15 @@ def test_a_file_includes_from_its_own_room_and_those_before_it():
             if ROOMS.index(room_of(header)) > ROOMS.index(room_of(path)):
                 upwards.append(f"{path.relative_to(CPP)} -> {header.relative_to(CPP)}")
     assert not upwards
+
+
+def test_public_headers_include_public_ones_only():
+    headers = [path for path in FILES if "include" in path.relative_to(CPP).parts[0]]
+    private = [
+        h for path in headers for h in included(path) if "src" in h.relative_to(CPP).parts[0]
+    ]
+    assert len(headers) > 20
+    assert not private
 
 
 def test_bullet_is_in_one_room_and_ompl_in_two():

@@ -39,7 +39,8 @@ Scales::Scales(const Problem& problem, std::size_t index) {
   position = std::max(speed * time + 0.5 * acceleration * time * time, smallest_reach * radius);
   velocity = std::max(speed + acceleration * time, position / time);
   angular_velocity = start.angular_velocity.norm() + velocity / turning_radius + angular_acceleration * time;
-  orientation = start.angular_velocity.norm() * time + position / turning_radius + 0.5 * angular_acceleration * time * time;
+  orientation =
+      start.angular_velocity.norm() * time + position / turning_radius + 0.5 * angular_acceleration * time * time;
 }
 
 }  // namespace energymargin::search
