@@ -92,7 +92,7 @@ class Choice {
 
   template <typename Variant>
   void add_each() {
-    visit_types<Variant>([this](auto alternative) { add<typename decltype(alternative)::type>(); });
+    visit_types<Variant>([this](auto alternative) { this->template add<typename decltype(alternative)::type>(); });
   }
 
   OrderedJson definition(const char* description, const char* question) const {
