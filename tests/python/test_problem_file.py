@@ -46,8 +46,12 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
     problem.save(file, meshes=meshes)
     capture = em.capture_score(problem, nodes=80, seed=7, trees=2)
     printed = scored(file, *SEARCH, "--trees", 2)
-    for name in ("capture", "success"):
-        assert tuple(printed.pop(f"{name}_interval")) == capture.interval(name)
+    for name in ("capture", "success", "capture_any", "success_any"):
+        interval = printed.pop(f"{name}_interval")
+        if getattr(capture, name) is None:
+            assert interval is None
+        else:
+            assert tuple(interval) == capture.interval(name)
     assert printed.pop("trees") == len(capture.trees)
     assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
