@@ -3,10 +3,10 @@
 #include "energymargin/metrics/capture.hpp"
 
 #include "bindings.hpp"
-#include "described.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/interval.hpp"
 #include "interrupt.hpp"
+#include "repr.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {

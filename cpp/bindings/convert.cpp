@@ -34,7 +34,7 @@ Numbers numbers(const std::string& name, const ArrayLike& array) {
   // numpy decides on the type first: a cast would read numbers from strings, and drop imaginary parts.
   const py::array natural = array_of(array.value);
   if (!natural || std::string("iuf").find(natural.dtype().kind()) == std::string::npos) {
-    reject(name, shown(array.value), "an array of real numbers");
+    reject(name, short_repr(array.value), "an array of real numbers");
   }
   return Numbers::ensure(natural);
 }
@@ -42,12 +42,12 @@ Numbers numbers(const std::string& name, const ArrayLike& array) {
 // The error for a float such as 1e3 says how to write it: as 1000.
 std::string expected_whole(const WholeNumber& number, const std::string& range) {
   const bool whole = py::isinstance<py::float_>(number.value) && number.value.attr("is_integer")().cast<bool>();
-  return "a whole number" + (whole ? ", as " + shown(py::int_(number.value)) : " " + range);
+  return "a whole number" + (whole ? ", as " + short_repr(py::int_(number.value)) : " " + range);
 }
 
 }  // namespace
 
-std::string shown(const py::handle& value) {
+std::string short_repr(const py::handle& value) {
   const py::str text = py::repr(value);
   if (py::len(text) <= 60) return escaped(text);
   return escaped(text[py::slice(0, 57, 1)]) + "...";
@@ -63,18 +63,18 @@ py::array array_of(const py::handle& value) {
 }
 
 std::string word(const std::string& what, const py::handle& value) {
-  if (!py::isinstance<py::str>(value)) reject(what, shown(value), "a str");
+  if (!py::isinstance<py::str>(value)) reject(what, short_repr(value), "a str");
   const char* const text = PyUnicode_AsUTF8(value.ptr());
   if (text != nullptr) return value.cast<std::string>();
   PyErr_Clear();
-  reject(what, shown(value), "a str that UTF-8 knows");
+  reject(what, short_repr(value), "a str that UTF-8 knows");
 }
 
 double real(const std::string& name, const Number& number) {
   const double value = py::isinstance<py::str>(number.value) ? 0.0 : PyFloat_AsDouble(number.value.ptr());
   if (PyErr_Occurred() == nullptr && !py::isinstance<py::str>(number.value)) return value;
   PyErr_Clear();
-  reject(name, shown(number.value), "a real number");
+  reject(name, short_repr(number.value), "a real number");
 }
 
 std::optional<double> real(const std::string& name, const std::optional<Number>& number) {
@@ -87,7 +87,7 @@ std::uint64_t seed(const std::string& name, const WholeNumber& number) {
   const std::uint64_t value = index ? PyLong_AsUnsignedLongLong(index.ptr()) : 0;
   if (PyErr_Occurred() == nullptr) return value;
   PyErr_Clear();
-  reject(name, shown(number.value), expected_whole(number, "from 0 to 2^64 - 1"));
+  reject(name, short_repr(number.value), expected_whole(number, "from 0 to 2^64 - 1"));
 }
 
 int count(const std::string& name, const WholeNumber& number, int least) {
@@ -95,7 +95,7 @@ int count(const std::string& name, const WholeNumber& number, int least) {
   const long value = index ? PyLong_AsLong(index.ptr()) : 0;
   const bool fits = PyErr_Occurred() == nullptr && value >= least && value <= std::numeric_limits<int>::max();
   PyErr_Clear();
-  if (!fits) reject(name, shown(number.value), expected_whole(number, "of at least " + std::to_string(least)));
+  if (!fits) reject(name, short_repr(number.value), expected_whole(number, "of at least " + std::to_string(least)));
   return static_cast<int>(value);
 }
 

@@ -43,7 +43,7 @@ struct BodyDicts {
 };
 
 //! A value as Python shows it, cut to 60 characters.
-std::string shown(const py::handle& value);
+std::string short_repr(const py::handle& value);
 
 //! A value as an array, null if numpy cannot convert it. KeyboardInterrupt and its like pass through.
 py::array array_of(const py::handle& value);

@@ -3,8 +3,8 @@
 #include "energymargin/disturbances.hpp"
 
 #include "bindings.hpp"
-#include "described.hpp"
 #include "keywords.hpp"
+#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {

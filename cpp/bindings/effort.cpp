@@ -3,8 +3,8 @@
 #include "energymargin/metrics/effort.hpp"
 
 #include "bindings.hpp"
-#include "described.hpp"
 #include "interrupt.hpp"
+#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {

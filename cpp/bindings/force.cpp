@@ -4,7 +4,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "described.hpp"
+#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "described.hpp"
 #include "energymargin/problem_io.hpp"
+#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -113,7 +113,7 @@ void bind_plan(py::module_& module) {
              for (const auto& part : {wrenches_of(plan), targets_of(plan), velocities_of(plan)}) {
                for (const auto& [name, rows] : part) names.append(name);
              }
-             return described("Plan", {{"duration", py::cast(plan.duration())}, {"of", names}});
+             return repr_of_fields("Plan", {{"duration", py::cast(plan.duration())}, {"of", names}});
            })
       .def(
           "to_json", [](const Plan& plan) { return to_json(plan); },

@@ -3,8 +3,8 @@
 #include "energymargin/metrics/probability.hpp"
 
 #include "bindings.hpp"
-#include "described.hpp"
 #include "interrupt.hpp"
+#include "repr.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -89,7 +89,8 @@ using Ends = std::pair<double, double>;
 double confidence_of_look(const CaptureProbability& p, const Number& confidence) {
   const double of_all = real("confidence", confidence);
   if (!(of_all > 0.0 && of_all < 1.0)) {
-    throw std::invalid_argument("confidence is " + shown(confidence.value) + ", expected a number between 0 and 1");
+    throw std::invalid_argument("confidence is " + short_repr(confidence.value) +
+                                ", expected a number between 0 and 1");
   }
   return 1.0 - (1.0 - of_all) / p.looks;
 }
@@ -127,12 +128,12 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p,
 
 std::string repr_of(const CaptureProbability& p) {
   const Ends ends = interval_of_look(p, p.all.captured(), 1.0 - 0.05 / p.looks);
-  return described("CaptureProbability", {{"captured", py::cast(p.all.captured())},
-                                          {"interval", py::cast(ends)},
-                                          {"mean_time", py::cast(p.all.mean_time)},
-                                          {"undisturbed", py::cast(p.undisturbed)},
-                                          {"rollouts", py::cast(p.rollouts)},
-                                          {"complete", py::cast(p.complete)}});
+  return repr_of_fields("CaptureProbability", {{"captured", py::cast(p.all.captured())},
+                                               {"interval", py::cast(ends)},
+                                               {"mean_time", py::cast(p.all.mean_time)},
+                                               {"undisturbed", py::cast(p.undisturbed)},
+                                               {"rollouts", py::cast(p.rollouts)},
+                                               {"complete", py::cast(p.complete)}});
 }
 
 using ProbabilityClass = py::class_<CaptureProbability>;

@@ -3,10 +3,10 @@
 #include "energymargin/problem.hpp"
 
 #include "bindings.hpp"
-#include "described.hpp"
 #include "energymargin/problem_io.hpp"
 #include "keywords.hpp"
 #include "problem/words.hpp"
+#include "repr.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
@@ -82,7 +82,7 @@ std::optional<Region> any_of(const std::string& name, const Scene& scene, const 
 
 std::string file_path(const py::object& path) {
   if (!py::isinstance<py::str>(path) && !py::isinstance<py::bytes>(path) && !py::hasattr(path, "__fspath__")) {
-    throw py::type_error("path is " + shown(path) + ", expected a str or a pathlib.Path");
+    throw py::type_error("path is " + short_repr(path) + ", expected a str or a pathlib.Path");
   }
   const std::string text = word("path", py::module_::import("os").attr("fsdecode")(path));
   if (text.find('\0') != std::string::npos) throw std::invalid_argument("path has a zero byte, expected none");
@@ -189,9 +189,9 @@ Problem problem_from_json(const std::string& text, const py::object& folder) {
 }
 
 std::string repr_of(const Problem& problem) {
-  return described("Problem", {{"scene", py::cast(problem.scene)},
-                               {"effector", py::cast(word_of(problem.effector))},
-                               {"rate", py::cast(problem.rate)}});
+  return repr_of_fields("Problem", {{"scene", py::cast(problem.scene)},
+                                    {"effector", py::cast(word_of(problem.effector))},
+                                    {"rate", py::cast(problem.rate)}});
 }
 
 py::typing::Dict<py::str, py::object> schema() { return py::module_::import("json").attr("loads")(problem_schema()); }

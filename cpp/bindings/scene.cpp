@@ -3,8 +3,8 @@
 #include "energymargin/scene.hpp"
 
 #include "convert.hpp"
-#include "described.hpp"
 #include "energymargin/state.hpp"
+#include "repr.hpp"
 #include "scene.hpp"
 
 namespace energymargin::binding {
@@ -30,9 +30,9 @@ Scene make_scene(const ArrayLike& gravity, const Number& step, const WholeNumber
 std::string shown_scene(const Scene& scene) {
   std::vector<std::string> names;
   for (const Body& body : scene.bodies()) names.push_back(body.name);
-  return described("Scene", {{"bodies", py::cast(names)},
-                             {"joints", py::cast(scene.joints().size())},
-                             {"dimension", py::cast(StateLayout(scene).dimension())}});
+  return repr_of_fields("Scene", {{"bodies", py::cast(names)},
+                                  {"joints", py::cast(scene.joints().size())},
+                                  {"dimension", py::cast(StateLayout(scene).dimension())}});
 }
 
 void bind_parts(py::class_<Scene>& scene) {

@@ -4,7 +4,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
-#include "described.hpp"
+#include "repr.hpp"
 
 namespace energymargin::binding {
 
@@ -22,7 +22,8 @@ void bind_tree(py::module_& module) {
           py::arg("node"), "Rows from the root to a node, both included.")
       .def("__len__", &Tree::size)
       .def("__repr__", [](const Tree& tree) {
-        return described("Tree", {{"nodes", py::cast(tree.size() - 1)}, {"dimension", py::cast(tree.states.cols())}});
+        return repr_of_fields("Tree",
+                              {{"nodes", py::cast(tree.size() - 1)}, {"dimension", py::cast(tree.states.cols())}});
       });
 }
 
