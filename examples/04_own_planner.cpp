@@ -30,14 +30,11 @@ int main() {
   brick.role = em::Role::object;
   scene.add_body(brick);
 
-  const em::Vector3 force{1.0, 1.0, 0.0};    // the largest disturbance along each axis [N]
-  const em::Vector3 torque{0.0, 0.0, 0.02};  // and about each axis [N m]
-  const double duration = 0.2;               // for which one lasts at most [s]
   const em::regions::Disc near{"brick", {0.0, 0.0}, 0.05};
   em::Problem problem(scene, em::pack(scene), near);
-  problem.force = force;
-  problem.torque = torque;
-  problem.duration = duration;
+  problem.force = {1.0, 1.0, 0.0};    // the largest disturbance along each axis [N]
+  problem.torque = {0.0, 0.0, 0.02};  // and about each axis [N m]
+  problem.duration = 0.2;             // for which one lasts at most [s]
 
   const int nodes = 1000;
   const std::uint64_t seed = 1;  // of the disturbances

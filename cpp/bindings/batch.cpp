@@ -5,6 +5,9 @@
 #include "bindings.hpp"
 #include "energymargin/random.hpp"
 #include "keywords.hpp"
+#include "metrics/words.hpp"
+#include "problem/words.hpp"
+#include "search/words.hpp"
 
 namespace energymargin::binding {
 namespace {

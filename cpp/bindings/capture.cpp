@@ -6,7 +6,10 @@
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/interval.hpp"
 #include "interrupt.hpp"
+#include "metrics/words.hpp"
+#include "problem/words.hpp"
 #include "repr.hpp"
+#include "search/words.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
@@ -52,8 +55,8 @@ struct CaptureCall : CaptureOptions, ProgressCall {
 };
 
 CaptureScore score_capture(const Problem& problem, const CaptureCall& call) {
-  const CaptureScore score =
-      run_with_progress(&guarded_capture_score, problem, CaptureOptions(call), &CaptureOptions::node_counter, call);
+  const CaptureScore score = run_with_progress(&guarded_capture_score, problem, CaptureOptions(call),
+                                               &CaptureOptions::node_counter, call, call.call_limit());
   if (call.warn) warn(implausible(score), problem.scene);
   return score;
 }
@@ -84,21 +87,21 @@ void def_set_score(CaptureScoreClass& type, const std::string& name, const Set& 
   type.def_property_readonly(
       name.c_str(),
       [set](const CaptureScore& score) {
-        const SetScore* const its = set(score);
-        return its ? Mean(its->mean) : Mean();
+        const SetScore* const scores = set(score);
+        return scores ? Mean(scores->mean) : Mean();
       },
       doc.c_str());
   type.def_property_readonly((name + "_stderr").c_str(),
                              [set](const CaptureScore& score) {
-                               const SetScore* const its = set(score);
-                               return its ? its->standard_error : std::nullopt;
+                               const SetScore* const scores = set(score);
+                               return scores ? scores->standard_error : std::nullopt;
                              },
                              ("Standard error of `" + name + "`; None for a single tree.").c_str());
   type.def_property_readonly((name + "_by_tree").c_str(),
                              [set](const CaptureScore& score) -> const Eigen::VectorXd& {
                                static const Eigen::VectorXd empty;
-                               const SetScore* const its = set(score);
-                               return its ? its->by_tree : empty;
+                               const SetScore* const scores = set(score);
+                               return scores ? scores->by_tree : empty;
                              },
                              ("`" + name + "` of each tree alone, shape (trees,); empty without such a set.").c_str());
 }

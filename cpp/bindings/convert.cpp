@@ -32,11 +32,11 @@ std::string size_text(Eigen::Index size) { return size < 0 ? "N" : std::to_strin
 
 Numbers numbers(const std::string& name, const ArrayLike& array) {
   // numpy decides on the type first: a cast would read numbers from strings, and drop imaginary parts.
-  const py::array natural = array_of(array.value);
-  if (!natural || std::string("iuf").find(natural.dtype().kind()) == std::string::npos) {
+  const py::array array_of_any_type = array_of(array.value);
+  if (!array_of_any_type || std::string("iuf").find(array_of_any_type.dtype().kind()) == std::string::npos) {
     reject(name, short_repr(array.value), "an array of real numbers");
   }
-  return Numbers::ensure(natural);
+  return Numbers::ensure(array_of_any_type);
 }
 
 // The error for a float such as 1e3 says how to write it: as 1000.

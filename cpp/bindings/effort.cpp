@@ -4,7 +4,10 @@
 
 #include "bindings.hpp"
 #include "interrupt.hpp"
+#include "metrics/words.hpp"
+#include "problem/words.hpp"
 #include "repr.hpp"
+#include "search/words.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -39,7 +42,8 @@ on a bad problem or argument.)";
 struct EffortCall : EffortOptions, ProgressCall {};
 
 Escape score_effort(const Problem& problem, const EffortCall& call) {
-  return run_with_progress(&escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call);
+  return run_with_progress(&escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call,
+                           call.call_limit());
 }
 
 py::array_t<int> path_of(const Escape& escape) {

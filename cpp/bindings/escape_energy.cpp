@@ -4,7 +4,10 @@
 
 #include "bindings.hpp"
 #include "interrupt.hpp"
+#include "metrics/words.hpp"
+#include "problem/words.hpp"
 #include "repr.hpp"
+#include "search/words.hpp"
 
 namespace energymargin::binding {
 namespace {

@@ -77,7 +77,8 @@ auto run_uninterrupted(const Limit& limit, const Search& search, Progress* progr
 }
 
 //! Runs `search(limit)` on another thread, while this one checks for Ctrl-C and reports the progress. `search` runs
-//! without the GIL and may not touch Python objects. An exception of the callback ends the search.
+//! without the GIL and may not touch Python objects. An exception of the callback ends the search. If there is no other
+//! thread to be had, it runs on this one: see run_uninterrupted.
 template <typename Search>
 auto run_interruptible(const Limit& limit, const Search& search, Progress* progress = nullptr) {
   constexpr auto signal_interval = std::chrono::milliseconds(20);
@@ -126,14 +127,14 @@ inline auto progress_keywords() {
   return std::tuple_cat(limit_keywords(), std::tuple{keyword("progress", &ProgressCall::progress)});
 }
 
-//! Runs `metric(problem, options)` with the call's limit, and with its progress in the options' `counter`.
+//! Runs `metric(problem, options)` within `call_limit`, and with the call's progress in the options' `counter`.
 template <typename Metric, typename Options>
 auto run_with_progress(const Metric& metric, const Problem& problem, Options options,
-                       std::atomic<int>* Options::* counter, const ProgressCall& call) {
+                       std::atomic<int>* Options::* counter, const ProgressCall& call, const Limit& call_limit) {
   Progress progress(call.progress);
   options.*counter = progress.counter();
   return run_interruptible(
-      call.call_limit(),
+      call_limit,
       [&](const Limit& limit) {
         options.limit = limit;
         return metric(problem, options);

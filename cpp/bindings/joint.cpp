@@ -46,7 +46,7 @@ void def_add_joint(py::class_<Scene>& scene, const std::tuple<Field<Get>...>& dr
               const std::string& type, const ArrayLike& origin, const std::optional<ArrayLike>& orientation,
               const ArrayLike& child_origin, const std::optional<ArrayLike>& child_orientation, const ArrayLike& axis,
               const std::pair<Number, Number>& limits, const Number& start, const Number& start_velocity, bool held,
-              const std::optional<Number>& target, const Argument<Joint, Get>&... arguments) {
+              const std::optional<Number>& target, const FieldInput<Joint, Get>&... arguments) {
         Joint joint;
         joint.name = name;
         joint.type = value_of<JointType>("type", type);
@@ -72,7 +72,7 @@ void def_add_joint(py::class_<Scene>& scene, const std::tuple<Field<Get>...>& dr
                   py::arg("axis") = py::make_tuple(0.0, 0.0, 1.0),
                   py::arg("limits") = py::make_tuple(Joint{}.lower, Joint{}.upper), py::arg("start") = 0.0,
                   py::arg("start_velocity") = 0.0, py::arg("held") = false, py::arg("target") = py::none(),
-                  keyword<Joint>(field)..., add_joint_doc);
+                  field_keyword<Joint>(field)..., add_joint_doc);
       },
       drive);
 }

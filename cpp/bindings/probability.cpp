@@ -4,7 +4,10 @@
 
 #include "bindings.hpp"
 #include "interrupt.hpp"
+#include "metrics/words.hpp"
+#include "problem/words.hpp"
 #include "repr.hpp"
+#include "search/words.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -78,9 +81,11 @@ void set_disturbance(const Problem& problem, const Model& model, ProbabilityOpti
 }
 
 CaptureProbability score_probability(const Problem& problem, const ProbabilityCall& call) {
+  const Limit call_limit = call.call_limit();  // a function as disturbance takes of its time
   ProbabilityOptions options = call;
   set_disturbance(problem, call.model, options);
-  return run_with_progress(&capture_probability, problem, options, &ProbabilityOptions::rollout_counter, call);
+  return run_with_progress(&capture_probability, problem, options, &ProbabilityOptions::rollout_counter, call,
+                           call_limit);
 }
 
 using Ends = std::pair<double, double>;

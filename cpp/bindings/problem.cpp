@@ -6,6 +6,7 @@
 #include "energymargin/problem_io.hpp"
 #include "keywords.hpp"
 #include "problem/words.hpp"
+#include "problem_io/words.hpp"
 #include "repr.hpp"
 #include "warnings.hpp"
 

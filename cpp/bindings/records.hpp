@@ -2,14 +2,13 @@
 // Python classes by the description of a struct's fields (base/record.hpp).
 
 #include <functional>
-#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "argument.hpp"
 #include "base/record.hpp"
-#include "convert.hpp"
 
 namespace energymargin::binding {
 
@@ -66,62 +65,50 @@ void def_fields(py::class_<Struct>& type, const std::tuple<Field<Get>...>& field
   std::apply([&](const auto&... field) { (def(field), ...); }, fields);
 }
 
-template <typename Value>
-struct ArgumentOf {
-  using type = Value;
-};
-template <>
-struct ArgumentOf<double> {
-  using type = Number;
-};
-template <>
-struct ArgumentOf<Vector3> {
-  using type = ArrayLike;
-};
-template <>
-struct ArgumentOf<std::vector<Vector3>> {
-  using type = ArrayLike;
-};
-
 //! The argument of a function that sets a field.
 template <typename Struct, typename Get>
-using Argument = typename ArgumentOf<Member<Struct, Get>>::type;
-
-inline void assign(const std::string& name, const Number& argument, double& value) { value = real(name, argument); }
-inline void assign(const std::string& name, const ArrayLike& argument, Vector3& value) {
-  value = vector3(name, argument);
-}
-inline void assign(const std::string& name, const ArrayLike& argument, std::vector<Vector3>& value) {
-  value = points(name, argument);
-}
-template <typename Value>
-void assign(const std::string&, const Value& argument, Value& value) {
-  value = argument;
-}
+using FieldArgument = Argument<Member<Struct, Get>>;
+template <typename Struct, typename Get>
+using FieldInput = typename FieldArgument<Struct, Get>::Input;
 
 //! Sets each field to its argument.
 template <typename Struct, typename... Get>
-void assign_fields(Struct& object, const std::tuple<Field<Get>...>& fields, const Argument<Struct, Get>&... arguments) {
-  std::apply([&](const auto&... field) { (assign(field.name, arguments, std::invoke(field.get, object)), ...); },
-             fields);
+void assign_fields(Struct& object, const std::tuple<Field<Get>...>& fields, const FieldInput<Struct, Get>&... inputs) {
+  std::apply(
+      [&](const auto&... field) {
+        ((std::invoke(field.get, object) = FieldArgument<Struct, Get>::of(field.name, inputs)), ...);
+      },
+      fields);
 }
 
 //! The keyword of a field, with the default of the struct.
 template <typename Struct, typename Get>
-py::arg_v keyword(const Field<Get>& field) {
+py::arg_v field_keyword(const Field<Get>& field) {
   return py::arg(field.name) = python_value(std::invoke(field.get, Struct{}));
+}
+
+//! One line for each field.
+template <typename... Get>
+std::string fields_doc(const std::tuple<Field<Get>...>& fields) {
+  std::string doc;
+  const auto add = [&](const auto& field) {
+    if (field.description) doc += (doc.empty() ? "" : "\n") + std::string(field.name) + ": " + field.description;
+  };
+  std::apply([&](const auto&... field) { (add(field), ...); }, fields);
+  return doc;
 }
 
 //! A constructor with one argument for each field; `check` may throw.
 template <typename Struct, typename Check, typename... Get>
-void def_constructor(py::class_<Struct>& type, const Check& check, const std::tuple<Field<Get>...>& fields) {
-  const auto construct = [=](const Argument<Struct, Get>&... arguments) {
+void def_fields_constructor(py::class_<Struct>& type, const Check& check, const std::tuple<Field<Get>...>& fields) {
+  const auto construct = [=](const FieldInput<Struct, Get>&... inputs) {
     Struct object;
-    assign_fields(object, fields, arguments...);
+    assign_fields(object, fields, inputs...);
     check(object);
     return object;
   };
-  std::apply([&](const auto&... field) { type.def(py::init(construct), py::arg(field.name)...); }, fields);
+  const std::string doc = fields_doc(fields);
+  std::apply([&](const auto&... field) { type.def(py::init(construct), py::arg(field.name)..., doc.c_str()); }, fields);
 }
 
 }  // namespace energymargin::binding

@@ -20,7 +20,7 @@ std::string repr_of_fields(const std::string& type, const Fields& fields) {
   return type + "(" + text + ")";
 }
 
-//! Shows these attributes.
+//! __repr__ as title(attribute=value, ...).
 template <typename Class>
 void def_repr(Class& type, const char* title, const std::vector<const char*>& attributes) {
   type.def("__repr__", [title, attributes](const pybind11::object& self) {

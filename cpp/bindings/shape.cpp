@@ -39,7 +39,7 @@ void bind_solids(py::module_& module) {
   visit_types<Solid>([&](auto alternative) {
     using Shape = typename decltype(alternative)::type;
     py::class_<Shape> type = bind_shape<Shape>(module);
-    def_constructor(type, [](const Shape& shape) { validate(shape); }, Record<Shape>::fields());
+    def_fields_constructor(type, [](const Shape& shape) { validate(shape); }, Record<Shape>::fields());
     if constexpr (std::is_same_v<Shape, ConvexHull>) {
       type.def("centered", &centered, "The hull with its centre of mass moved to the origin.");
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import time
 
 import numpy as np
 import pytest
@@ -379,6 +380,15 @@ def test_a_function_is_a_disturbance_too():
     found = em.capture_probability(ball(1.0), disturbance=steady, rollouts=4)
     assert found.captured == 1.0
     assert not found.undisturbed
+
+
+def test_the_time_of_such_a_function_counts_towards_the_timeout():
+    def slow(random: np.random.Generator, times: np.ndarray) -> np.ndarray:
+        time.sleep(0.05)
+        return np.zeros((len(times), 6))
+
+    with pytest.raises(TimeoutError):
+        em.capture_probability(ball(1.0), disturbance=slow, rollouts=10, timeout=0.2)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,9 @@
 
 #include "energymargin/types.hpp"
 #include "metrics/words.hpp"
+#include "problem/words.hpp"
+#include "problem_io/words.hpp"
+#include "search/words.hpp"
 
 namespace energymargin::app {
 

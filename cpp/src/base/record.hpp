@@ -2,7 +2,6 @@
 // Structs as records: one description of their fields, from which come the reader and the writer of problem files, the
 // files' schema, and the Python classes.
 
-#include <functional>
 #include <tuple>
 #include <type_traits>
 #include <variant>
@@ -42,15 +41,15 @@ inline constexpr Form region{"one_region"};
 enum class Presence {
   required,
   added,     ///< written always; files of older versions lack it
-  optional,  ///< written unless it has its default
+  optional,  ///< written unless it has its default: of numbers, texts and std::optional
 };
 
 //! One field of a struct. `get` is a pointer to a member, or a function from an object to a reference to the member.
 template <typename Get>
 struct Field {
-  constexpr Field(const char* its_name, Get access, const char* text, Form values = {},
+  constexpr Field(const char* field_name, Get access, const char* text, Form values = {},
                   Presence in_files = Presence::required)
-      : name(its_name), get(access), description(text), form(values), presence(in_files) {}
+      : name(field_name), get(access), description(text), form(values), presence(in_files) {}
 
   const char* name;
   Get get;

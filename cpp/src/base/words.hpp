@@ -18,8 +18,8 @@ struct Words;
 
 template <typename Enum>
 const char* word_of(Enum value) {
-  for (const auto& [word, named] : Words<Enum>::all) {
-    if (named == value) return word;
+  for (const auto& [word, enum_value] : Words<Enum>::all) {
+    if (enum_value == value) return word;
   }
   throw std::logic_error("a value without a word");
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/check.hpp"
-#include "metrics/words.hpp"
+#include "base/words.hpp"
 
 namespace energymargin {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
@@ -67,7 +66,7 @@ OrderedJson write_record(const Struct& object) {
 
 template <typename Value>
 OrderedJson write(const std::optional<Value>& value) {
-  return write(*value);
+  return write(value.value());
 }
 
 template <typename Value>

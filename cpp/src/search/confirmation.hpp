@@ -7,9 +7,9 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/search/edge.hpp"
 #include "energymargin/search/tree.hpp"
 #include "energymargin/world.hpp"
-#include "search/edge.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin::search {

@@ -1,4 +1,4 @@
-#include "search/edge.hpp"
+#include "energymargin/search/edge.hpp"
 
 #include <cmath>
 

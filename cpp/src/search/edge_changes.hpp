@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "search/edge.hpp"
+#include "energymargin/search/edge.hpp"
 
 namespace energymargin::search {
 
@@ -21,7 +21,8 @@ void prepend(TimedEdges& edges, const TimedEdge& push, int longest);
 
 class EdgeChanges {
  public:
-  //! `largest` bounds the edges; `horizon` is in steps, none without a clock. The generator has to outlive this.
+  //! `largest` bounds the edges; `horizon` is in steps, none without a clock. `largest` and the generator have to
+  //! outlive this.
   EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng);
 
   //! A change of the first of some edges, or of several of them.

@@ -7,8 +7,8 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/search/edge.hpp"
 #include "energymargin/world.hpp"
-#include "search/edge.hpp"
 
 namespace energymargin::search {
 

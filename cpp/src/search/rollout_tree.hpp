@@ -8,10 +8,10 @@
 
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/search/edge.hpp"
 #include "energymargin/search/tree.hpp"
 #include "energymargin/world.hpp"
 #include "search/cost_space.hpp"
-#include "search/edge.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin::search {

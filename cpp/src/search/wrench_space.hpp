@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "energymargin/problem.hpp"
+#include "energymargin/search/edge.hpp"
 #include "energymargin/search/sampling.hpp"
-#include "search/edge.hpp"
 
 namespace energymargin::search {
 

@@ -49,7 +49,9 @@ class Box:
     A box along the axes of its frame, about its origin.
     """
     def __init__(self, size: numpy.typing.ArrayLike) -> None:
-        ...
+        """
+        size: Full edge lengths along x, y, z [m].
+        """
     @property
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -60,7 +62,9 @@ class Sphere:
     A sphere about the origin of its frame.
     """
     def __init__(self, radius: float) -> None:
-        ...
+        """
+        radius: [m]
+        """
     @property
     def radius(self) -> float:
         """
@@ -71,7 +75,10 @@ class Cylinder:
     A cylinder about its own z axis.
     """
     def __init__(self, radius: float, length: float) -> None:
-        ...
+        """
+        radius: [m]
+        length: Along z [m].
+        """
     @property
     def length(self) -> float:
         """
@@ -87,7 +94,10 @@ class Capsule:
     A capsule about its own z axis.
     """
     def __init__(self, radius: float, length: float) -> None:
-        ...
+        """
+        radius: [m]
+        length: Of the cylindrical part, along z [m].
+        """
     @property
     def length(self) -> float:
         """
@@ -103,7 +113,9 @@ class ConvexHull:
     The convex hull of points in the body's frame.
     """
     def __init__(self, points: numpy.typing.ArrayLike) -> None:
-        ...
+        """
+        points: In the shape's frame [m]; they span a volume.
+        """
     def centered(self) -> ConvexHull:
         """
         The hull with its centre of mass moved to the origin.

@@ -16,6 +16,7 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/search/edge.hpp"
 #include "energymargin/search/sampling.hpp"
 #include "energymargin/search/tree.hpp"
 
@@ -23,7 +24,6 @@ namespace energymargin::search {
 
 class Confirmation;
 class CostSpace;
-struct Edge;
 class RolloutTree;
 
 //! A planner of OMPL works on `space_information` and `definition`. Its states are those of the objects with the effort
