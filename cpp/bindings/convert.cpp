@@ -4,16 +4,13 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/check.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-[[noreturn]] void reject(const std::string& name, const std::string& value, const std::string& expected) {
-  throw std::invalid_argument(name + " is " + value + ", expected " + expected);
-}
 
 // Any str as UTF-8; other characters, such as lone surrogates, are escaped.
 std::string escaped(const py::handle& text) {

@@ -15,7 +15,7 @@ constexpr const char* add_joint_doc = R"(Hang the body `child` on the body `pare
 type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at
 origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
 the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
-position and velocity do, and start and start_velocity are theirs when nothing else is said.
+position and velocity do, and start and start_velocity are theirs where none is given.
 
 mimic: the joint follows another one, as by a linkage without play, and has no limits, no drive, and no numbers in the
 state of its own.

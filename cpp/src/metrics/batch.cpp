@@ -232,4 +232,11 @@ std::vector<ScoreRow> Batch::take(double timeout) {
 bool Batch::finished() const { return pool_->finished(); }
 void Batch::cancel() { pool_->cancel(); }
 
+ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
+  ScoreRow row;
+  row.index = index;
+  for (const SearchMetrics& search : searches_for(options.metrics)) run_search(problem, search, options, row);
+  return row;
+}
+
 }  // namespace energymargin

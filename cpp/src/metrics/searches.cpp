@@ -168,11 +168,4 @@ void run_search(const Problem& problem, const SearchMetrics& metrics, const Batc
   row.seconds += seconds;
 }
 
-ScoreRow score(const Problem& problem, std::size_t index, const BatchOptions& options) {
-  ScoreRow row;
-  row.index = index;
-  for (const SearchMetrics& search : searches_for(options.metrics)) run_search(problem, search, options, row);
-  return row;
-}
-
 }  // namespace energymargin

@@ -25,7 +25,7 @@ class RegionReader {
       using Alternative = typename decltype(alternative)::type;
       if (type == Record<Alternative>::type) region = read<Alternative>(node);
     });
-    if (!region) node["type"].fail(choice_of(quoted_types<Region::Expression>()));
+    if (!region) node["type"].fail(alternatives(quoted_types<Region::Expression>(), ""));
     return *region;
   }
 

@@ -43,7 +43,7 @@ std::optional<Solid> read_solid_of(const std::string& type, const JsonNode& node
   return solid;
 }
 
-std::string solids() { return choice_of(quoted_types<Solid>()); }
+std::string solids() { return alternatives(quoted_types<Solid>(), ""); }
 
 }  // namespace
 

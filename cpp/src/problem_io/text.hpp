@@ -2,7 +2,6 @@
 // Pieces of a file in error messages: in one line, not too long, and in valid UTF-8.
 
 #include <string>
-#include <vector>
 
 #include "problem_io/json.hpp"
 
@@ -19,16 +18,6 @@ inline std::string shortened(std::string text, std::size_t size = 60) {
 //! The same in quotes, for any bytes.
 inline std::string in_quotes(const std::string& text) {
   return Json(shortened(text)).dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-//! As "a, b or c".
-inline std::string choice_of(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
-    text += words[i];
-  }
-  return text;
 }
 
 }  // namespace energymargin::problem_io

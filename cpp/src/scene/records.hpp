@@ -110,7 +110,7 @@ struct Record<Joint> {
         Field{"lower", &Joint::lower, "Limit [rad], or \"-inf\".", forms::lower_limit},
         Field{"upper", &Joint::upper, "Limit [rad], or \"inf\".", forms::upper_limit},
         Field{"position", [](auto& joint) -> auto& { return joint.state.position; },
-              "Where it is when nothing else is said [rad]."},
+              "Its position where none is given [rad]."},
         Field{"velocity", [](auto& joint) -> auto& { return joint.state.velocity; }, "[rad/s]"},
         Field{"held", &Joint::held, "It keeps the position that it has, whatever the load."},
         Field{"target", &Joint::target, "[rad]"},

@@ -34,10 +34,12 @@ class Search {
 
   bool finished() const { return problem_.spent() || ended_ || effort() == 0.0; }
 
+  // Whether the planner and shortening do.
+  bool takes_turns() const { return shortening_ && (!candidates_.empty() || problem_.horizon()); }
+
   void plan() {
     const int before = problem_.nodes();
-    const bool take_turns = shortening_ && (!candidates_.empty() || problem_.horizon());
-    planner_.solve(take_turns ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
+    planner_.solve(takes_turns() ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
@@ -47,7 +49,7 @@ class Search {
   }
 
   void shorten() {
-    if (!shortening_ || (candidates_.empty() && !problem_.horizon())) return;
+    if (!takes_turns()) return;
     const int end = problem_.nodes() + shortening_turn;
     while (problem_.nodes() < end && !finished()) {
       if (candidates_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
