@@ -24,12 +24,13 @@ class ContactDispatcher {
   const btCollisionDispatcher& bullet() const { return dispatcher_; }
   btDefaultCollisionConfiguration& configuration() { return configuration_; }
 
-  //! While this lives, new pairs get no points of tilted hulls: those are not exact, and Bullet has others for two
-  //! single solids.
+  //! While this lives, new pairs get the closest points alone.
   class SinglePoints {
    public:
-    explicit SinglePoints(ContactDispatcher& dispatcher) : hulls_(dispatcher.hull_contacts_) { hulls_.tilted = false; }
-    ~SinglePoints() { hulls_.tilted = true; }
+    explicit SinglePoints(ContactDispatcher& dispatcher) : hulls_(dispatcher.hull_contacts_) {
+      hulls_.with_faces = false;
+    }
+    ~SinglePoints() { hulls_.with_faces = true; }
     SinglePoints(const SinglePoints&) = delete;
     SinglePoints& operator=(const SinglePoints&) = delete;
 

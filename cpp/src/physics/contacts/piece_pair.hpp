@@ -3,6 +3,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "physics/contacts/core.hpp"
 #include "physics/sweep.hpp"
 
 namespace energymargin {
