@@ -5,6 +5,9 @@
 
 namespace energymargin {
 
+//! Cores nearer than this overlap, as far as one can tell: the direction between them is not known [m].
+inline constexpr double clearly_apart = 1e-5;
+
 //! Bullet's box, sphere, capsule, cylinder or hull: what is left of it without its margin. The shape outlives this.
 class Core {
  public:

@@ -6,9 +6,8 @@
 namespace energymargin {
 namespace {
 
-constexpr double no_closer = 1e-9;      // share of a squared distance, below which a step is none
-constexpr double flat = 1e-16;          // square of the sine, below which four vertices lie in one plane
-constexpr double clearly_apart = 1e-5;  // [m]; below it the direction is not known
+constexpr double no_closer = 1e-9;  // share of a squared distance, below which a step is none
+constexpr double flat = 1e-16;      // square of the sine, below which four vertices lie in one plane
 constexpr int most_rounds = 100;
 
 // A vertex of the simplex: a point of a less a point of b.
@@ -130,6 +129,10 @@ class Simplex {
 
 // In b's frame.
 Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, double reach, CoreDistance& result) {
+  if (const auto found = distance_side_by_side(a_, pose_a, b_, pose_b)) {
+    result = *found;
+    return result.distance > reach ? Cores::too_far : Cores::apart;
+  }
   const btMatrix3x3 turn = pose_b.getBasis().transposeTimes(pose_a.getBasis());
   const btVector3 offset = (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis();
   const auto vertex = [&](const btVector3& on_a, const btVector3& on_b) {

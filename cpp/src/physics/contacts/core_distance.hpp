@@ -4,15 +4,9 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "physics/contacts/core.hpp"
+#include "physics/contacts/side_by_side.hpp"
 
 namespace energymargin {
-
-//! The closest points of two cores.
-struct CoreDistance {
-  btVector3 normal;  // unit vector from b to a
-  btVector3 on_b;    // in the world [m]
-  double distance;   // [m]
-};
 
 enum class Cores {
   apart,     ///< the distance is known
@@ -32,7 +26,8 @@ class CorePair {
   //! The next search begins anew.
   void forget() { count_ = 0; }
 
-  //! By GJK (Gilbert, Johnson and Keerthi 1988). Distances are asked for up to `reach` [m].
+  //! By GJK (Gilbert, Johnson and Keerthi 1988), but for cylinders side by side. Distances are asked for up to `reach`
+  //! [m].
   Cores distance(const btTransform& pose_a, const btTransform& pose_b, double reach, CoreDistance& result);
 
  private:
