@@ -79,6 +79,7 @@ class BulletTree {
   StateLayout layout_;
   std::vector<Inertial> inertials_;  // of each body of the scene
   std::vector<Link> links_;
+  std::vector<double> held_;  // positions of the links that are rigid
   std::unique_ptr<btMultiBody> body_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   std::vector<std::unique_ptr<BulletJoint>> rows_;
@@ -248,10 +249,12 @@ inline void BulletTree::hold(int index, double position) {
 }
 
 inline void BulletTree::restore(const State& state) {
+  held_.assign(links_.size(), 0.0);
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     const Link& link = links_[static_cast<std::size_t>(i)];
     const JointState at = layout_.joint(state.data(), link.joint);
     if (rigid(link)) {
+      held_[static_cast<std::size_t>(i)] = at.position;
       hold(i, at.position);
     } else {
       body_->setJointPos(i, at.position);
@@ -273,9 +276,9 @@ inline void BulletTree::read(State& state) const {
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     const Link& link = links_[static_cast<std::size_t>(i)];
     const int offset = layout_.joint_offset(link.joint);
-    if (offset < 0 || rigid(link)) continue;
-    state[offset] = body_->getJointPos(i);
-    state[offset + 1] = body_->getJointVel(i);
+    if (offset < 0) continue;
+    state[offset] = rigid(link) ? held_[static_cast<std::size_t>(i)] : body_->getJointPos(i);
+    state[offset + 1] = rigid(link) ? 0.0 : body_->getJointVel(i);
   }
 }
 

@@ -11,21 +11,8 @@ constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get 
 
 btVector3 vector(const double* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
 
-void write(const btVector3& vector, double* numbers) {
-  for (int i = 0; i < 3; ++i) numbers[i] = vector[i];
-}
-
-// Along the slip, if there is any, and across it: free bodies, with or without joints in their scene, rub as Bullet's
-// do. Without a slip the directions are the same as in the step before, and so impulses along them can go on.
-void set_directions(btManifoldPoint& point, const btVector3& velocity) {
-  const btVector3& normal = point.m_normalWorldOnB;
-  const btVector3 slip = velocity - normal * normal.dot(velocity);
-  if (slip.length2() <= SIMD_EPSILON) {
-    btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
-  } else {
-    point.m_lateralFrictionDir1 = slip.normalized();
-    point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
-  }
+void write(const btVector3& from, double* numbers) {
+  for (int i = 0; i < 3; ++i) numbers[i] = from[i];
 }
 
 bool gyroscopic(const btRigidBody& body) { return body.getFlags() & BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY; }
@@ -201,7 +188,8 @@ void ArticulatedSolver::add_contacts(btPersistentManifold& manifold, const btCon
   }
 }
 
-// Links that overlap with another body are moved out by a velocity, free bodies by split impulses.
+// Links that overlap with another body are moved out by a velocity, free bodies by split impulses. The directions of
+// friction are those of the step before, as far as the normal is, so that its impulses go on.
 void ArticulatedSolver::add_contact(btManifoldPoint& point, const End& a, const End& b,
                                     const btContactSolverInfo& info) {
   const bool has_link = (a.mover && !a.mover->body) || (b.mover && !b.mover->body);
@@ -213,14 +201,13 @@ void ArticulatedSolver::add_contact(btManifoldPoint& point, const End& a, const 
   rows_.start(normal, point.m_appliedImpulse * info.m_warmstartingFactor);
   rows_.normals.push_back(normal);
   if (recovery > 0.0 && !has_link) rows_.splits.push_back({index, recovery});
-  set_directions(point, has_link ? btVector3(0, 0, 0) : velocity(a) - velocity(b));
+  btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
   VelocityRow first = contact_row(a, b, point.m_lateralFrictionDir1, point.m_appliedImpulseLateral1);
   VelocityRow second = contact_row(a, b, point.m_lateralFrictionDir2, point.m_appliedImpulseLateral2);
   first.low = second.low = -first.high;
-  const double kept = has_link ? info.m_warmstartingFactor : 0.0;
-  rows_.start(first, point.m_appliedImpulseLateral1 * kept);
-  rows_.start(second, point.m_appliedImpulseLateral2 * kept);
-  rows_.frictions.push_back({first, second, point.m_combinedFriction, index, has_link});
+  rows_.start(first, point.m_appliedImpulseLateral1 * info.m_warmstartingFactor);
+  rows_.start(second, point.m_appliedImpulseLateral2 * info.m_warmstartingFactor);
+  rows_.frictions.push_back({first, second, point.m_combinedFriction, index});
 }
 
 VelocityRow ArticulatedSolver::contact_row(const End& a, const End& b, const btVector3& direction, double& stored) {
@@ -230,12 +217,6 @@ VelocityRow ArticulatedSolver::contact_row(const End& a, const End& b, const btV
   });
   made.stored = &stored;
   return made;
-}
-
-btVector3 ArticulatedSolver::velocity(const End& end) const {
-  if (!end.mover) return btVector3(0, 0, 0);
-  const btRigidBody& body = *end.mover->body;
-  return body.getVelocityInLocalPoint(end.point - body.getCenterOfMassPosition());
 }
 
 void ArticulatedSolver::add(const End& end, const btVector3& impulse, double* jacobian) const {

@@ -62,7 +62,6 @@ class ArticulatedSolver {
   template <typename Jacobian>
   VelocityRow row(const Mover* a, const Mover* b, const Jacobian& jacobian);
   void respond(const Mover& mover, const double* jacobian, double* response) const;
-  btVector3 velocity(const End& end) const;  // of a free or fixed body there, before the step
   void add(const End& end, const btVector3& impulse, double* jacobian) const;
   bool update_limits(double duration);
   void write_back(const btContactSolverInfo& info);

@@ -61,7 +61,6 @@ class Articulation {
 
   //! Joints with a drive or stops of their own.
   std::vector<JointControl>& controls() { return controls_; }
-  const std::vector<JointControl>& controls() const { return controls_; }
 
   //! Index of a joint's link, if it is here.
   std::optional<int> link_on(std::size_t joint) const;

@@ -31,9 +31,6 @@ struct SpatialVector {
   }
 };
 
-//! A force along `direction` at `arm` from the common point.
-inline SpatialVector force_at(const btVector3& arm, const btVector3& force) { return {arm.cross(force), force}; }
-
 //! What makes a momentum of a motion.
 struct SpatialInertia {
   double mass = 0.0;                                                   // [kg]

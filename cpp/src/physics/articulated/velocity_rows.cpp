@@ -107,19 +107,8 @@ inline double VelocityRows::resolve(VelocityRow& row) {
   return set_impulse(row, std::min(std::max(row.impulse + change(row), row.low), row.high));
 }
 
-double VelocityRows::resolve(Friction& friction) {
-  const double most = friction.coefficient * normals[friction.normal].impulse;
-  if (friction.circle) return resolve_circle(friction, most);
-  double largest = 0.0;
-  for (VelocityRow* row : {&friction.first, &friction.second}) {
-    row->low = -most;
-    row->high = most;
-    largest = std::max(largest, resolve(*row));
-  }
-  return largest;
-}
-
-inline double VelocityRows::resolve_circle(Friction& friction, double radius) {
+inline double VelocityRows::resolve(Friction& friction) {
+  const double radius = friction.coefficient * normals[friction.normal].impulse;
   VelocityRow& first = friction.first;
   VelocityRow& second = friction.second;
   double of_first = first.impulse + change(first);

@@ -30,12 +30,11 @@ struct VelocityRow {
 //! The rows of one step, and the velocities, which change with each impulse.
 class VelocityRows {
  public:
-  //! Friction of a contact along two directions.
+  //! Friction of a contact along two directions: the two impulses stay within a circle.
   struct Friction {
     VelocityRow first, second;
     double coefficient;
     std::size_t normal;  // index of the contact's normal row
-    bool circle;         // the two impulses stay within a circle; otherwise each stays within its own limit
   };
   //! An impulse that changes positions and not velocities, where two bodies overlap.
   struct Split {
@@ -75,7 +74,6 @@ class VelocityRows {
   double set_impulse(VelocityRow& row, double impulse);
   double resolve(VelocityRow& row);
   double resolve(Friction& friction);
-  double resolve_circle(Friction& friction, double radius);
   double change(const VelocityRow& row) const;
   void push(const VelocityRow& row, double impulse, double* velocities) const;
 
