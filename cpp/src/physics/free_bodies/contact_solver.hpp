@@ -12,7 +12,7 @@
 namespace energymargin {
 
 //! Does for free bodies what Bullet's solver does. It knows no joints: a scene that has some is solved by
-//! MultiBodySolver.
+//! ArticulatedSolver.
 class ContactSolver {
  public:
   //! Adds to the work of `audit`, which outlives this, while that is on.
