@@ -21,6 +21,12 @@ em.capture_probability(problem, rollouts=2)
 print([name for name in {HEAVY} if name in sys.modules])
 print([name for name in sys.modules if name.startswith("energymargin.")])
 """
+HAND = f"""
+import sys
+import energymargin as em
+em.tasks.make("grasp").rollout(0, frames=2)
+print([name for name in {HEAVY} if name in sys.modules])
+"""
 FIRST = f"""
 import os
 import numpy
@@ -47,6 +53,10 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
         "energymargin.notebook",
         "energymargin.regions",
     }
+
+
+def test_a_hand_imports_no_heavy_package():
+    assert output(HAND) == ["[]"]
 
 
 def test_every_part_can_be_the_first_that_is_imported():
