@@ -120,8 +120,8 @@ __all__ = [
 
 notebook.attach()
 
-# What a first score does not need is imported when it is first asked for: a process starts in a
-# third of the time.
+# What a first score does not need is imported when it is first asked for: a process that scores a
+# problem starts in half the time.
 SUBPACKAGES = (
     "datasets",
     "evaluation",
