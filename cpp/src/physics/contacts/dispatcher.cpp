@@ -8,11 +8,14 @@
 namespace energymargin {
 namespace {
 
-// Small pools: a scene has few contacts, and every problem builds its simulation anew.
+// Small pools: a scene has few contacts, and every problem builds its simulation anew. Most of that is clearing them;
+// what they have no room for is allocated on its own.
+constexpr int pool_size = 32;
+
 btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo info;
-  info.m_defaultMaxPersistentManifoldPoolSize = 128;
-  info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
+  info.m_defaultMaxPersistentManifoldPoolSize = pool_size;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = pool_size;
   info.m_customCollisionAlgorithmMaxElementSize = contacts_size;
   return info;
 }
