@@ -19,8 +19,6 @@ class CellWeights {
   //! at least one weight.
   std::size_t at(double share) const;
 
-  void clear() { sums_.clear(); }
-
  private:
   double sum(std::size_t count) const;
 

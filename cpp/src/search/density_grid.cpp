@@ -2,24 +2,24 @@
 
 #include <algorithm>
 
+#include "energymargin/random.hpp"
+
 namespace energymargin::search {
 namespace {
 
 constexpr std::size_t first_slots = 16;
 
-std::size_t hash(const int* coordinates, unsigned int dimension) {
-  std::uint64_t hash = 0;
-  for (unsigned int i = 0; i < dimension; ++i) {
-    hash = (hash ^ static_cast<std::uint32_t>(coordinates[i])) * 0x9e3779b97f4a7c15;
-    hash ^= hash >> 32;
-  }
-  return hash;
+// A hash. Of a million cells two have the same with a chance of 3e-8, and then count as one.
+std::uint64_t key_of(const Eigen::VectorXi& coordinates) {
+  std::uint64_t key = 0;
+  for (const int coordinate : coordinates) key = stream(key, static_cast<std::uint32_t>(coordinate));
+  return key;
 }
 
 }  // namespace
 
 void DensityGrid::add(int node, const Eigen::VectorXi& coordinates) {
-  Cell& cell = cell_at(coordinates);
+  Cell& cell = cell_of(key_of(coordinates));
   const std::uint32_t size = cell.size;
   if ((size & (size - 1)) == 0) {
     const auto block = static_cast<std::uint32_t>(pool_.size());
@@ -47,38 +47,29 @@ std::vector<int> DensityGrid::nodes() const {
   return nodes;
 }
 
-void DensityGrid::clear() { *this = DensityGrid(dimension_); }
-
 // A new one is empty.
-DensityGrid::Cell& DensityGrid::cell_at(const Eigen::VectorXi& coordinates) {
+DensityGrid::Cell& DensityGrid::cell_of(std::uint64_t key) {
   if (2 * cells_.size() >= index_.size()) make_index(std::max(2 * index_.size(), first_slots));
-  int& cell = index_[slot_of(coordinates.data())];
+  int& cell = index_[slot_of(key)];
   if (cell < 0) {
     cell = static_cast<int>(cells_.size());
-    coordinates_.insert(coordinates_.end(), coordinates.begin(), coordinates.end());
-    cells_.push_back({0, 0});
+    cells_.push_back({key, 0, 0});
     weights_.add(1.0);
   }
   return cells_[static_cast<std::size_t>(cell)];
 }
 
-// Where these coordinates are in the index, or the free place for them.
-std::size_t DensityGrid::slot_of(const int* coordinates) const {
+// Where a cell is in the index, or the free place for it.
+std::size_t DensityGrid::slot_of(std::uint64_t key) const {
   const std::size_t mask = index_.size() - 1;
-  std::size_t slot = hash(coordinates, dimension_) & mask;
-  const auto differs = [&](int cell) {
-    return !std::equal(coordinates, coordinates + dimension_,
-                       coordinates_.data() + static_cast<std::size_t>(cell) * dimension_);
-  };
-  while (index_[slot] >= 0 && differs(index_[slot])) slot = (slot + 1) & mask;
+  std::size_t slot = key & mask;
+  while (index_[slot] >= 0 && cells_[static_cast<std::size_t>(index_[slot])].key != key) slot = (slot + 1) & mask;
   return slot;
 }
 
 void DensityGrid::make_index(std::size_t slots) {
   index_.assign(slots, -1);
-  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
-    index_[slot_of(coordinates_.data() + cell * dimension_)] = static_cast<int>(cell);
-  }
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) index_[slot_of(cells_[cell].key)] = static_cast<int>(cell);
 }
 
 }  // namespace energymargin::search

@@ -17,9 +17,6 @@ namespace energymargin::search {
 //! are in a cell.
 class DensityGrid {
  public:
-  //! Of cells with so many coordinates.
-  explicit DensityGrid(unsigned int dimension) : dimension_(dimension) {}
-
   void add(int node, const Eigen::VectorXi& coordinates);
 
   //! A node; there is one.
@@ -30,26 +27,23 @@ class DensityGrid {
   //! Ascending.
   std::vector<int> nodes() const;
 
-  void clear();
-
  private:
   // Its nodes are a block of the pool. A cell whose size is a power of two is full: then it moves into a new block of
   // twice the size. The old block stays unused, so the pool has at most four numbers a node.
   struct Cell {
+    std::uint64_t key;
     std::uint32_t block;
     std::uint32_t size;
   };
 
-  Cell& cell_at(const Eigen::VectorXi& coordinates);
-  std::size_t slot_of(const int* coordinates) const;
+  Cell& cell_of(std::uint64_t key);
+  std::size_t slot_of(std::uint64_t key) const;
   void make_index(std::size_t slots);
 
-  unsigned int dimension_;
-  std::vector<int> coordinates_;  // (cells, dimension)
   std::vector<Cell> cells_;
   CellWeights weights_;
   std::vector<int> pool_;
-  std::vector<int> index_;  // cells by the hash of their coordinates, open addressing; -1: free
+  std::vector<int> index_;  // cells by their key, open addressing; -1: free
 };
 
 }  // namespace energymargin::search

@@ -12,8 +12,7 @@ Est::Est(BoundedProblem& problem, std::uint64_t seed)
     : Planner(problem.space_information(), "EST"),
       problem_(problem),
       sampler_(problem.space_information()->allocControlSampler()),
-      projection_(si_->getStateSpace()->getDefaultProjection()),
-      grid_(projection_->getDimension()) {
+      projection_(si_->getStateSpace()->getDefaultProjection()) {
   rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
   state_.objects = si_->getStateSpace()->as<CostSpace>()->starts();
   setProblemDefinition(problem.definition());
@@ -39,12 +38,12 @@ ompl::base::PlannerStatus Est::solve(const ompl::base::PlannerTerminationConditi
 
 void Est::clear() {
   Planner::clear();
-  grid_.clear();
+  grid_ = {};
 }
 
 void Est::prune(double bound) {
   const std::vector<int> nodes = grid_.nodes();
-  grid_.clear();
+  grid_ = {};
   for (const int node : nodes) {
     if (problem_.worth_keeping(node, bound)) add(node);
   }

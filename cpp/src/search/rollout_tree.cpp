@@ -116,8 +116,7 @@ std::optional<Stretch> RolloutTree::roll_out(World& world, const EdgeFrom& from,
   const Watch watch{tree_.costs[from.node], space_.bound(), division(edge.steps, nodes), outside_, look_every};
   try {
     if (horizon_) return horizon_->extend(world, start, time(from.node), edge, limit_, watch);
-    return Stretch{
-        world.rollout_unchecked(edge_start_(start), disturbance(edge.wrenches), edge.steps, limit_, watch)};
+    return Stretch{world.rollout_unchecked(edge_start_(start), disturbance(edge.wrenches), edge.steps, limit_, watch)};
   } catch (const Diverged&) {
     return std::nullopt;
   }
