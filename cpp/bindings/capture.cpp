@@ -27,8 +27,8 @@ Args:
     threads: for several trees, and for the nodes of a round. The score does not depend on them.
     nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
         rollouts. The tree grows from the ends alone.
-    nodes_per_round: how many nodes are extended at once, all drawn from the tree before. From 16 on a single tree keeps
-        two threads busy. 1 is Algorithm 2; another number gives another tree.
+    nodes_per_round: how many nodes are extended at once, all drawn from the tree before, and at most as many as it has.
+        From 16 on a single tree keeps two threads busy. 1 is Algorithm 2; another number gives another tree.
     least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
     tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
         `trees`, by default 1000.

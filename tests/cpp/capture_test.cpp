@@ -129,7 +129,11 @@ TEST(Capture, NodesOfARoundGrowFromTheTreeBeforeIt) {
   ASSERT_EQ(tree.size(), 101);
   expect_each_edge_is_a_rollout(tree, problem);
   expect_controls_within_bounds(tree, problem);
-  for (int node = 1; node <= 100; ++node) EXPECT_LE(tree.parents[node], (node - 1) / 16 * 16) << "node " << node;
+  // The rounds are of 1, 2, 4, 8 and 16 nodes, and then of 16 each.
+  for (const int first : {1, 2, 4, 8, 16, 32, 48, 64, 80, 96}) {
+    const int last = std::min({2 * first - 1, first + 15, 100});
+    for (int node = first; node <= last; ++node) EXPECT_LT(tree.parents[node], first) << "node " << node;
+  }
 }
 
 TEST(Capture, RoundsGiveTheSameBitsOnAnyNumberOfThreadsAndForSeveralTrees) {

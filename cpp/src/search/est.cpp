@@ -57,7 +57,9 @@ void Est::add(int node) {
 }
 
 std::vector<EdgeFrom> Est::draw_round() {
-  const int count = std::min(nodes_per_round_, std::max(problem_.rollouts_left(), 1));
+  // A first round of many edges from the root alone would make the tree shallow.
+  const int nodes = problem_.nodes() + 1;
+  const int count = std::min({nodes_per_round_, nodes, std::max(problem_.rollouts_left(), 1)});
   std::vector<EdgeFrom> round;
   for (int i = 0; i < count; ++i) {
     const int node = grid_.draw(rng_);

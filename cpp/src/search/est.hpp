@@ -24,7 +24,7 @@ class Est : public ompl::base::Planner, public Prunable {
   //! The problem has to outlive this.
   Est(BoundedProblem& problem, std::uint64_t seed);
 
-  //! How many nodes a round extends; 1 at first, as published.
+  //! How many nodes a round extends, but no more than the tree has; 1 at first, as published.
   void set_nodes_per_round(int count) { nodes_per_round_ = count; }
 
   //! A solution is told as the state in which it ends: the path to it is in the problem's tree.

@@ -22,7 +22,7 @@ inline constexpr int most_trees = 1000;
 struct CaptureOptions {
   int nodes = 1000;               //!< M, nodes of a tree besides its root
   int nodes_per_edge = 1;         //!< the most states of a rollout that are nodes: its end, and evenly spaced ones
-  int nodes_per_round = 1;        //!< nodes that are extended at once, from the tree before; a tree depends on it
+  int nodes_per_round = 1;        //!< nodes that are extended at once, at most as many as there are
   double least_likelihood = 0.0;  //!< share of the root's likelihood, exp(-rate cost), at which a rollout ends for good
   std::uint64_t seed = 0;
   std::optional<double> rate{};       //!< lambda [1/J]; unset: the problem's
