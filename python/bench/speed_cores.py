@@ -93,7 +93,8 @@ def measure_cores(cores: Cores, tell: Tell) -> None:
     for name, job in jobs.items():
         tell(f"two threads: {name}")
         turns = [partial(job, threads) for threads in (1, 2)]
-        cores.threads[name] = Pairs(*in_turns(turns, settings.rounds, time.perf_counter))
+        one, two = in_turns(turns, settings.rounds, time.perf_counter)
+        cores.threads[name] = Pairs(one, two)
     tell("two threads: trees of a frame")
     cores.frames = trees_of_a_frame(pushes, settings)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ from tables import markdown
 __all__ = ["SOON", "Frames", "measure_frames"]
 
 SOON = 0.5  # s
+THREADS = (1, 2)
 AHEAD = 5  # frames of a recording, as far as the foresight table looks
 PAGE = Path(__file__).parents[2] / "docs" / "results" / "foresight.md"
 COLUMN = "probability, script"  # of its first table of results, which has no push-real
@@ -29,10 +30,15 @@ COLUMN = "probability, script"  # of its first table of results, which has no pu
 class Frame:
     """Of one state."""
 
-    wall: tuple[list[float], list[float]]
-    """On one thread, and on two [s]."""
-    cpu: tuple[list[float], list[float]]
+    wall: dict[int, list[float]]
+    """By the number of threads, 1 and 2 [s]."""
+    cpu: dict[int, list[float]]
     steps: int
+
+    def times(self) -> tuple[float, ...]:
+        """Wall and CPU on one thread, wall and CPU on two: medians of the rounds [s]."""
+        clocks = (self.wall, self.cpu)
+        return tuple(median(clock[threads]) for threads in THREADS for clock in clocks)
 
 
 @dataclass
@@ -49,7 +55,7 @@ class Frames:
 
     def wall(self, task: str, threads: int) -> float:
         """Of the next half second, the median of the states [s]."""
-        return over(self.soon[task], lambda frame: median(frame.wall[threads - 1]))
+        return median(median(frame.wall[threads]) for frame in self.soon[task])
 
     def tables(self) -> str:
         """In Markdown."""
@@ -78,12 +84,9 @@ class Frames:
 
 def row(task: str, frames: Sequence[Frame]) -> list[str]:
     """Of a table."""
-    times = [
-        f"{1e3 * over(frames, lambda frame: median(clock(frame)[two])):.1f}"
-        for two in (0, 1)
-        for clock in (lambda frame: frame.wall, lambda frame: frame.cpu)
-    ]
-    return [task, *times, f"{over(frames, lambda frame: frame.steps):.0f}"]
+    times = np.median([frame.times() for frame in frames], axis=0)
+    steps = median(frame.steps for frame in frames)
+    return [task, *(f"{1e3 * seconds:.1f}" for seconds in times), f"{steps:.0f}"]
 
 
 def foreseen(page: str) -> dict[str, str]:
@@ -96,16 +99,13 @@ def foreseen(page: str) -> dict[str, str]:
     return {cells[0]: cells[head.index(COLUMN)] for cells in rows}
 
 
-def over(frames: Sequence[Frame], of: Callable[[Frame], float]) -> float:
-    """The median of the states."""
-    return median(of(frame) for frame in frames)
-
-
 def measure_frames(frames: Frames, tell: Tell) -> None:
     """Fills it task by task."""
     settings = frames.settings
     for task in settings.tasks:
-        dataset = em.datasets.generate(task, trajectories=2 * settings.states, frames=FRAMES, seed=0)
+        dataset = em.datasets.generate(
+            task, trajectories=2 * settings.states, frames=FRAMES, seed=0
+        )
         soon, ahead = frames.soon.setdefault(task, []), frames.ahead.setdefault(task, [])
         for number, (t, k) in enumerate(captured_states(dataset, settings.states), 1):
             tell(f"{task}: frame {number} of {settings.states}")
@@ -138,13 +138,13 @@ def frame_of(problem: em.Problem, settings: Settings) -> Frame:
     ask = partial(
         em.capture_probability, problem, disturbance=disturbance, rollouts=settings.rollouts
     )
-    cpu: tuple[list[float], list[float]] = ([], [])
+    cpu: dict[int, list[float]] = {threads: [] for threads in THREADS}
 
     def timed(threads: int) -> None:
         start = time.process_time()
         ask(threads=threads)
-        cpu[threads - 1].append(time.process_time() - start)
+        cpu[threads].append(time.process_time() - start)
 
-    jobs = [partial(timed, threads) for threads in (1, 2)]
-    one, two = in_turns(jobs, settings.rounds, time.perf_counter)
-    return Frame((one, two), cpu, ask().steps)
+    jobs = [partial(timed, threads) for threads in THREADS]
+    wall = in_turns(jobs, settings.rounds, time.perf_counter)
+    return Frame(dict(zip(THREADS, wall, strict=True)), cpu, ask().steps)
