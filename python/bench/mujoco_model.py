@@ -4,8 +4,8 @@ A body with locked axes stands on slides and a hinge, one for each axis that is 
 are welds. A joint's drive is an actuator of the same stiffness, damping and torque limit. Contacts
 are pairs that are named one by one, since MuJoCo would take the larger of two bodies' coefficients
 of friction, where a scene takes their product. They are as stiff as MuJoCo lets them be at a step,
-and their friction cones are elliptic: so the ends are nearest to a scene's, at about the time that
-its own softness and pyramids take.
+and their friction cones are elliptic: MuJoCo's own softness and pyramids end further from a scene's
+ends, and most take longer.
 """
 
 from __future__ import annotations

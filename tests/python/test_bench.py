@@ -24,7 +24,7 @@ def run(*arguments):
         check=False,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=180,
     )
 
 
