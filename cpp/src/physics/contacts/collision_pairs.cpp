@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "physics/contacts/found_contacts.hpp"
+
 namespace energymargin {
 namespace {
 
@@ -112,7 +114,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
   if (!pair.algorithm) {
     pair.algorithm = dispatcher_.findAlgorithm(&of_a, &of_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
   }
-  btManifoldResult result(&of_a, &of_b);
+  FoundContacts result(&of_a, &of_b);
   pair.algorithm->processCollision(&of_a, &of_b, info_, &result);
   manifolds_.resizeNoInitialize(0);
   pair.algorithm->getAllContactManifolds(manifolds_);

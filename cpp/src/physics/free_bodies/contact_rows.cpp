@@ -24,8 +24,9 @@ inline void push(const RowSide& side, double impulse, Twist* changes) {
 
 // Moves the row's impulse towards its target, within the limits; returns the square of the velocity that this changes.
 inline double resolve(const ContactRow& row, double target, double& impulse, double low, double high, Twist* changes) {
-  double change = target - asked(row.first, changes);
-  if (row.second.body >= 0) change -= asked(row.second, changes);
+  double slip = asked(row.first, changes);
+  if (row.second.body >= 0) slip += asked(row.second, changes);
+  double change = target - slip;
   const double unclamped = impulse + change;
   const double clamped = std::min(std::max(unclamped, low), high);
   if (clamped != unclamped) change = clamped - impulse;
@@ -50,9 +51,12 @@ MotorRow& ContactRows::add_motor() { return motors_.emplace_back(); }
 NormalRow& ContactRows::add_normal() { return normals_.emplace_back(); }
 FrictionRow& ContactRows::add_friction() { return frictions_.emplace_back(); }
 
-void ContactRows::apply(const ContactRow& row) {
+void ContactRows::apply(const NormalRow& row) {
   push(row.first, row.impulse, changes_.data());
-  if (row.second.body >= 0) push(row.second, row.impulse, changes_.data());
+  push(row.first, row.split_impulse, split_twists_.data());
+  if (row.second.body < 0) return;
+  push(row.second, row.impulse, changes_.data());
+  push(row.second, row.split_impulse, split_twists_.data());
 }
 
 // Friction comes before the normal impulses that it presses with: so bodies do not go into each other at the end of a

@@ -60,8 +60,8 @@ class ContactRows {
   NormalRow& add_normal();
   FrictionRow& add_friction();
 
-  //! Applies what an impulse that a row begins with has changed.
-  void apply(const ContactRow& row);
+  //! Applies what the impulses that a row begins with have changed.
+  void apply(const NormalRow& row);
 
   //! One round over all rows; returns the largest square of a change of velocity [m^2/s^2].
   double iterate();

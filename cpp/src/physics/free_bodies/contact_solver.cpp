@@ -5,6 +5,9 @@
 namespace energymargin {
 namespace {
 
+// Of an overlap, the share that a step leaves. So much of the last split impulse is what the next one begins with.
+constexpr double overlap_left = 0.8;
+
 Twist twist(const btVector3& linear, const btVector3& angular) {
   return {Eigen::Array2d(linear.x(), angular.x()), Eigen::Array2d(linear.y(), angular.y()),
           Eigen::Array2d(linear.z(), angular.z())};
@@ -100,7 +103,7 @@ void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const b
   const double closing = gap * rate / row.inverse_effective_mass;
   row.target = -asked_before(row, true) - std::max(closing, 0.0);  // up to the touch it may close
   row.split_target = gap > 0.0 ? 0.0 : -info.m_erp2 * closing;
-  row.split_impulse = 0.0;
+  row.split_impulse = gap > 0.0 ? 0.0 : overlap_left * point.m_prevRHS;
   row.impulse = point.m_appliedImpulse;
   rows_.apply(row);
 }
@@ -170,7 +173,10 @@ void ContactSolver::iterate(const btContactSolverInfo& info) {
 }
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {
-  for (const NormalRow& row : rows_.normals()) row.point->m_appliedImpulse = row.impulse;
+  for (const NormalRow& row : rows_.normals()) {
+    row.point->m_appliedImpulse = row.impulse;
+    row.point->m_prevRHS = row.split_impulse;  // Bullet keeps it for a point, and has no use for it
+  }
   for (const FrictionRow& row : rows_.frictions()) *row.stored = row.impulse;
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     btRigidBody& body = *moving_[i].rigid;
