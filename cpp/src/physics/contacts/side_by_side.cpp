@@ -6,9 +6,13 @@
 namespace energymargin {
 namespace {
 
-// Axes are parallel up to this angle [rad]. The ends of what they share of their height are then closer than its middle
-// by half of its length times this.
-constexpr double tilt = 1e-3;
+// Axes are parallel up to this angle [rad]: what a tilted cylinder is more than a circle is then a ten-thousandth of
+// it.
+constexpr double tilt = 0.01;
+
+// The points are at an end of the common height where that is so much closer than the other [m], and between them
+// before.
+constexpr double clearly_closer = 1e-5;
 
 bool is_cylinder(const Core& core) { return core.kind() == CYLINDER_SHAPE_PROXYTYPE; }
 bool is_box(const Core& core) { return core.kind() == BOX_SHAPE_PROXYTYPE; }
@@ -22,23 +26,46 @@ btVector3 nearest_across(const Core& core, int axis, btVector3 point) {
   return point;
 }
 
-// `a` is a cylinder, `b` a box or a cylinder.
+// `a` is a cylinder, `b` a box or a cylinder; in the frame of b.
+struct Beside {
+  const Core &a, &b;
+  btVector3 center, along;  // of a, and its axis
+  int axis;                 // of b, that is parallel
+
+  btVector3 on_axis(double height) const { return center + along * ((height - center[axis]) / along[axis]); }
+
+  btVector3 on_b(const btVector3& beside) const {
+    btVector3 point = nearest_across(b, axis, beside);
+    point[axis] = beside[axis];
+    return point;
+  }
+
+  double distance(double height) const {
+    const btVector3 point = on_axis(height);
+    return (point - on_b(point)).length() - a.half().x();
+  }
+
+  bool is_inside(const btVector3& point) const {
+    const double radius = b.half().x();
+    return is_cylinder(b) && point.x() * point.x() + point.y() * point.y() <= radius * radius;
+  }
+};
+
 std::optional<CoreDistance> beside(const Core& a, const btTransform& pose_a, const Core& b, const btTransform& pose_b) {
   const btVector3 along = pose_a.getBasis().getColumn(2) * pose_b.getBasis();
   const int axis = is_cylinder(b) ? 2 : along.absolute().maxAxis();
   if (1.0 - std::abs(along[axis]) > 0.5 * tilt * tilt) return std::nullopt;
-  const btVector3 center = (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis();
-  const double low = std::max(center[axis] - a.half().z(), -b.half()[axis]);
-  const double high = std::min(center[axis] + a.half().z(), b.half()[axis]);
+  const Beside pair{a, b, (pose_a.getOrigin() - pose_b.getOrigin()) * pose_b.getBasis(), along, axis};
+  const double low = std::max(pair.center[axis] - a.half().z(), -b.half()[axis]);
+  const double high = std::min(pair.center[axis] + a.half().z(), b.half()[axis]);
   if (low >= high) return std::nullopt;
-  const double height = 0.5 * (low + high);
-  const btVector3 on_axis = center + along * ((height - center[axis]) / along[axis]);
-  btVector3 on_b = nearest_across(b, axis, on_axis);
-  on_b[axis] = height;
-  const btVector3 away = on_axis - on_b;
+  const double closer = pair.distance(low) - pair.distance(high);
+  const double share = 0.5 + 0.5 * std::clamp(closer / clearly_closer, -1.0, 1.0);
+  const btVector3 on_axis = pair.on_axis(low + share * (high - low));
+  const btVector3 on_b = pair.on_b(on_axis);
+  btVector3 away = on_axis - on_b;
   const double distance = away.length() - a.half().x();
-  const bool beyond = !is_cylinder(b) || btVector3(on_axis.x(), on_axis.y(), 0.0).length() > b.half().x();
-  if (!beyond || distance < clearly_apart) return std::nullopt;
+  if (pair.is_inside(on_axis) || !(distance >= clearly_apart)) return std::nullopt;
   return CoreDistance{pose_b.getBasis() * away.normalized(), pose_b(on_b), distance};
 }
 
