@@ -22,12 +22,11 @@ btDefaultCollisionConstructionInfo small_pools() {
 
 }  // namespace
 
-ContactDispatcher::ContactDispatcher(RoundAlgorithm round)
-    : configuration_(small_pools()), dispatcher_(&configuration_) {
+ContactDispatcher::ContactDispatcher() : configuration_(small_pools()), dispatcher_(&configuration_) {
   use_plane_contacts(dispatcher_);
   use_box_contacts(dispatcher_);
   hull_contacts_.use_in(dispatcher_);
-  if (round == RoundAlgorithm::exact) use_round_contacts(dispatcher_);
+  use_round_contacts(dispatcher_);
 }
 
 }  // namespace energymargin

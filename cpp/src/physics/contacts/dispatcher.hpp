@@ -7,16 +7,10 @@
 
 namespace energymargin {
 
-//! Whose algorithm finds the contacts of cylinders, capsules and spheres with boxes and cylinders.
-enum class RoundAlgorithm {
-  exact,   ///< this library's, see round_contacts.hpp
-  bullet,  ///< Bullet's, for comparison
-};
-
 //! Bullet's dispatcher with the contacts of this library: solids on planes, boxes, hulls and round solids.
 class ContactDispatcher {
  public:
-  explicit ContactDispatcher(RoundAlgorithm round = RoundAlgorithm::exact);
+  ContactDispatcher();
   ContactDispatcher(const ContactDispatcher&) = delete;
   ContactDispatcher& operator=(const ContactDispatcher&) = delete;
 

@@ -67,9 +67,8 @@ double ContactRows::iterate() {
     most = std::max(most, resolve(row, row.target, row.impulse, -row.limit, row.limit, changes_.data()));
   }
   for (FrictionRow& row : frictions_) {
-    const double pressing = normals_[row.normal].impulse;
-    if (!(pressing > 0.0)) continue;
-    const double most_friction = row.friction * pressing;
+    const double most_friction = row.friction * normals_[row.normal].impulse;
+    if (most_friction == 0.0 && row.impulse == 0.0) continue;
     most = std::max(most, resolve(row, row.target, row.impulse, -most_friction, most_friction, changes_.data()));
   }
   for (NormalRow& row : normals_) {
