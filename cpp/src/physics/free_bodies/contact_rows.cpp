@@ -66,13 +66,19 @@ double ContactRows::iterate() {
   for (MotorRow& row : motors_) {
     most = std::max(most, resolve(row, row.target, row.impulse, -row.limit, row.limit, changes_.data()));
   }
+  most = std::max(most, iterate_friction());
+  for (NormalRow& row : normals_) {
+    most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
+  }
+  return most;
+}
+
+double ContactRows::iterate_friction() {
+  double most = 0.0;
   for (FrictionRow& row : frictions_) {
     const double most_friction = row.friction * normals_[row.normal].impulse;
     if (most_friction == 0.0 && row.impulse == 0.0) continue;
     most = std::max(most, resolve(row, row.target, row.impulse, -most_friction, most_friction, changes_.data()));
-  }
-  for (NormalRow& row : normals_) {
-    most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
   }
   return most;
 }

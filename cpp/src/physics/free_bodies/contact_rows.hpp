@@ -67,6 +67,9 @@ class ContactRows {
   double iterate();
   double iterate_split_impulses();
 
+  //! One over friction alone; after the last round it makes up for what the normal impulses have left.
+  double iterate_friction();
+
   //! Changes of a body's velocities by the impulses, and its velocities of this step by the split impulses.
   const Twist& change(std::size_t body) const { return changes_[body]; }
   const Twist& split(std::size_t body) const { return split_twists_[body]; }

@@ -170,6 +170,7 @@ void ContactSolver::iterate(const btContactSolverInfo& info) {
   };
   until_small([this] { return rows_.iterate_split_impulses(); });
   until_small([this] { return rows_.iterate(); });
+  rows_.iterate_friction();
 }
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {
