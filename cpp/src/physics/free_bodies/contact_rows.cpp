@@ -51,12 +51,14 @@ MotorRow& ContactRows::add_motor() { return motors_.emplace_back(); }
 NormalRow& ContactRows::add_normal() { return normals_.emplace_back(); }
 FrictionRow& ContactRows::add_friction() { return frictions_.emplace_back(); }
 
-void ContactRows::apply(const NormalRow& row) {
+void ContactRows::apply(const ContactRow& row) {
   push(row.first, row.impulse, changes_.data());
+  if (row.second.body >= 0) push(row.second, row.impulse, changes_.data());
+}
+
+void ContactRows::apply_split(const NormalRow& row) {
   push(row.first, row.split_impulse, split_twists_.data());
-  if (row.second.body < 0) return;
-  push(row.second, row.impulse, changes_.data());
-  push(row.second, row.split_impulse, split_twists_.data());
+  if (row.second.body >= 0) push(row.second, row.split_impulse, split_twists_.data());
 }
 
 // Friction comes before the normal impulses that it presses with: so bodies do not go into each other at the end of a
@@ -66,19 +68,13 @@ double ContactRows::iterate() {
   for (MotorRow& row : motors_) {
     most = std::max(most, resolve(row, row.target, row.impulse, -row.limit, row.limit, changes_.data()));
   }
-  most = std::max(most, iterate_friction());
-  for (NormalRow& row : normals_) {
-    most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
-  }
-  return most;
-}
-
-double ContactRows::iterate_friction() {
-  double most = 0.0;
   for (FrictionRow& row : frictions_) {
     const double most_friction = row.friction * normals_[row.normal].impulse;
     if (most_friction == 0.0 && row.impulse == 0.0) continue;
     most = std::max(most, resolve(row, row.target, row.impulse, -most_friction, most_friction, changes_.data()));
+  }
+  for (NormalRow& row : normals_) {
+    most = std::max(most, resolve(row, row.target, row.impulse, 0.0, no_limit, changes_.data()));
   }
   return most;
 }

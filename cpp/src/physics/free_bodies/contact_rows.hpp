@@ -61,14 +61,12 @@ class ContactRows {
   FrictionRow& add_friction();
 
   //! Applies what the impulses that a row begins with have changed.
-  void apply(const NormalRow& row);
+  void apply(const ContactRow& row);
+  void apply_split(const NormalRow& row);
 
   //! One round over all rows; returns the largest square of a change of velocity [m^2/s^2].
   double iterate();
   double iterate_split_impulses();
-
-  //! One over friction alone; after the last round it makes up for what the normal impulses have left.
-  double iterate_friction();
 
   //! Changes of a body's velocities by the impulses, and its velocities of this step by the split impulses.
   const Twist& change(std::size_t body) const { return changes_[body]; }

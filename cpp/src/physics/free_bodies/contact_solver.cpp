@@ -88,9 +88,11 @@ void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContact
                     point.getPositionWorldOnB() - b.getWorldTransform().getOrigin()};
     const std::size_t normal = rows_.normals().size();
     add_normal(point, ends, info);
+    const btVector3 friction = point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
+                               point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
     set_friction_directions(point, velocity(slot_a, ends.arm_a) - velocity(slot_b, ends.arm_b), both);
-    add_friction(point, normal, point.m_lateralFrictionDir1, point.m_appliedImpulseLateral1, ends);
-    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, point.m_appliedImpulseLateral2, ends);
+    add_friction(point, normal, point.m_lateralFrictionDir1, friction, point.m_appliedImpulseLateral1, ends);
+    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, friction, point.m_appliedImpulseLateral2, ends);
   }
 }
 
@@ -106,17 +108,20 @@ void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const b
   row.split_impulse = gap > 0.0 ? 0.0 : overlap_left * point.m_prevRHS;
   row.impulse = point.m_appliedImpulse;
   rows_.apply(row);
+  rows_.apply_split(row);
 }
 
+// It begins with what the friction of the part before, along whatever direction, had along this one.
 void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
-                                 double& stored, const Ends& ends) {
+                                 const btVector3& before, double& stored, const Ends& ends) {
   FrictionRow& row = rows_.add_friction();
   row.stored = &stored;
   row.friction = point.m_combinedFriction;
   row.normal = normal;
   set_sides(row, direction, ends);
   row.target = -asked_before(row, false);
-  row.impulse = 0.0;
+  row.impulse = before.dot(direction);
+  rows_.apply(row);
 }
 
 void ContactSolver::set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const {
@@ -170,7 +175,6 @@ void ContactSolver::iterate(const btContactSolverInfo& info) {
   };
   until_small([this] { return rows_.iterate_split_impulses(); });
   until_small([this] { return rows_.iterate(); });
-  rows_.iterate_friction();
 }
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {

@@ -39,8 +39,8 @@ class ContactSolver {
   void add_motor(const Motor& motor, const btContactSolverInfo& info);
   void add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info);
   void add_normal(btManifoldPoint& point, const Ends& ends, const btContactSolverInfo& info);
-  void add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction, double& stored,
-                    const Ends& ends);
+  void add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
+                    const btVector3& before, double& stored, const Ends& ends);
   void set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const;
   double set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const;
   double asked_before(const ContactRow& row, bool gyroscopic) const;
