@@ -20,13 +20,6 @@ struct Vertex {
 // Up to four vertices, of which those stay that carry the point closest to the origin (Ericson 2005, section 5.1).
 class Simplex {
  public:
-  bool has(const btVector3& difference) const {
-    for (int i = 0; i < count_; ++i) {
-      if (vertices_[i].difference == difference) return true;
-    }
-    return false;
-  }
-
   void add(const Vertex& vertex) { vertices_[count_++] = vertex; }
   int count() const { return count_; }
   const Vertex& operator[](int i) const { return vertices_[i]; }
@@ -46,6 +39,20 @@ class Simplex {
       default:
         return reduce_tetrahedron();
     }
+  }
+
+  // Adds a vertex and reduces; false if the origin is inside. What is too flat for that leads no closer than `squared`,
+  // or seems to have the origin inside though it is known to be outside: then to the line to the vertex.
+  bool extend(const Vertex& next, double squared, bool is_outside) {
+    const Vertex point{closest(), sum(&Vertex::on_a), on_b()};
+    add(next);
+    const bool outside = reduce();
+    if (!outside && !is_outside) return false;
+    if (outside && closest().length2() < squared) return true;
+    vertices_[0] = point;
+    vertices_[1] = next;
+    count_ = 2;
+    return reduce();
   }
 
   btVector3 closest() const { return sum(&Vertex::difference); }
@@ -153,6 +160,13 @@ Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, d
       on_b_[i] = simplex[i].on_b;
     }
   };
+  const auto known = [&] {
+    keep();
+    result.distance = btSqrt(squared);
+    result.normal = pose_b.getBasis() * closest / result.distance;
+    result.on_b = pose_b(simplex.on_b());
+    return Cores::apart;
+  };
   for (int round = 0; squared > clearly_apart * clearly_apart; ++round) {
     if (round == most_rounds) break;
     const Vertex next = vertex(a_.support(-closest * turn), b_.support(closest));
@@ -161,21 +175,12 @@ Cores CorePair::distance(const btTransform& pose_a, const btTransform& pose_b, d
       keep();
       return Cores::too_far;
     }
-    const bool found = squared - bound <= squared * no_closer || simplex.has(next.difference);
+    if (squared - bound <= squared * no_closer) return known();
     Simplex larger = simplex;
-    if (!found) {
-      larger.add(next);
-      if (!larger.reduce()) break;
-    }
+    if (!larger.extend(next, squared, bound > 0.0)) break;
     const btVector3 point = larger.closest();
     const double after = point.length2();
-    if (found || after >= squared) {  // no closer, but for rounding
-      keep();
-      result.distance = btSqrt(squared);
-      result.normal = pose_b.getBasis() * closest / result.distance;
-      result.on_b = pose_b(simplex.on_b());
-      return Cores::apart;
-    }
+    if (after >= squared) return known();  // but for rounding
     simplex = larger;
     closest = point;
     squared = after;

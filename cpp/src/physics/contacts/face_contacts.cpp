@@ -11,8 +11,12 @@ using Face = FaceContacts::Face;
 
 constexpr double lying = 0.7;  // sine of the angle between a round solid's axis and the normal
 constexpr int corners_of_a_rim = 8;
-constexpr double parallel = 0.02;    // sine of the angle between two lines that lie on one another
-constexpr double same_share = 1e-3;  // of the depth: corners so near are one
+constexpr double parallel = 0.02;  // sine of the angle between two lines that lie on one another
+
+// Shares of the depth.
+constexpr double same_point = 1e-3;   // points so near are one
+constexpr double same_corner = 1e-2;  // corners of a face so near are the ends of an edge along the normal
+constexpr double straight = 1e-6;     // a corner so near the line between its neighbours is none
 
 // The plane of contact.
 struct ContactPlane {
@@ -72,14 +76,46 @@ void for_each_corner(const Core& core, const btVector3& direction, const Visit& 
   }
 }
 
-// Leaves the corners of the convex hull, in counter-clockwise order (Andrew 1979).
-void order(Face& face, Face& scratch) {
-  if (face.size() < 3) return;
+void sort(Face& face) {
   std::sort(face.begin(), face.end(),
             [](const Corner& a, const Corner& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+}
+
+// Leaves of an edge along the normal its outer end. The corners are sorted, and stay so.
+void merge(Face& face, Face& scratch, double outward, double near) {
   scratch.clear();
+  bool moved = false;
+  for (const Corner& corner : face) {
+    auto before = scratch.rbegin();
+    while (before != scratch.rend() && corner.x - before->x <= 2.0 * near &&
+           squared_distance(*before, corner) > near * near) {
+      ++before;
+    }
+    if (before == scratch.rend() || corner.x - before->x > 2.0 * near) {
+      scratch.push_back(corner);
+    } else if (outward * corner.height > outward * before->height) {
+      *before = corner;
+      moved = true;
+    }
+  }
+  face.swap(scratch);
+  if (moved) sort(face);
+}
+
+// Leaves the corners of the convex hull, in counter-clockwise order (Andrew 1979).
+void order(Face& face, Face& scratch, double outward, double depth) {
+  if (face.size() < 2) return;
+  sort(face);
+  merge(face, scratch, outward, same_corner * depth);
+  if (face.size() < 3) return;
+  scratch.clear();
+  const double offset = straight * depth;
+  const auto turns_left = [&](const Corner& a, const Corner& b, const Corner& c) {
+    const double twice_area = cross(a, b, c);
+    return twice_area > 0.0 && twice_area * twice_area > offset * offset * squared_distance(a, c);
+  };
   const auto add = [&](const Corner& corner, std::size_t first) {
-    while (scratch.size() >= first + 2 && cross(scratch[scratch.size() - 2], scratch.back(), corner) <= 0.0) {
+    while (scratch.size() >= first + 2 && !turns_left(scratch[scratch.size() - 2], scratch.back(), corner)) {
       scratch.pop_back();
     }
     scratch.push_back(corner);
@@ -91,19 +127,29 @@ void order(Face& face, Face& scratch) {
   face.swap(scratch);
 }
 
+// Whether the corners of the other side are visited too: those of a thin plate are near.
+bool has_back(const Core& core) {
+  return core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE || core.kind() == BOX_SHAPE_PROXYTYPE;
+}
+
 // The outermost face of a solid along `outward`, 1 or -1 times the normal.
 void find_face(const Core& core, const btTransform& pose, const ContactPlane& plane, double outward, double margin,
                double depth, Face& face, Face& scratch) {
   face.clear();
   const btVector3 direction = plane.normal * outward * pose.getBasis();
-  double most = -BT_LARGE_FLOAT;
-  for_each_corner(core, direction, [&](const btVector3& point) { most = std::max(most, direction.dot(point)); });
+  double least = BT_LARGE_FLOAT, most = -BT_LARGE_FLOAT;
+  for_each_corner(core, direction, [&](const btVector3& point) {
+    const double along = direction.dot(point);
+    least = std::min(least, along);
+    most = std::max(most, along);
+  });
+  if (has_back(core)) depth = std::min(depth, 0.5 * (most - least));
   for_each_corner(core, direction, [&](const btVector3& point) {
     if (direction.dot(point) < most - depth) return;
     face.push_back(plane(pose(point)));
     face.back().height += outward * margin;
   });
-  order(face, scratch);
+  order(face, scratch, outward, depth);
 }
 
 // What of a face or a line is on the left of the line from `from` to `to`.
@@ -179,7 +225,7 @@ int FaceContacts::add(const SolidPair& solids, const btTransform& pose_a, const 
     }
   }
   int added = 0;
-  const double same = same_share * depth * same_share * depth;
+  const double same = same_point * depth * same_point * depth;
   for (std::size_t i = 0; i < shared_.size(); ++i) {
     const Corner& corner = shared_[i];
     const auto is_same = [&](const Corner& before) { return squared_distance(before, corner) <= same; };

@@ -83,12 +83,16 @@ void PiecePair::set_normal(const btVector3& normal, const btTransform& a, const 
   normal_of_b_ = normal * b.getBasis();
 }
 
-// A face takes its normal along as it turns.
+// A face takes its normal along as it turns. If neither does, that counts which tells more: the other one may have
+// spun.
 bool PiecePair::separates_as_before(const Sweeps& sweeps) {
-  for (const btVector3& normal : {sweeps.b.start.getBasis() * normal_of_b_, sweeps.a.start.getBasis() * normal_of_a_}) {
+  const btVector3 of_b = sweeps.b.start.getBasis() * normal_of_b_;
+  const btVector3 of_a = sweeps.a.start.getBasis() * normal_of_a_;
+  for (const btVector3& normal : {of_b, of_a}) {
     normal_ = normal;
     if (separates(sweeps)) return true;
   }
+  if (gap(sweeps.a.start, sweeps.b.start, of_b) > gap(sweeps.a.start, sweeps.b.start, of_a)) normal_ = of_b;
   return false;
 }
 

@@ -59,8 +59,9 @@ std::optional<CoreDistance> beside(const Core& a, const btTransform& pose_a, con
   const double low = std::max(pair.center[axis] - a.half().z(), -b.half()[axis]);
   const double high = std::min(pair.center[axis] + a.half().z(), b.half()[axis]);
   if (low >= high) return std::nullopt;
-  const double closer = pair.distance(low) - pair.distance(high);
-  const double share = 0.5 + 0.5 * std::clamp(closer / clearly_closer, -1.0, 1.0);
+  const double at_low = pair.distance(low), at_high = pair.distance(high);
+  const double bend = 2.0 * (at_low + at_high - 2.0 * pair.distance(0.5 * (low + high)));
+  const double share = 0.5 + 0.5 * std::clamp((at_low - at_high) / std::max(bend, clearly_closer), -1.0, 1.0);
   const btVector3 on_axis = pair.on_axis(low + share * (high - low));
   const btVector3 on_b = pair.on_b(on_axis);
   btVector3 away = on_axis - on_b;
