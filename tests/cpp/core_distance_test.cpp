@@ -10,6 +10,7 @@
 #include <random>
 
 #include "physics/contacts/gjk.hpp"
+#include "physics/contacts/solid_pair.hpp"
 
 namespace energymargin {
 namespace {
@@ -199,6 +200,30 @@ TEST(CoreDistance, OfSolidsInLineIsWhatIsBetweenThem) {
   }
 }
 
+// ---- solids that overlap
+
+struct LastPoint : GjkResult {
+  btVector3 normal{0.0, 0.0, 0.0};
+
+  void setShapeIdentifiersA(int, int) override {}
+  void setShapeIdentifiersB(int, int) override {}
+  void addContactPoint(const btVector3& of_point, const btVector3&, btScalar) override { normal = of_point; }
+};
+
+// Bullet turns the normals of some of them round.
+TEST(SolidPair, NormalIsThatOfItsPointAlsoDeepInside) {
+  Draw draw;
+  for (int i = 0; i < 2000; ++i) {
+    const auto a = draw.solid(i % 2), b = draw.solid(i / 2 % 2);
+    btVector3 place(0.0, 0.0, 0.0);
+    place[i % 3] = draw.even(-0.1, 0.1);
+    LastPoint point;
+    const btVector3 normal = SolidPair(*a, *b).add_closest(btTransform(btQuaternion::getIdentity(), place),
+                                                           btTransform::getIdentity(), 0.001, point);
+    EXPECT_EQ(normal, point.normal) << i;
+  }
+}
+
 // ---- cylinders side by side
 
 struct Errors {
@@ -224,7 +249,7 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
   Draw draw;
   Errors worst;
   int counted = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const double radius = draw.even(0.003, 0.03), other = draw.even(0.003, 0.03), across = draw.even(0.003, 0.03);
     btCylinderShapeZ cylinder(btVector3(radius, radius, slenderness * radius));
     const btVector3 half(other, box ? across : other, draw.even(0.3, 1.5) * slenderness * radius);
@@ -252,7 +277,7 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
     worst.distance = std::max(worst.distance, std::abs(found->distance - expected.distance));
     worst.normal = std::max(worst.normal, double((found->normal - expected.normal).length()));
   }
-  EXPECT_GT(counted, 120);
+  EXPECT_GT(counted, 60);
   return worst;
 }
 

@@ -10,12 +10,12 @@
 namespace energymargin {
 namespace {
 
-constexpr double margin = 0.001;
+constexpr double skin = 0.001;  // the margin of both [m]
 const btVector3 still(0.0, 0.0, 0.0);
 
 template <typename Shape>
 Shape with_margin(Shape shape) {
-  shape.setMargin(margin);
+  shape.setMargin(skin);
   return shape;
 }
 
@@ -27,7 +27,7 @@ Sweep sweep(const btTransform& start, const btVector3& linear, const btVector3& 
   return {start, linear, angular, false};
 }
 
-btTransform at(const btVector3& place) { return btTransform(btQuaternion::getIdentity(), place); }
+btTransform standing(const btVector3& place) { return btTransform(btQuaternion::getIdentity(), place); }
 
 // A standing cylinder beside a box, which is a fixed one or turns as a link does.
 struct Pair {
@@ -38,8 +38,8 @@ struct Pair {
 
 TEST(PiecePair, CylinderThatSpunAgainstABoxAndIsSqueezedIntoItMayLeaveAndGoNoDeeper) {
   Pair pair;
-  btTransform cylinder = at({0.13, 0.0, 0.0});
-  const btTransform box = at(still);
+  btTransform cylinder = standing({0.13, 0.0, 0.0});
+  const btTransform box = standing(still);
   const auto share = [&](const btVector3& way, const btVector3& turn) {
     return pair.pieces.safe_share(sweep(cylinder, way, turn), sweep(box, still, still));
   };
@@ -47,7 +47,7 @@ TEST(PiecePair, CylinderThatSpunAgainstABoxAndIsSqueezedIntoItMayLeaveAndGoNoDee
     EXPECT_EQ(share(still, {0.0, 0.0, 0.1}), 1.0) << i;
     cylinder = sweep(cylinder, still, {0.0, 0.0, 0.1}).at(1.0);
   }
-  cylinder.setOrigin({0.13 - 2.5 * margin, 0.0, 0.0});  // the cores overlap
+  cylinder.setOrigin({0.13 - 2.5 * skin, 0.0, 0.0});  // the cores overlap
   EXPECT_EQ(share({0.002, 0.0, 0.0}, still), 1.0);
   EXPECT_LT(share({-0.02, 0.0, 0.0}, still), 0.1);
 }
@@ -62,7 +62,7 @@ TEST(PiecePair, CylinderThatSpinsIsNotLetThroughTheFaceOfABoxThatTurns) {
   for (int run = 0; run < 60; ++run) {
     Pair pair;
     CorePair cores(pair.cylinder, pair.box);
-    btTransform box = at(still), cylinder = at({0.135, 0.0, 0.0});
+    btTransform box = standing(still), cylinder = standing({0.135, 0.0, 0.0});
     const btVector3 turning = vector(run % 2 ? 0.02 : 0.3);
     for (int step = 0; step < 100; ++step) {
       const Sweep of_box{box, still, turning + vector(0.01), run % 3 == 0};
@@ -75,13 +75,13 @@ TEST(PiecePair, CylinderThatSpinsIsNotLetThroughTheFaceOfABoxThatTurns) {
         CoreDistance found{};
         const Cores state = cores.distance(of_cylinder.at(share * part), of_box.at(share * part), 1e18, found);
         ASSERT_EQ(state, Cores::apart) << run << ", " << step << ", " << part << ", share " << share;
-        deepest = std::max(deepest, 2.0 * margin - found.distance);
+        deepest = std::max(deepest, 2.0 * skin - found.distance);
       }
       box = of_box.at(share);
       cylinder = of_cylinder.at(share);
     }
   }
-  EXPECT_LT(deepest, 1.01 * 0.7 * 2.0 * margin);
+  EXPECT_LT(deepest, 1.01 * 0.7 * 2.0 * skin);
   EXPECT_GT(limited, 1000);
   EXPECT_GT(whole, 1000);
 }

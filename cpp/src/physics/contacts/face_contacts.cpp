@@ -181,7 +181,7 @@ void cut_to_line(Face& line, Face& scratch, const Face& other) {
   }
   const auto beside = [&](const Corner& end) { return Corner{end.x - along.y, end.y + along.x, 0.0}; };
   cut(line, scratch, beside(a), a);
-  if (line.size() == 2) cut(line, scratch, b, beside(b));
+  cut(line, scratch, b, beside(b));
 }
 
 // Of a line or a face, at a point of the plane.
@@ -220,9 +220,7 @@ int FaceContacts::add(const SolidPair& solids, const btTransform& pose_a, const 
   if (other.size() == 2) {
     cut_to_line(shared_, scratch_, other);
   } else {
-    for (std::size_t i = 0; i < other.size() && shared_.size() >= 2; ++i) {
-      cut(shared_, scratch_, other[i], other[(i + 1) % other.size()]);
-    }
+    for (std::size_t i = 0; i < other.size(); ++i) cut(shared_, scratch_, other[i], other[(i + 1) % other.size()]);
   }
   int added = 0;
   const double same = same_point * depth * same_point * depth;
