@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "physics/shapes.hpp"
+
 namespace energymargin {
 namespace {
 
