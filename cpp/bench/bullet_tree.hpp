@@ -100,29 +100,29 @@ inline std::vector<std::unique_ptr<BulletTree>> bullet_trees(const Scene& scene,
 
 inline void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
                                               const btContactSolverInfo& info) {
-  const double step = info.m_timeStep;
+  const double duration = info.m_timeStep;
   const double position = m_bodyA->getJointPos(m_linkA);
   const double velocity = m_bodyA->getJointVel(m_linkA);
-  if (const double gain = step * joint_.stiffness + joint_.damping; gain > 0.0) {
+  if (const double gain = duration * joint_.stiffness + joint_.damping; gain > 0.0) {
     btMultiBodySolverConstraint& row = add_row(0, 1.0, rows, data);
-    const double softness = 1.0 / (step * gain);
+    const double softness = 1.0 / (duration * gain);
     const double target =
         (joint_.stiffness * (joint_.target - position) + joint_.damping * joint_.target_velocity) / gain;
     row.m_jacDiagABInv = 1.0 / (1.0 / row.m_jacDiagABInv + softness);
     row.m_cfm = softness * row.m_jacDiagABInv;
     row.m_rhs = (target - velocity) * row.m_jacDiagABInv;
-    row.m_upperLimit = std::min(joint_.torque_limit * step, 1e10);
+    row.m_upperLimit = std::min(joint_.torque_limit * duration, 1e10);
     row.m_lowerLimit = -row.m_upperLimit;
   }
   const btScalar* velocities = m_bodyA->getVelocityVector() + 6;
   double fastest = 0.0;
   for (int i = 0; i < m_bodyA->getNumDofs(); ++i) fastest = std::max(fastest, std::abs(velocities[i]));
-  const double reach = std::max(0.05, 4.0 * step * fastest);
+  const double reach = std::max(0.05, 4.0 * duration * fastest);
   for (const double direction : {1.0, -1.0}) {
     const double gap = direction > 0.0 ? position - joint_.lower : joint_.upper - position;
     if (!(gap < reach)) continue;
     btMultiBodySolverConstraint& row = add_row(direction > 0.0 ? 1 : 2, direction, rows, data);
-    row.m_rhs = (-std::max(gap, 0.0) / step - direction * velocity) * row.m_jacDiagABInv;
+    row.m_rhs = (-std::max(gap, 0.0) / duration - direction * velocity) * row.m_jacDiagABInv;
     row.m_lowerLimit = 0.0;
     row.m_upperLimit = 1e10;
   }
