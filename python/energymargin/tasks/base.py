@@ -33,7 +33,6 @@ from energymargin._core import (
     regions,
 )
 from energymargin.limits import Limit
-from energymargin.notebook import shown_by
 
 __all__ = [
     "Drive",
@@ -77,8 +76,6 @@ class Trajectory:
 
     Raises ValueError on arrays of other shapes.
     """
-
-    _repr_html_ = shown_by("data.trajectory")
 
     times: NDArray[np.float64]
     """Time of each frame [s], shape (K,)."""

@@ -6,11 +6,7 @@
 namespace energymargin {
 
 //! Room for one pair's contacts in a dispatcher's pool [bytes].
-inline constexpr int contacts_size = 768;
-
-inline const btConvexShape& convex_shape(const btCollisionObjectWrapper& object) {
-  return static_cast<const btConvexShape&>(*object.getCollisionShape());
-}
+inline constexpr int contacts_size = 640;
 
 //! Keeps the contact points of two bodies.
 class PairContacts : public btCollisionAlgorithm {
