@@ -11,7 +11,7 @@
 #
 # make sanitize           all tests that run C++, from Python too, under the sanitizers: docs/engineering/safety.md
 # make fuzz SECONDS=600   new inputs for every door, each for so long
-# make bench BENCH=...    with options of python/bench/speed.py, as '--tasks push --rounds 5' or --quick
+# make bench BENCH=...    with options of python/bench/speed.py, as '--parts tasks --tasks push' or --quick
 #
 # Each target installs what is missing first: Debian packages with apt, the rest in .venv.
 

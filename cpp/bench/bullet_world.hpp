@@ -4,7 +4,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
-#include "physics/articulated/articulation.hpp"
+#include "bullet_tree.hpp"
 #include "physics/contacts/collision_filter.hpp"
 
 namespace energymargin {
@@ -24,12 +24,13 @@ struct OverlapFilter : btOverlapFilterCallback {
   CollisionFilter can_collide;
 };
 
-//! Without the constraints of its joints. The tree outlives the world.
-inline void add_tree(btMultiBodyDynamicsWorld& world, Articulation& tree) {
+//! With the rows of its joints. The tree outlives the world.
+inline void add_tree(btMultiBodyDynamicsWorld& world, BulletTree& tree) {
   for (const auto& collider : tree.colliders()) {
     world.addCollisionObject(collider.get(), btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
   }
   world.addMultiBody(&tree.multi_body());
+  for (const auto& joint : tree.joints()) world.addMultiBodyConstraint(joint.get());
 }
 
 }  // namespace energymargin

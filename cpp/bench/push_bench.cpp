@@ -28,6 +28,16 @@ void capture(benchmark::State& run) {
 }
 BENCHMARK(capture)->Arg(100)->Arg(1000)->Unit(benchmark::kMillisecond);
 
+// One tree, in rounds of 16 nodes, on so many threads.
+void capture_in_rounds(benchmark::State& run) {
+  const Problem problem = push();
+  CaptureOptions options;
+  options.nodes_per_round = 16;
+  options.threads = static_cast<int>(run.range(0));
+  for (auto _ : run) benchmark::DoNotOptimize(capture_score(problem, options));
+}
+BENCHMARK(capture_in_rounds)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 // This search spends all its nodes, while the improved one ends once it finds that the pusher itself loses the box.
 EffortOptions published(const std::string& planner, int nodes) {
   return {planner, nodes, 0, Captured::all, {}, Search::published};

@@ -15,7 +15,7 @@
 namespace energymargin {
 
 //! Bullet's own classes, with the settings that the library's World has. Fixed and free bodies are rigid bodies, links
-//! are the library's articulations. Throws std::invalid_argument on what no task has: links on a free body, loaded
+//! are multi-bodies. Throws std::invalid_argument on what no task has: links on a free body, loaded
 //! links, springs on links, joints that follow others.
 class RawScene {
  public:
@@ -47,7 +47,7 @@ class RawScene {
   void make_world();
   void configure();
   void add_rigid(std::size_t index);
-  void add_articulations();
+  void add_trees();
   void add_springs();
   static void pull(const Pulling& spring);
 
@@ -62,7 +62,7 @@ class RawScene {
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   OverlapFilter filter_;
-  std::vector<std::unique_ptr<Articulation>> articulations_;
+  std::vector<std::unique_ptr<BulletTree>> trees_;
   std::unique_ptr<btConstraintSolver> solver_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
 };
@@ -79,7 +79,7 @@ inline RawScene::RawScene(const Scene& scene)
     shapes_.push_back(collision_shape(scene.bodies()[i], scene.stepping().margin));
     if (scene.bodies()[i].fixed() || !scene.jointed(i)) add_rigid(i);
   }
-  add_articulations();
+  add_trees();
   add_springs();
 }
 
@@ -122,22 +122,9 @@ inline void RawScene::add_rigid(std::size_t index) {
   if (body.role == Role::object) objects_.push_back(free_.back());
 }
 
-// A tree for each link that hangs on a fixed body.
-inline void RawScene::add_articulations() {
-  for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
-    const Joint& joint = scene_.joints()[i];
-    if (joint.mimic) throw std::invalid_argument("no floor for a joint that follows another: '" + joint.name + "'");
-    if (!scene_.body(joint.child).force.isZero(0.0)) {
-      throw std::invalid_argument("no floor for a constant force on a link: '" + joint.child + "'");
-    }
-    const std::size_t parent = scene_.index(joint.parent);
-    if (scene_.joint_to(parent)) continue;
-    if (!scene_.bodies()[parent].fixed()) throw std::invalid_argument("no floor for links on a free body");
-    auto& world = static_cast<btMultiBodyDynamicsWorld&>(*world_);
-    articulations_.push_back(std::make_unique<Articulation>(scene_, shapes_, parent, i));
-    add_tree(world, *articulations_.back());
-    for (btMultiBodyConstraint* row : articulations_.back()->constraints()) world.addMultiBodyConstraint(row);
-  }
+inline void RawScene::add_trees() {
+  trees_ = bullet_trees(scene_, shapes_);
+  for (const auto& tree : trees_) add_tree(static_cast<btMultiBodyDynamicsWorld&>(*world_), *tree);
 }
 
 inline void RawScene::set(const State& state) {
@@ -148,7 +135,7 @@ inline void RawScene::set(const State& state) {
     free.rigid->setLinearVelocity(to_bullet(center.velocity));
     free.rigid->setAngularVelocity(to_bullet(center.angular_velocity));
   }
-  for (const auto& articulation : articulations_) articulation->restore(state);
+  for (const auto& tree : trees_) tree->restore(state);
 }
 
 inline void RawScene::step(const Disturbance& wrenches) {

@@ -1,8 +1,10 @@
-// energymargin_rollouts PROBLEM.json [--nodes M ...] [--rounds R] [--alone] [--duration S]: what rollouts cost.
+// energymargin_rollouts PROBLEM.json [--nodes M ...] [--rounds R] [--alone] [--duration S] [--steps N]: what rollouts
+// cost.
 //
 // Grows a capture tree of M nodes, R times, and each time lets a stock Bullet world replay the tree's edges: the floor.
 // Ours and floor take turns, so that what else the machine does disturbs both. --alone: no floor, and peak memory
-// instead. --duration: of the longest edge. Prints JSON; times are of the CPU [s], lengths in [m].
+// instead. --duration: of the longest edge. --steps: no tree, but one rollout of so many steps without a wrench. Prints
+// JSON; times are of the CPU [s], lengths in [m].
 
 #include <algorithm>
 #include <cmath>
@@ -112,24 +114,47 @@ Json alone(const Problem& problem, const CaptureOptions& options, int rounds) {
   return result;
 }
 
+// One rollout from the start in place of a tree.
+Json straight(const Problem& problem, int steps, int rounds) {
+  World world(problem.scene);
+  RawScene raw(problem.scene);
+  const std::size_t objects = problem.scene.with_role(Role::object).size();
+  Edge edge{problem.state, Disturbance(objects), steps, problem.state};
+  Json result;
+  for (int round = 0; round < rounds; ++round) {
+    result["ours"].push_back(
+        cpu_seconds([&] { edge.end = world.rollout_unchecked(problem.state, edge.wrenches, steps).state; }));
+    result["others"].push_back(cpu_seconds([&] { replay(raw, {edge}, [](const Edge&) {}); }));
+  }
+  result["steps"] = result["others_steps"] = steps;
+  compare(problem, raw, {edge}, result);
+  return result;
+}
+
 void run(const std::vector<std::string>& arguments) {
   Problem problem = load(arguments[0]);
   std::vector<int> sizes;
-  int rounds = 3;
+  int rounds = 3, steps = 0;
   bool is_alone = false;
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     if (arguments[i] == "--alone") {
       is_alone = true;
     } else if (arguments[i] == "--rounds") {
       rounds = std::stoi(arguments.at(++i));
+    } else if (arguments[i] == "--steps") {
+      steps = std::stoi(arguments.at(++i));
     } else if (arguments[i] == "--duration") {
       problem.duration = std::stod(arguments.at(++i));
     } else if (arguments[i] != "--nodes") {
       sizes.push_back(std::stoi(arguments[i]));
     }
   }
-  if (sizes.empty()) sizes = {100, 1000};
   Json runs = Json::array();
+  if (steps > 0) {
+    runs.push_back(straight(problem, steps, rounds));
+  } else if (sizes.empty()) {
+    sizes = {100, 1000};
+  }
   for (const int nodes : sizes) {
     CaptureOptions options;
     options.nodes = nodes;
@@ -142,7 +167,8 @@ void run(const std::vector<std::string>& arguments) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "usage: energymargin_rollouts PROBLEM.json [--nodes M ...] [--rounds R] [--alone] [--duration S]\n";
+    std::cerr << "usage: energymargin_rollouts PROBLEM.json [--nodes M ...] [--rounds R] [--alone] [--duration S] "
+                 "[--steps N]\n";
     return 2;
   }
   try {

@@ -24,9 +24,11 @@ Args:
     seed: the same seed gives the same bits.
     rate: lambda of eq. 4 [1/J]; by default the problem's.
     trees: independent trees, by default 1. Two or more give standard errors.
-    threads: for several trees. The score does not depend on them.
+    threads: for several trees, and for the nodes of a round. The score does not depend on them.
     nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
         rollouts. The tree grows from the ends alone.
+    nodes_per_round: how many nodes are extended at once, all drawn from the tree before, and at most as many as it has.
+        From 16 on a single tree keeps two threads busy. 1 is Algorithm 2; another number gives another tree.
     least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
     tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
         `trees`, by default 1000.
@@ -164,6 +166,7 @@ void bind_capture(py::module_& module) {
                         keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),
                         keyword("threads", &CaptureCall::threads)},
              std::tuple_cat(std::tuple{keyword("nodes_per_edge", &CaptureCall::nodes_per_edge),
+                                       keyword("nodes_per_round", &CaptureCall::nodes_per_round),
                                        keyword("least_likelihood", &CaptureCall::least_likelihood),
                                        keyword("tolerance", &CaptureCall::tolerance)},
                             progress_keywords(), std::tuple{keyword("warn", &CaptureCall::warn)}));

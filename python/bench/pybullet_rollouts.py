@@ -8,28 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pybullet as p
-from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 import energymargin as em
+from edges import Edge, Vector, axes, inertia
 
 HOLD = 1000.0  # torque that a joint is held with [N m]
 JOINTS = {"revolute": p.JOINT_REVOLUTE, "prismatic": p.JOINT_PRISMATIC, "fixed": p.JOINT_FIXED}
 UNIT = (0.0, 0.0, 0.0, 1.0)
-Vector = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Of a tree."""
-
-    start: Vector
-    wrenches: Vector
-    """On each object, (k, 6) [N, N m]."""
-    steps: int
+UNUSED: dict[str, Any] = {"halfExtents": (0, 0, 0), "radii": 0.0, "lengths": 0.0, "fileNames": ""}
+SINGULAR = {
+    "shapeTypes": "shapeType",
+    "halfExtents": "halfExtents",
+    "radii": "radius",
+    "lengths": "height",
+    "fileNames": "fileName",
+}
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class PyBulletScene:
             linkPositions=[(0, 0, 0)] * count,
             linkOrientations=[UNIT] * (count - 1)
             + [UNIT if angular else tuple(now["orientation"])],
-            linkInertialFramePositions=[(0, 0, 0)] * (count - 1) + [center(body)],
+            linkInertialFramePositions=[(0, 0, 0)] * (count - 1) + [inertia(body).center],
             linkInertialFrameOrientations=[UNIT] * count,
             linkParentIndices=list(range(count)),
             linkJointTypes=[p.JOINT_PRISMATIC] * len(linear) + [p.JOINT_REVOLUTE] * len(angular),
@@ -145,7 +145,7 @@ class PyBulletScene:
             linkVisualShapeIndices=[-1] * len(links),
             linkPositions=[joint.origin for joint in joints],
             linkOrientations=[joint.orientation for joint in joints],
-            linkInertialFramePositions=[center(link) for link in links],
+            linkInertialFramePositions=[inertia(link).center for link in links],
             linkInertialFrameOrientations=[UNIT] * len(links),
             linkParentIndices=[names.index(joint.parent) for joint in joints],
             linkJointTypes=[JOINTS[joint.type] for joint in joints],
@@ -161,6 +161,8 @@ class PyBulletScene:
         self.places[body.name] = place
         p.changeDynamics(place.uid, -1, linearDamping=0.0, angularDamping=0.0)
         p.changeDynamics(place.uid, place.link, lateralFriction=body.friction)
+        if body.inertial:
+            p.changeDynamics(place.uid, place.link, localInertiaDiagonal=body.inertial.moments)
 
     def _drive(self, joint: em.Joint, state: Vector) -> None:
         uid, link = self.joints[joint.name]
@@ -227,52 +229,36 @@ def position(place: Place) -> Any:
     return p.getBasePositionAndOrientation(place.uid)[0]
 
 
-def axes(factor: Vector) -> tuple[int, ...]:
-    """Those that are free."""
-    return tuple(axis for axis in range(3) if factor[axis] > 0.0)
-
-
-def center(body: em.Body) -> Any:
-    """Centre of mass in the body's frame [m]."""
-    return body.inertial.center if body.inertial else em.mass_properties(body.shape).center
-
-
 def shape(of: Any) -> int:
-    """A collision shape of PyBullet's; ValueError for one that no task has."""
+    """A collision shape of PyBullet's."""
     if isinstance(of, em.Plane):
         return int(p.createCollisionShape(p.GEOM_PLANE, planeNormal=of.normal))
-    if isinstance(of, em.Compound):
-        parts = [solid(part.shape) for part in of.parts]
+    with TemporaryDirectory() as folder:
+        if not isinstance(of, em.Compound):
+            one = {SINGULAR[key]: value for key, value in solid(of, Path(folder) / "0.obj").items()}
+            return int(p.createCollisionShape(**one))
+        solids = [solid(part.shape, Path(folder) / f"{n}.obj") for n, part in enumerate(of.parts)]
+        many = {key: [part.get(key, UNUSED[key]) for part in solids] for key in UNUSED}
         return int(
             p.createCollisionShapeArray(
-                [part.pop("shapeType") for part in parts],
+                [part["shapeTypes"] for part in solids],
                 collisionFramePositions=[part.position for part in of.parts],
                 collisionFrameOrientations=[part.orientation for part in of.parts],
-                halfExtents=[part.pop("halfExtents") for part in parts],
+                **many,
             )
         )
-    return int(p.createCollisionShape(**solid(of)))
 
 
-def solid(of: Any) -> dict[str, Any]:
-    """The arguments of a solid's collision shape."""
+def solid(of: Any, file: Path) -> dict[str, Any]:
+    """The arguments of a solid's collision shape; a hull is written into a file for it."""
     if isinstance(of, em.Box):
-        return {"shapeType": p.GEOM_BOX, "halfExtents": of.size / 2}
+        return {"shapeTypes": p.GEOM_BOX, "halfExtents": of.size / 2}
     if isinstance(of, em.Sphere):
-        return {"shapeType": p.GEOM_SPHERE, "radius": of.radius}
-    if isinstance(of, em.Cylinder):
-        return {"shapeType": p.GEOM_CYLINDER, "radius": of.radius, "height": of.length}
-    raise ValueError(f"shape is {of!r}, expected one that a task has")
-
-
-def edges_of(problem: em.Problem, tree: em.Tree) -> list[Edge]:
-    """What made each node but the root."""
-    steps = np.rint(tree.durations / problem.scene.step).astype(int)
-    return [
-        Edge(
-            problem.edge_start(tree.states[tree.parents[node]]),
-            tree.controls[node].reshape(-1, 6),
-            int(steps[node]),
-        )
-        for node in range(1, len(tree))
-    ]
+        return {"shapeTypes": p.GEOM_SPHERE, "radii": of.radius}
+    if isinstance(of, em.Cylinder | em.Capsule):
+        kind = p.GEOM_CYLINDER if isinstance(of, em.Cylinder) else p.GEOM_CAPSULE
+        return {"shapeTypes": kind, "radii": of.radius, "lengths": of.length}
+    corners = [f"v {x} {y} {z}" for x, y, z in of.points]
+    faces = [f"f {a} {b} {c}" for a, b, c in ConvexHull(of.points).simplices + 1]
+    file.write_text("\n".join([*corners, *faces]))
+    return {"shapeTypes": p.GEOM_MESH, "fileNames": str(file)}

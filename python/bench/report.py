@@ -1,187 +1,113 @@
-"""What was measured, in Markdown."""
+"""What was measured, in Markdown, and beside it what is asked of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterator, Mapping
 from statistics import median
+from typing import Any
 
-import numpy as np
-
-from measurements import FRAME_TREES, Cost, Results, Settings
+from measurements import Pairs, Settings
+from speed_cores import FRAME_TREES, Cores, Growth
+from speed_frame import SOON, Frames
+from speed_tasks import HEADLINE, Cost, Tasks
 from tables import machine, markdown
 
-# Of the public Python implementation: 1,000 nodes of a push with PyBullet, on another machine of
-# two cores.
-PUBLIC_SECONDS = 2.7
-PUBLIC_STEP = 24.7e-6
-FRAME = 0.030  # of a camera, at 33 Hz [s]
+__all__ = ["report"]
+
+TITLES = {
+    "tasks": "Tasks, on one thread",
+    "frame": "A camera's frame",
+    "cores": "Two threads",
+    "growth": "Large trees",
+    "bodies": "Many bodies",
+    "start": "Start-up",
+}
+
+# The bars. The public Python implementation takes 2.7 s for 1,000 nodes of a push, on another
+# machine of two cores.
+PUSH = 0.27  # s for 1,000 nodes
+PUBLIC = 2.7  # s for them
+OVER_MUJOCO = {"push": 0.6, "balance": 0.6, "topple": 0.6, "push-real": 0.6}
+OVER_FLOOR = {"grasp": 0.65}
+FRAME = {"push": 0.012, "balance": 0.012, "topple": 0.012, "push-real": 0.012, "grasp": 0.030}  # s
+FRAME_THREADS = {"grasp": 2}
+TREES_OF_A_FRAME = 0.030  # s, of a camera at 33 Hz
+THROUGHPUT = 1.9
+SLOPE = 1.05
+NODE = 400  # B
+
+ENGINES: dict[str, Callable[[Cost], Pairs]] = {
+    "`mj_step`": lambda cost: cost.mujoco.step,
+    "`mujoco.rollout`": lambda cost: cost.mujoco.rollout,
+    "PyBullet": lambda cost: cost.pybullet,
+}
 
 
-def report(results: Results) -> str:
-    """All there is."""
-    settings = results.settings
+def report(measured: Mapping[str, Any], settings: Settings, load: float) -> str:
+    """All there is, by part."""
+    versions = machine("mujoco", "pybullet", "numpy")
     parts = [
         "# Speed\n",
-        f"{machine('pybullet', 'numpy')}; load {results.load:.1f} before."
-        f" Medians of {settings.states} states of a task and {settings.rounds} rounds of each.\n",
+        f"{versions}; load {load:.1f} before. Medians of {settings.states} states of a task and"
+        f" {settings.rounds} rounds of each.\n",
     ]
-    if any(results.costs.values()):
-        parts += ["## Tasks, on one thread\n", *tasks(results)]
-    if results.threads:
-        parts += ["## Two threads\n", "A push, by the clock on the wall.\n", threads_table(results)]
-    if results.growth:
-        parts += ["## Large trees\n", "A push.\n", growth_table(results)]
-    if settings.nodes == Settings.nodes:
-        parts += ["## What a push has to reach\n", *headlines(results)]
-    else:
-        parts += ["The trees are too little to say how fast.\n"]
+    for part, results in measured.items():
+        if table := results.tables():
+            parts += [f"## {TITLES[part]}\n", table]
+    if not settings.full:
+        parts += ["All is too little to say how fast.\n"]
+    elif rows := [row for results in measured.values() for row in bars(results)]:
+        parts += ["## What is asked\n", markdown(["", "asked", "measured"], rows)]
     return "\n".join(parts)
 
 
-def over_states(costs: Sequence[Cost], of: Callable[[Cost], float]) -> float:
-    """The median."""
-    return median(of(cost) for cost in costs)
+def bars(results: Any) -> Iterator[list[str]]:
+    """Of a part: what it is, what is asked, and what there is so far."""
+    if isinstance(results, Tasks):
+        yield from of_tasks(results)
+    elif isinstance(results, Frames):
+        for task, asked in FRAME.items():
+            if results.soon.get(task):
+                threads = FRAME_THREADS.get(task, 1)
+                what = f"{task}: {SOON:g} s ahead, threads: {threads} [ms]"
+                took = 1e3 * results.wall(task, threads)
+                yield [what, f"<= {1e3 * asked:.0f}", f"{took:.1f}"]
+    elif isinstance(results, Cores):
+        yield from of_cores(results)
+    elif isinstance(results, Growth) and len(results.times) > 1:
+        fitted, steepest = results.slopes()
+        what = f"slope of log time over log nodes, up to {max(results.times):,}"
+        yield [what, f"<= {SLOPE}", f"{fitted:.3f}, at most {steepest:.3f} between neighbours"]
 
 
-def tasks(results: Results) -> Iterator[str]:
-    """What a score costs, what a step, and whether all three made the same steps."""
-    few, many = results.settings.nodes
-    yield (
-        f"The floor is a stock Bullet world that makes the steps of the trees of {many:,} nodes;"
-        f" PyBullet makes those of {few:,} nodes, as in `python/bench/pybullet_rollouts.py`."
-        " Times are of the CPU.\n"
-    )
-    yield markdown(
-        [
-            "task",
-            f"{few:,} nodes [ms]",
-            f"{many:,} nodes [ms]",
-            "steps",
-            "a step [us]",
-            "floor [us]",
-            "ours / floor",
-            "PyBullet [us]",
-            "PyBullet / ours",
-            "a node [B]",
-        ],
-        [task_row(results, task) for task, costs in results.costs.items() if costs],
-    )
-    yield (
-        "How far the objects go along an edge, and how far from our ends of the edges the others"
-        " leave them, all medians. PyBullet controls joints its own way.\n"
-    )
-    yield markdown(
-        ["task", "along an edge [mm]", "floor off by [mm]", "PyBullet off by [mm]"],
-        [agreement_row(task, costs, many) for task, costs in results.costs.items() if costs],
-    )
+def of_tasks(tasks: Tasks) -> Iterator[list[str]]:
+    """The bars of a step, of a push and of a node."""
+    many = tasks.settings.nodes[1]
+    for task, costs in tasks.costs.items():
+        if not costs:
+            continue
+        if task == HEADLINE:
+            took = tasks.of(task, lambda c: median(c.floor[many].ours))
+            what = f"{task}: {many:,} nodes [s]"
+            yield [what, f"<= {PUSH}", f"{took:.3f}, x {PUBLIC / took:.1f} of {PUBLIC} s"]
+            for name, engine in ENGINES.items():
+                took = median(median(engine(cost).others) for cost in costs)
+                yield [f"the same edges by {name} [s]", "", f"{took:.3f}"]
+        asked = OVER_FLOOR.get(task, 0.6)
+        yield [f"{task}: ours / Bullet", f"<= {asked:g}", f"{tasks.over_floor(task):.3f}"]
+        asked = OVER_MUJOCO.get(task, 1.0)
+        yield [f"{task}: ours / mj_step", f"<= {asked:g}", f"{tasks.over_mujoco(task):.3f}"]
+    for task, weight in tasks.bytes.items():
+        if task == HEADLINE:
+            yield [f"{task}: a node [B]", f"<= {NODE}", f"{weight:.0f}"]
 
 
-def task_row(results: Results, task: str) -> list[str]:
-    """Of `tasks`."""
-    few, many = results.settings.nodes
-    costs = results.costs[task]
-    weight = results.bytes.get(task)
-
-    def of(value: Callable[[Cost], float]) -> float:
-        return over_states(costs, value)
-
-    return [
-        task,
-        f"{1e3 * of(lambda c: median(c.floor[few].ours)):.1f}",
-        f"{1e3 * of(lambda c: median(c.floor[many].ours)):.0f}",
-        f"{of(lambda c: c.floor[many].steps):.0f}",
-        f"{1e6 * of(lambda c: median(c.floor[many].ours) / c.floor[many].steps):.2f}",
-        f"{1e6 * of(lambda c: median(c.floor[many].others) / c.floor[many].steps):.2f}",
-        f"{of(lambda c: c.floor[many].ratio()):.3f}",
-        f"{1e6 * of(lambda c: median(c.pybullet.others) / c.pybullet.steps):.1f}",
-        f"{of(lambda c: 1.0 / c.pybullet.ratio()):.1f}",
-        "" if weight is None else f"{weight:.0f}",
-    ]
-
-
-def agreement_row(task: str, costs: Sequence[Cost], nodes: int) -> list[str]:
-    """Of `tasks`."""
-    return [
-        task,
-        f"{1e3 * over_states(costs, lambda c: c.floor[nodes].moved):.2f}",
-        f"{1e3 * over_states(costs, lambda c: c.floor[nodes].apart):.2f}",
-        f"{1e3 * over_states(costs, lambda c: c.pybullet.apart):.2f}",
-    ]
-
-
-def threads_table(results: Results) -> str:
-    """A row a job."""
-    return markdown(
-        ["job", "1 thread [s]", "2 threads [s]", "throughput"],
-        [
-            [
-                job,
-                f"{median(pairs.ours):.3f}",
-                f"{median(pairs.others):.3f}",
-                f"x {pairs.ratio():.2f}",
-            ]
-            for job, pairs in results.threads.items()
-        ],
-    )
-
-
-def slopes(growth: dict[int, list[float]]) -> tuple[float, float]:
-    """Of log time over log nodes: by least squares, and the largest between neighbours."""
-    nodes = np.log(list(growth))
-    times = np.log([median(seconds) for seconds in growth.values()])
-    between = [(t - s) / (n - m) for (m, s), (n, t) in pairwise(zip(nodes, times, strict=True))]
-    return float(np.polyfit(nodes, times, 1)[0]), float(max(between))
-
-
-def growth_table(results: Results) -> str:
-    """A row a number of nodes."""
-    return markdown(
-        ["nodes", "time [s]", "a node [us]"],
-        [
-            [f"{nodes:,}", f"{median(seconds):.3f}", f"{1e6 * median(seconds) / nodes:.0f}"]
-            for nodes, seconds in results.growth.items()
-        ],
-    )
-
-
-def headlines(results: Results) -> Iterator[str]:
-    """The bars for a push, and how far it is over them."""
-    yield (
-        f"{PUBLIC_SECONDS} s is what the public Python implementation takes for 1,000 nodes of a"
-        f" push on a machine of two cores, at {1e6 * PUBLIC_STEP:.1f} us a step.\n"
-    )
-    yield markdown(["push", "bar", "measured"], list(headline_rows(results)))
-
-
-def headline_rows(results: Results) -> Iterator[list[str]]:
-    """Of what there is so far."""
-    few, many = results.settings.nodes
-    if push := results.costs.get("push"):
-        took = over_states(push, lambda c: median(c.floor[many].ours))
-        over = over_states(push, lambda c: c.floor[many].ratio())
-        yield [f"{many:,} nodes: over the floor", "<= 1.10", f"{over:.3f}"]
-        yield [
-            f"{many:,} nodes: faster than {PUBLIC_SECONDS} s",
-            ">= 6, goal 10",
-            f"x {PUBLIC_SECONDS / took:.1f} ({took:.3f} s)",
-        ]
-    if frames := results.frames:
-        one, two = median(frames.ours), median(frames.others)
-        yield [f"a tree of {few:,} nodes on one thread [ms]", "", f"{1e3 * one:.1f}"]
-        yield [
-            f"{FRAME_TREES} trees of {few // FRAME_TREES:,} nodes on two threads [ms]",
-            f"<= {1e3 * FRAME:.0f}",
-            f"{1e3 * two:.1f}",
-        ]
-    for job, pairs in list(results.threads.items())[:1]:
-        yield [f"two threads over one, {job}", ">= 1.9", f"x {pairs.ratio():.2f}"]
-    if len(results.growth) > 1:
-        fitted, steepest = slopes(results.growth)
-        yield [
-            f"slope of log time over log nodes, up to {max(results.growth):,}",
-            "<= 1.05",
-            f"{fitted:.3f}, at most {steepest:.3f} between neighbours",
-        ]
-    if "push" in results.bytes:
-        yield ["memory of a node [B]", "<= 1000", f"{results.bytes['push']:.0f}"]
+def of_cores(cores: Cores) -> Iterator[list[str]]:
+    """The bars of two threads."""
+    few = cores.settings.nodes[0]
+    if frames := cores.frames:
+        what = f"{FRAME_TREES} trees of {few // FRAME_TREES:,} nodes of a push, threads: 2 [ms]"
+        took = 1e3 * median(frames.others)
+        yield [what, f"<= {1e3 * TREES_OF_A_FRAME:.0f}", f"{took:.1f}"]
+    for job, pairs in list(cores.threads.items())[:1]:
+        yield [f"two threads over one, {job}", f">= {THROUGHPUT}", f"x {pairs.ratio():.2f}"]

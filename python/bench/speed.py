@@ -1,39 +1,59 @@
-"""What scores cost: our time against the floor, which is Bullet alone, and against PyBullet.
+"""What scores and probabilities cost: our time beside Bullet alone, MuJoCo and PyBullet.
 
 `make bench` runs this. Each task is asked at some states of recorded trajectories, since the cost
 depends on the state. What is compared takes turns, and what is shown are medians of the ratios of
-pairs: so another job on the machine disturbs both.
+pairs: so another job on the machine disturbs both. The tables are those of
+docs/engineering/speed.md.
 """
 
 from __future__ import annotations
 
+import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 
 from energymargin.progress import share_bar
-from measurements import TASKS, Results, Settings, measure
+from measurements import TASKS, Settings, Tell
 from report import report
+from speed_bodies import Bodies, measure_bodies
+from speed_cores import Cores, Growth, measure_cores, measure_growth
+from speed_frame import Frames, measure_frames
+from speed_start import Start, measure_start
+from speed_tasks import Tasks, measure_tasks
+
+# By name: what holds the results, and what fills it.
+PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] = {
+    "tasks": (Tasks, measure_tasks),
+    "frame": (Frames, measure_frames),
+    "cores": (Cores, measure_cores),
+    "growth": (Growth, measure_growth),
+    "bodies": (Bodies, measure_bodies),
+    "start": (Start, measure_start),
+}
 
 
 def main(
+    *,
+    parts: Annotated[str, typer.Option(help="With commas between.")] = ",".join(PARTS),
     tasks: Annotated[str, typer.Option(help="With commas between.")] = ",".join(TASKS),
     states: Annotated[int, typer.Option(min=1, help="Of each task.")] = Settings.states,
-    rounds: Annotated[int, typer.Option(min=1, help="Pairs of each comparison.")] = Settings.rounds,
-    quick: Annotated[bool, typer.Option("--quick", help="Little trees: does it work?")] = False,
+    rounds: Annotated[int, typer.Option(min=1, help="Of each comparison.")] = Settings.rounds,
+    quick: Annotated[bool, typer.Option("--quick", help="Little: does it work?")] = False,
     out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.")] = None,
 ) -> None:
     """Measures, and prints Markdown. Ctrl-C ends it at once: then it prints what there is."""
-    chosen = tuple(tasks.split(","))
-    if unknown := sorted(set(chosen) - set(TASKS)):
-        raise typer.BadParameter(f"tasks has {unknown[0]!r}, expected some of {', '.join(TASKS)}")
-    settings = Settings(chosen, states, rounds)
-    results = Results(settings.quick() if quick else settings)
-    interrupted = fill(results)
-    text = report(results)
+    chosen = some("parts", parts, tuple(PARTS))
+    settings = Settings(some("tasks", tasks, TASKS), states, rounds)
+    settings = settings.quick() if quick else settings
+    load = os.getloadavg()[0]
+    measured = {part: PARTS[part][0](settings) for part in chosen}
+    interrupted = fill(measured)
+    text = report(measured, settings, load)
     print(text)
     if out:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -42,20 +62,28 @@ def main(
         raise typer.Exit(128 + signal.SIGINT)
 
 
-def fill(results: Results) -> bool:
-    """Measures under a progress bar; whether that was interrupted."""
-    begun = 0
+def some(option: str, words: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Those that an option names, in its order."""
+    chosen = tuple(words.split(","))
+    if unknown := sorted(set(chosen) - set(known)):
+        raise typer.BadParameter(
+            f"{option} has {unknown[0]!r}, expected some of {', '.join(known)}"
+        )
+    return chosen
+
+
+def fill(measured: dict[str, Any]) -> bool:
+    """Measures part by part under a bar of their share; whether that was interrupted."""
     with share_bar(Console(stderr=True)) as update:
+        for number, (part, results) in enumerate(measured.items()):
 
-        def tell(what: str) -> None:
-            nonlocal begun
-            update(what, begun / results.settings.pieces())
-            begun += 1
+            def tell(what: str, done: float = number / len(measured), part: str = part) -> None:
+                update(f"{part}: {what}", done)
 
-        try:
-            measure(results, tell)
-        except KeyboardInterrupt:
-            return True
+            try:
+                PARTS[part][1](results, tell)
+            except KeyboardInterrupt:
+                return True
     return False
 
 

@@ -18,6 +18,7 @@ from energymargin.executors.threads import chosen_executor
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
+from energymargin.notebook import shown_by
 from energymargin.settings import SearchSettings
 from energymargin.tasks.base import whole_number
 
@@ -39,6 +40,8 @@ MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
 @dataclass(frozen=True)
 class ScoreTable:
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
+
+    _repr_html_ = shown_by("data.score_table")
 
     index: NDArray[np.int64]
     """Which problem, shape (N,), rising."""

@@ -117,6 +117,50 @@ TEST(Capture, StatesOnTheWayAreNodesOfATreeThatGrowsAsWithout) {
   }
 }
 
+CaptureOptions in_rounds(int nodes_per_round, int nodes, int threads = 1) {
+  CaptureOptions made = options(nodes, 3, 1, threads);
+  made.nodes_per_round = nodes_per_round;
+  return made;
+}
+
+TEST(Capture, NodesOfARoundGrowFromTheTreeBeforeIt) {
+  const Problem problem = push();
+  const Tree tree = capture_score(problem, in_rounds(16, 100)).trees.front();
+  ASSERT_EQ(tree.size(), 101);
+  expect_each_edge_is_a_rollout(tree, problem);
+  expect_controls_within_bounds(tree, problem);
+  // The rounds are of 1, 2, 4, 8 and 16 nodes, and then of 16 each.
+  for (const int first : {1, 2, 4, 8, 16, 32, 48, 64, 80, 96}) {
+    const int last = std::min({2 * first - 1, first + 15, 100});
+    for (int node = first; node <= last; ++node) EXPECT_LT(tree.parents[node], first) << "node " << node;
+  }
+}
+
+TEST(Capture, RoundsGiveTheSameBitsOnAnyNumberOfThreadsAndForSeveralTrees) {
+  CaptureOptions several = in_rounds(16, 100);
+  several.nodes_per_edge = 3;
+  several.trees = 2;
+  for (const CaptureOptions& asked : {in_rounds(16, 100), in_rounds(1000, 100), several}) {
+    const CaptureScore one = capture_score(push(), asked);
+    EXPECT_EQ(one.nodes(), 100);
+    for (const int threads : {2, 5}) {
+      CaptureOptions threaded = asked;
+      threaded.threads = threads;
+      const CaptureScore other = capture_score(push(), threaded);
+      EXPECT_TRUE(same_bits(other.capture.mean, one.capture.mean)) << threads << " threads";
+      for (std::size_t i = 0; i < one.trees.size(); ++i) EXPECT_TRUE(same_bits(other.trees[i], one.trees[i]));
+    }
+  }
+}
+
+TEST(Capture, CountsTheNodesOfRounds) {
+  std::atomic<int> count{0};
+  CaptureOptions counted = in_rounds(16, 100, 2);
+  counted.node_counter = &count;
+  capture_score(push(), counted);
+  EXPECT_EQ(count, 100);
+}
+
 TEST(Capture, RateOfZeroGivesThePlainFractionOfNodes) {
   const Problem problem = push();
   CaptureOptions even = options(200);
@@ -221,6 +265,18 @@ TEST(Capture, TimeoutGivesTheBitsOfATreeOfSoManyNodes) {
   EXPECT_TRUE(same_bits(score.success->mean, whole.success->mean));
 }
 
+TEST(Capture, TimeoutInARoundGivesTheBitsOfATreeOfSoManyNodes) {
+  CaptureOptions timed = in_rounds(64, 1000000, 2);
+  CaptureScore score;
+  score.trees.resize(1);
+  for (double timeout = 0.05; score.nodes() < 1; timeout *= 2.0) {
+    timed.limit = Limit(nullptr, timeout);
+    score = capture_score(push(), timed);
+  }
+  EXPECT_FALSE(score.complete);
+  EXPECT_TRUE(same_bits(score.trees[0], capture_score(push(), in_rounds(64, score.nodes())).trees[0]));
+}
+
 TEST(Capture, OnTimeoutTheFirstTreesThatAreCompleteCount) {
   CaptureOptions timed = options(20, 3, 1000000, 2);
   CaptureScore score;
@@ -284,6 +340,7 @@ TEST(Capture, BadOptionsAreRejectedByNameAndValue) {
   CaptureOptions none = options(10);
   none.nodes_per_edge = 0;
   EXPECT_TRUE(rejects([&] { capture_score(push(), none); }, {"nodes_per_edge is 0", "at least 1"}));
+  EXPECT_TRUE(rejects([] { capture_score(push(), in_rounds(0, 10)); }, {"nodes_per_round is 0", "at least 1"}));
   none = options(10);
   none.least_likelihood = 1.0;
   EXPECT_TRUE(rejects([&] { capture_score(push(), none); }, {"least_likelihood is 1", "below 1"}));

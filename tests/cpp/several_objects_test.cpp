@@ -15,7 +15,6 @@
 #include "energymargin/search/bounded_problem.hpp"
 #include "mechanisms.hpp"
 #include "search/cost_space.hpp"
-#include "search/est.hpp"
 #include "search/propagator.hpp"
 #include "search_checks.hpp"
 
@@ -182,29 +181,28 @@ TEST(SeveralObjects, DistanceIsTheMeanOverTheObjectsOfItsSquare) {
 }
 
 // Where a node lies in the grid of EST's density if the objects are displaced so from their starts, in longest edges.
-Eigen::VectorXi cell(const search::Est& est, const std::vector<Vector3>& displaced) {
-  const auto& space = *est.getSpaceInformation()->getStateSpace()->as<search::CostSpace>();
+Eigen::VectorXi cell(const search::BoundedProblem& bounded, const std::vector<Vector3>& displaced) {
+  const auto& space = *bounded.space_information()->getStateSpace()->as<search::CostSpace>();
   search::CostSpace::StateType state;
   state.objects = space.starts();
   for (std::size_t i = 0; i < displaced.size(); ++i) {
     state.objects[i].position += space.scales()[i].position * displaced[i];
   }
-  Eigen::VectorXi coordinates(est.getProjectionEvaluator()->getDimension());
-  est.getProjectionEvaluator()->computeCoordinates(&state, coordinates);
+  Eigen::VectorXi coordinates(space.getDefaultProjection()->getDimension());
+  space.getDefaultProjection()->computeCoordinates(&state, coordinates);
   return coordinates;
 }
 
 TEST(SeveralObjects, OppositeMotionsLieInAnotherCellOfEstsGridThanTheStartAndThanEachOther) {
   const Problem problem = two_drifts();
   const search::BoundedProblem bounded(problem, nullptr, 1, 0);
-  const search::Est est(bounded, 0);
   const Vector3 rest = Vector3::Zero();
   const Vector3 right = Vector3::UnitX();
   const std::vector<std::vector<Vector3>> motions{{rest, rest},  {right, -right}, {-right, right},
                                                   {right, rest}, {rest, right},   {right, right}};
   for (const auto& one : motions) {
     for (const auto& other : motions) {
-      EXPECT_EQ(cell(est, one) == cell(est, other), one == other);
+      EXPECT_EQ(cell(bounded, one) == cell(bounded, other), one == other);
     }
   }
 }
@@ -212,8 +210,7 @@ TEST(SeveralObjects, OppositeMotionsLieInAnotherCellOfEstsGridThanTheStartAndTha
 TEST(SeveralObjects, NodeThatIsFarAwayLiesInTheLastCellOfEstsGridAndNanInNone) {
   const Problem problem = two_drifts();
   const search::BoundedProblem bounded(problem, nullptr, 1, 0);
-  const search::Est est(bounded, 0);
-  const auto displaced = [&](double x, double y) { return cell(est, {Vector3(x, y, 0.0)}); };
+  const auto displaced = [&](double x, double y) { return cell(bounded, {Vector3(x, y, 0.0)}); };
   using Cell = std::numeric_limits<int>;
   for (const double far : {1e9, 1e300, infinity}) {
     EXPECT_EQ(displaced(far, -far).head<3>(), Eigen::Vector3i(Cell::max(), Cell::min(), 0)) << far;

@@ -235,7 +235,8 @@ TEST(MechanismPurity, RolloutsAfterTargetsDrivesAndOtherQuestionsGiveTheSameBits
   });
 }
 
-// At 300 m/s bodies leave all others in a step, and 1e306 m/s lead beyond all numbers.
+// At 300 m/s bodies leave all others in a step, a mechanism that spins so fast may burst, and 1e306 m/s lead beyond all
+// numbers.
 TEST(MechanismPurity, RolloutsAfterOnesThatWentFarAwayOrDivergedGiveTheSameBits) {
   std::mt19937_64 random(4);
   int diverged = 0;
@@ -243,12 +244,13 @@ TEST(MechanismPurity, RolloutsAfterOnesThatWentFarAwayOrDivergedGiveTheSameBits)
     if (i % 4 > 0) return;
     const Question& question = mechanism.asked[i];
     const State far = hurled(mechanism.scene, pack(mechanism.scene), random, 300.0, 300.0);
-    mechanism.world.rollout_unchecked(far, question.wrenches, 3);
     const State farther = hurled(mechanism.scene, question.state, random, 1e306, 1e306);
-    try {
-      mechanism.world.rollout_unchecked(farther, question.wrenches, 3);
-    } catch (const std::runtime_error&) {
-      ++diverged;
+    for (const State& state : {far, farther}) {
+      try {
+        mechanism.world.rollout_unchecked(state, question.wrenches, 3);
+      } catch (const std::runtime_error&) {
+        ++diverged;
+      }
     }
   });
   EXPECT_GT(diverged, 0);

@@ -7,7 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from measurements import cost_of, problems_of
+import energymargin as em
+from edges import Edge, edges_of, positions
+from measurements import TASKS, problems_of
+from mujoco_rollouts import MuJoCoEdges
+from speed_bodies import clumps
+from speed_frame import PAGE, foreseen
+from speed_tasks import cost_of
 
 SCRIPT = Path(__file__).parents[2] / "python" / "bench" / "speed.py"
 
@@ -18,19 +24,66 @@ def run(*arguments):
         check=False,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=180,
     )
 
 
 @pytest.mark.parametrize("task", ["push", "balance", "topple", "grasp"])
-def test_bullet_and_pybullet_make_the_same_rollouts(task):
-    cost = cost_of(problems_of(task, 6)[2], nodes=(10, 30), rounds=1)
-    for pairs in (*cost.floor.values(), cost.pybullet):
+def test_bullet_mujoco_and_pybullet_make_the_same_rollouts(task):
+    cost = cost_of(problems_of(task, 6)[2], nodes=(10, 30), rounds=1, large=False)
+    for pairs in (*cost.floor.values(), cost.mujoco.step, cost.mujoco.rollout, cost.pybullet):
         assert pairs.others_steps == pairs.steps > 0
         assert pairs.moved > 1e-3
     assert cost.floor[30].apart < 0.1 * cost.floor[30].moved
-    if task != "grasp":  # where PyBullet controls the joints its own way
+    if task != "grasp":  # where PyBullet controls the joints its own way, and MuJoCo's fingers slip
         assert cost.pybullet.apart < 0.1 * cost.pybullet.moved
+        assert cost.mujoco.step.apart < 0.2 * cost.mujoco.step.moved
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_twin_in_mujoco_begins_where_the_scene_is_and_ends_alike_by_both_of_its_ways(task):
+    problem = problems_of(task, 6)[2]
+    tree = em.capture_score(problem, nodes=5, warn=False).tree
+    edges = edges_of(problem, tree)
+    waiting = MuJoCoEdges(problem, [Edge(edge.start, edge.wrenches, 0) for edge in edges])
+    starts = positions(problem.scene, [edge.start for edge in edges])
+    assert waiting.stepped()[1] == pytest.approx(starts, abs=1e-12)
+    moving = MuJoCoEdges(problem, edges)
+    moving.roll_out()
+    assert np.array_equal(moving.stepped()[0], moving.rolled_out())
+
+
+def test_body_that_falls_alone_ends_in_mujoco_where_it_does_here():
+    scene = em.Scene()
+    scene.add_body("ball", em.Sphere(0.1), mass=2.0, position=(0, 0, 5), role="object")
+    always = em.regions.Speed("ball", 100.0)
+    wrench = np.array([[3.0, 0.0, 1.0, 0.0, 0.01, 0.0]])
+    start = scene.pack(ball={"velocity": (0, 1, 0), "angular_velocity": (1, 2, 3)})
+    problem = em.Problem(
+        scene, start, force=(3, 3, 3), torque=(1, 1, 1), duration=1, captured=always
+    )
+    _, ends, contacts, _ = MuJoCoEdges(problem, [Edge(start, wrench, 48)]).stepped()
+    end = em.World(scene).rollout(start, wrench[0], 48 * scene.step).state
+    assert ends[0, 0] == pytest.approx(end[:3], abs=1e-9)
+    assert set(contacts) == {0}
+
+
+def test_boxes_of_a_clump_touch_and_rest():
+    problem = clumps(12)
+    world = em.World(problem.scene)
+    names = {frozenset((c.body_a, c.body_b)) for c in world.contacts(problem.state)}
+    for pair in (("ground", "box_0"), ("box_0", "box_3"), ("box_4", "box_2"), ("ground", "box_5")):
+        assert frozenset(pair) in names
+    end = world.rollout(problem.state, np.zeros(6), 0.5).state
+    assert np.abs(positions(problem.scene, [end - problem.state])).max() < 1e-4
+
+
+def test_foresight_beside_a_frame_is_that_of_the_page():
+    known = foreseen(PAGE.read_text())
+    assert set(known) == set(TASKS) - {"push-real"}
+    for task, auc_ap in known.items():
+        row = f"| {task} | "
+        assert any(line.startswith(row) and auc_ap in line for line in PAGE.read_text().split("\n"))
 
 
 def test_each_table_has_its_rows_with_positive_numbers(tmp_path):
@@ -42,8 +95,19 @@ def test_each_table_has_its_rows_with_positive_numbers(tmp_path):
         for line in done.stdout.splitlines()
         if line.startswith("|")
     ]
-    numbers = [[float(cell) for cell in row] for row in rows if is_number(row[0])]
-    assert [len(row) for row in numbers] == [9, 3, *[3] * 3, *[2] * 2]
+    numbers = [
+        [float(cell.split("/")[0]) for cell in row if cell] for row in rows if is_number(row[0])
+    ]
+    of_tasks, of_frames = [12, 7], [5, 7]
+    assert [len(row) for row in numbers] == [
+        *of_tasks,
+        *of_frames,
+        *[3] * 3,
+        *[2] * 2,
+        *[4] * 2,
+        1,
+        *[2] * 4,
+    ]
     assert np.isfinite(np.concatenate(numbers)).all()
     assert (np.concatenate(numbers) > 0.0).all()
 
@@ -52,7 +116,8 @@ def is_number(cell):
     return cell.replace(".", "", 1).isdigit()
 
 
-def test_an_unknown_task_is_named():
-    done = run("--tasks", "push,juggle")
+@pytest.mark.parametrize(("option", "wrong"), [("--tasks", "juggle"), ("--parts", "juggling")])
+def test_an_unknown_task_or_part_is_named(option, wrong):
+    done = run(option, wrong)
     assert done.returncode != 0
-    assert "'juggle'" in done.stderr
+    assert repr(wrong) in done.stderr

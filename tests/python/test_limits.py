@@ -70,8 +70,10 @@ def test_a_cancel_is_set_once_and_for_all():
     assert cancel.is_set and issubclass(em.Cancelled, RuntimeError)
 
 
+ROUNDS = {"nodes_per_round": 16, "threads": 2}
 LONG = {
     "capture": lambda problem, **limit: em.capture_score(problem, nodes=MANY, **limit),
+    "rounds": lambda problem, **limit: em.capture_score(problem, nodes=MANY, **ROUNDS, **limit),
     "est": lambda problem, **limit: em.escape_effort(problem, "est", nodes=MANY, **limit),
     "rrt": lambda problem, **limit: em.escape_effort(problem, "rrt", nodes=MANY, **limit),
 }
@@ -87,8 +89,9 @@ def test_a_search_that_is_ended_gives_the_bits_of_one_of_so_many_nodes(resting, 
             found = LONG[search](resting, **limit)
         seconds *= 2
     assert not found.complete and 0 < found.nodes < MANY
-    if search == "capture":
-        whole = em.capture_score(resting, nodes=found.nodes)
+    if search in ("capture", "rounds"):
+        rounds = ROUNDS if search == "rounds" else {}
+        whole = em.capture_score(resting, nodes=found.nodes, **rounds)
         assert (whole.capture, whole.success) == (found.capture, found.success)
     else:
         whole = em.escape_effort(resting, search, nodes=found.nodes)

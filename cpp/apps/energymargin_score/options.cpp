@@ -64,7 +64,7 @@ std::vector<Option> common_options() {
        [](CommandLine& line, const Value& v) {
          line.arguments.capture.tolerance = line.arguments.probability.tolerance = v.number();
        }},
-      {"--threads", "T", "capture probability", "for several trees, or rollouts (1)",
+      {"--threads", "T", "capture probability", "for several trees, rounds of nodes, or rollouts (1)",
        [](CommandLine& line, const Value& v) {
          line.arguments.capture.threads = line.arguments.probability.threads = v.count();
        }},
@@ -82,6 +82,8 @@ std::vector<Option> capture_options() {
        [](CommandLine& line, const Value& v) { line.arguments.capture.trees = v.count(); }},
       {"--nodes-per-edge", "N", "capture", "the most states of a rollout that are nodes (1)",
        [](CommandLine& line, const Value& v) { line.arguments.capture.nodes_per_edge = v.count(); }},
+      {"--nodes-per-round", "N", "capture", "nodes that are extended at once (1); 16 for a tree on two threads",
+       [](CommandLine& line, const Value& v) { line.arguments.capture.nodes_per_round = v.count(); }},
       {"--least-likelihood", "X", "capture", "share of the root's likelihood at which a rollout ends (0)",
        [](CommandLine& line, const Value& v) { line.arguments.capture.least_likelihood = v.number(); }},
   };

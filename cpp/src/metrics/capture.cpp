@@ -39,10 +39,12 @@ struct ScoredTree {
 
 // Line 3 of Algorithm 2: EST(P_inf, M); with a least likelihood EST(P_c, M), with c the cost at which it is reached.
 ScoredTree energy_cost_field(const Problem& problem, const CaptureOptions& options, double rate, std::uint64_t seed,
-                             const Limit& limit) {
+                             int threads, const Limit& limit) {
   search::ExplorationOptions exploration;
   exploration.nodes = options.nodes;
   exploration.nodes_per_edge = options.nodes_per_edge;
+  exploration.nodes_per_round = options.nodes_per_round;
+  exploration.threads = threads;
   if (options.least_likelihood > 0.0) exploration.bound = -std::log(options.least_likelihood) / rate;
   exploration.seed = seed;
   exploration.limit = limit;
@@ -84,7 +86,8 @@ class Forest {
       : problem_(problem),
         options_(options),
         rate_(options.rate.value_or(problem.rate)),
-        most_(static_cast<std::size_t>(options.trees.value_or(options.tolerance ? most_trees : 1))) {}
+        most_(static_cast<std::size_t>(options.trees.value_or(options.tolerance ? most_trees : 1))),
+        threads_(std::clamp(options.threads / static_cast<int>(most_), 1, options.nodes_per_round)) {}
 
   void grow() {
     const Limit enough = options_.limit.or_when(meets_tolerance_);
@@ -111,7 +114,7 @@ class Forest {
 
  private:
   void grow_tree(std::size_t index, const Limit& limit) {
-    ScoredTree tree = energy_cost_field(problem_, options_, rate_, stream(options_.seed, index), limit);
+    ScoredTree tree = energy_cost_field(problem_, options_, rate_, stream(options_.seed, index), threads_, limit);
     if (!tree.complete && index > 0) return;
     const Eigen::VectorXd weights = likelihoods(tree.tree.costs, rate_);
     tree.likelihoods = set_likelihoods(problem_, tree.tree, weights);
@@ -159,6 +162,7 @@ class Forest {
   const CaptureOptions& options_;
   double rate_;
   std::size_t most_;
+  int threads_;  // of a tree
   std::mutex mutex_;
   std::map<std::size_t, ScoredTree> trees_;
   std::size_t counted_ = 0;  // the first trees, which count
@@ -168,6 +172,7 @@ class Forest {
 void validate(const CaptureOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   require_at_least("nodes_per_edge", options.nodes_per_edge, 1);
+  require_at_least("nodes_per_round", options.nodes_per_round, 1);
   require_least_likelihood(options.least_likelihood);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
   if (options.trees) {

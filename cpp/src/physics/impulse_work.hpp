@@ -1,10 +1,8 @@
 #pragma once
 // The work of a step's impulses, for the energy audit.
 
-#include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <btBulletDynamicsCommon.h>
 
-#include <map>
 #include <vector>
 
 namespace energymargin {
@@ -15,8 +13,8 @@ struct Motion {
     btVector3 linear, angular;  // [m/s], [rad/s]
     btVector3 force, torque;    // of gravity, the body's constant force and the springs' stiffness [N, N m]
   };
-  std::vector<OfBody> bodies;                               // by their index in the scene; not of links
-  std::map<const btMultiBody*, std::vector<double>> trees;  // velocities of the base, then of the joints
+  std::vector<OfBody> bodies;              // by their index in the scene; not of links
+  std::vector<std::vector<double>> trees;  // velocities of a free base, then of the joints
 };
 
 //! Work of the solver's impulses [J].

@@ -62,25 +62,13 @@ Simulation::Simulation(const Scene& scene, Detection detection)
       filter_(scene_),
       pair_query_(dispatcher_),
       stepper_(make_stepper(scene_, shapes_)),
-      pairs_(dispatcher_.bullet()),
+      pairs_(dispatcher_.bullet(), filter_, stepper_->colliders()),
       springs_(scene_, *stepper_),
       solver_(solver_settings(scene)),
       axes_before_(scene.bodies().size()),
       velocities_(scene.bodies().size()) {
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
-  add_pairs(detection);
-}
-
-void Simulation::add_pairs(Detection detection) {
-  if (detection == Detection::continuous) continuous_.emplace(shapes_);
-  const std::vector<btCollisionObject*>& colliders = stepper_->colliders();
-  for (std::size_t a = 0; a < colliders.size(); ++a) {
-    for (std::size_t b = a + 1; b < colliders.size(); ++b) {
-      if (!filter_(a, b)) continue;
-      pairs_.add(*colliders[a], *colliders[b]);
-      if (continuous_) continuous_->add(*colliders[a], *colliders[b]);
-    }
-  }
+  if (detection == Detection::continuous) continuous_.emplace(shapes_, stepper_->colliders());
 }
 
 int Simulation::whole_steps(double duration) const { return static_cast<int>(std::lround(duration / step_)); }
@@ -95,7 +83,6 @@ const std::vector<btRigidBody*>& Simulation::objects() const {
 void Simulation::restore(const State& state) {
   stepper_->restore(state);
   pairs_.forget();
-  if (continuous_) continuous_->forget();
   last_duration_ = 0.0;
   unload();
   springs_.update();

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "energymargin/world.hpp"
@@ -89,11 +90,13 @@ class Simulation {
   ClosestPoints closest_points(std::size_t a, std::size_t b, double reach);
   bool can_collide(std::size_t a, std::size_t b) const { return filter_(a, b); }
 
+  //! Of bodies that can collide, the pairs whose bounds are within reach of a contact, by their indices in the scene.
+  std::vector<std::pair<std::size_t, std::size_t>> near_pairs() { return pairs_.near(); }
+
   //! A body as Bullet sees it, where the last `restore` or `step` left it.
   const btCollisionObject& collider(std::size_t body) const { return *stepper_->colliders()[body]; }
 
  private:
-  void add_pairs(Detection detection);
   PartResult advance_safely(double duration, int parts);
   void accelerate(double duration);
   void solve(double duration);

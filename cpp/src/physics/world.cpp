@@ -137,18 +137,15 @@ Contact World::deepest_contact(const State& state) {
   simulation.restore(state);
   const std::vector<Body>& bodies = scene().bodies();
   Contact deepest;
-  for (std::size_t a = 0; a < bodies.size(); ++a) {
-    for (std::size_t b = a + 1; b < bodies.size(); ++b) {
-      if (!simulation.can_collide(a, b)) continue;
-      const ClosestPoints points = simulation.closest_points(a, b, 0.0);
-      if (points.distance >= deepest.distance) continue;
-      deepest.body_a = bodies[a].name;
-      deepest.body_b = bodies[b].name;
-      deepest.distance = points.distance;
-      deepest.position = points.position;
-      deepest.normal = points.normal;
-      deepest.friction = bodies[a].friction * bodies[b].friction;
-    }
+  for (const auto& [a, b] : simulation.near_pairs()) {
+    const ClosestPoints points = simulation.closest_points(a, b, 0.0);
+    if (points.distance >= deepest.distance) continue;
+    deepest.body_a = bodies[a].name;
+    deepest.body_b = bodies[b].name;
+    deepest.distance = points.distance;
+    deepest.position = points.position;
+    deepest.normal = points.normal;
+    deepest.friction = bodies[a].friction * bodies[b].friction;
   }
   return deepest;
 }

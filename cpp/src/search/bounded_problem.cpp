@@ -20,12 +20,13 @@ constexpr double grace = 0.1;
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
-                               const Limit& limit, Sampling sampling)
+                               const Limit& limit, Sampling sampling, int threads)
     : most_nodes_(nodes), limit_(limit) {
   require_at_least("nodes", nodes, 1);
+  require_at_least("threads", threads, 1);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, streams::states));
-  tree_ = std::make_unique<RolloutTree>(problem, *space_, nodes, limit, captured);
+  tree_ = std::make_unique<RolloutTree>(problem, *space_, nodes, limit, captured, threads);
   if (captured) {
     captured_.emplace(*captured, problem.scene);
     problem_ = problem;
@@ -59,7 +60,16 @@ void BoundedProblem::lower_bound(double cost) { space_->lower_bound(cost); }
 
 int BoundedProblem::nodes() const { return tree_->nodes(); }
 
+int BoundedProblem::rollouts_left() const {
+  const int per_edge = tree_->nodes_per_edge();
+  return (most_nodes_ - nodes() + per_edge - 1) / per_edge;
+}
+
 int BoundedProblem::diverged() const { return tree_->diverged(); }
+
+void BoundedProblem::describe(int node, ompl::base::State* state) const {
+  tree_->describe(node, *state->as<CostSpace::StateType>());
+}
 
 double BoundedProblem::cost(int node) const { return tree_->cost(node); }
 
@@ -89,6 +99,8 @@ bool BoundedProblem::worth_keeping(int node, double bound) const {
 }
 
 int BoundedProblem::extend(int node, const Edge& edge) { return tree_->extend(node, edge); }
+
+std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round) { return tree_->extend(round); }
 
 int BoundedProblem::extend_undisturbed() {
   if (!horizon() || !captured_) return -1;

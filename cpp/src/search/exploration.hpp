@@ -14,8 +14,10 @@ namespace energymargin::search {
 struct ExplorationOptions {
   int nodes = 1000;
   int nodes_per_edge = 1;                                  //!< states of a rollout that count as nodes, at most
+  int nodes_per_round = 1;                                 //!< nodes that are extended at once, as Est does
   double bound = std::numeric_limits<double>::infinity();  //!< no edge begins at a cost that is not below it [J]
   std::uint64_t seed = 0;
+  int threads = 1;  //!< that make a round; the tree does not depend on them
   Limit limit{};
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node; null: not counted
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace energymargin::search {
@@ -24,21 +25,37 @@ std::vector<int> division(int steps, int stretches) {
   return division;
 }
 
+std::vector<std::unique_ptr<World>> worlds_of(const Problem& problem, Crew& crew) {
+  std::vector<std::unique_ptr<World>> worlds(crew.size());
+  crew.run(worlds.size(), [&](std::size_t i, std::size_t) { worlds[i] = std::make_unique<World>(world_of(problem)); });
+  return worlds;
+}
+
+// The longest edges first: so the threads end a round at nearly the same time.
+std::vector<std::size_t> by_length(const std::vector<EdgeFrom>& round) {
+  std::vector<std::size_t> order(round.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return round[a].edge.steps > round[b].edge.steps; });
+  return order;
+}
+
 }  // namespace
 
 RolloutTree::RolloutTree(const Problem& problem, const CostSpace& space, int nodes, const Limit& limit,
-                         const Region* captured)
+                         const Region* captured, int threads)
     : space_(space),
       most_nodes_(nodes),
       limit_(limit),
-      world_(world_of(problem)),
+      crew_(threads),
+      worlds_(worlds_of(problem, crew_)),
       edge_start_(problem),
       horizon_(Horizon::of(problem, captured)),
       step_(problem.scene.stepping().step),
       times_{0},
       escaped_{false} {
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
-    objects_.push_back(world_.layout().offset(object));
+    objects_.push_back(worlds_[0]->layout().offset(object));
   }
   make_room(std::min(nodes, first_room) + 1);
   tree_.states.row(0) = problem.state.transpose();
@@ -49,32 +66,27 @@ RolloutTree::RolloutTree(const Problem& problem, const CostSpace& space, int nod
 }
 
 int RolloutTree::extend(int from, const Edge& edge) {
-  const int before = nodes_;
-  const int node = grow(from, edge);
-  if (node_counter_) node_counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
-  return node;
+  const std::vector<int> nodes = extend({EdgeFrom{from, edge}});
+  return nodes.empty() ? -1 : nodes.front();
 }
 
-int RolloutTree::grow(int from, const Edge& edge) {
-  const Watch watch{tree_.costs[from], space_.bound(),
-                    division(edge.steps, std::min(nodes_per_edge_, most_nodes_ - nodes_)), outside_, look_every};
-  const std::optional<Stretch> stretch = roll_out(from, edge, watch);
-  if (!stretch) return add(from, edge, 0, std::numeric_limits<double>::infinity(), tree_.states.row(from));
-  const Rollout& rollout = stretch->rollout;
-  if (!rollout.complete) return -1;
-  for (const Moment& moment : rollout.recorded) {
-    if (moment.steps < rollout.steps) add(from, edge, moment.steps, moment.effort, moment.state);
+std::vector<int> RolloutTree::extend(const std::vector<EdgeFrom>& round) {
+  const int before = nodes_;
+  const std::vector<std::optional<Stretch>> stretches = roll_out(round);
+  std::vector<int> nodes;
+  for (std::size_t i = 0; i < round.size(); ++i) {
+    if (stretches[i] && !stretches[i]->rollout.complete) break;
+    nodes.push_back(add(round[i], stretches[i]));
   }
-  const int node = add(from, edge, rollout.steps, rollout.effort, rollout.state);
-  escaped_.back() = stretch->escaped;
-  return node;
+  if (node_counter_) node_counter_->fetch_add(nodes_ - before, std::memory_order_relaxed);
+  return nodes;
 }
 
 int RolloutTree::extend_undisturbed() {
   const Edge rest{Eigen::VectorXd::Zero(tree_.controls.cols()), horizon_->end()};
   std::optional<Stretch> stretch;
   try {
-    stretch = horizon_->undisturbed(world_, tree_.states.row(0), limit_);
+    stretch = horizon_->undisturbed(*worlds_[0], tree_.states.row(0), limit_);
   } catch (const Diverged&) {
     ++diverged_;
     return add(0, rest, 0, std::numeric_limits<double>::infinity(), tree_.states.row(0));
@@ -85,16 +97,44 @@ int RolloutTree::extend_undisturbed() {
   return node;
 }
 
+// Of a round, in its order. Each has the nodes that are left if those before it take as many as they may.
+std::vector<std::optional<Stretch>> RolloutTree::roll_out(const std::vector<EdgeFrom>& round) {
+  std::vector<std::optional<Stretch>> stretches(round.size());
+  const std::vector<std::size_t> order = by_length(round);
+  crew_.run(order.size(), [&](std::size_t job, std::size_t thread) {
+    const std::size_t i = order[job];
+    const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
+    stretches[i] = roll_out(*worlds_[thread], round[i], std::min(nodes_per_edge_, left));
+  });
+  return stretches;
+}
+
 // None if the simulation diverges.
-std::optional<Stretch> RolloutTree::roll_out(int from, const Edge& edge, const Watch& watch) {
+std::optional<Stretch> RolloutTree::roll_out(World& world, const EdgeFrom& from, int nodes) const {
+  const Edge& edge = from.edge;
+  const State start = tree_.states.row(from.node);
+  const Watch watch{tree_.costs[from.node], space_.bound(), division(edge.steps, nodes), outside_, look_every};
   try {
-    if (horizon_) return horizon_->extend(world_, tree_.states.row(from), time(from), edge, limit_, watch);
-    return Stretch{world_.rollout_unchecked(edge_start_(tree_.states.row(from)), disturbance(edge.wrenches), edge.steps,
-                                            limit_, watch)};
+    if (horizon_) return horizon_->extend(world, start, time(from.node), edge, limit_, watch);
+    return Stretch{world.rollout_unchecked(edge_start_(start), disturbance(edge.wrenches), edge.steps, limit_, watch)};
   } catch (const Diverged&) {
-    ++diverged_;
     return std::nullopt;
   }
+}
+
+// The last of the nodes of a rollout.
+int RolloutTree::add(const EdgeFrom& from, const std::optional<Stretch>& stretch) {
+  if (!stretch) {
+    ++diverged_;
+    return add(from.node, from.edge, 0, std::numeric_limits<double>::infinity(), tree_.states.row(from.node));
+  }
+  const Rollout& rollout = stretch->rollout;
+  for (const Moment& moment : rollout.recorded) {
+    if (moment.steps < rollout.steps) add(from.node, from.edge, moment.steps, moment.effort, moment.state);
+  }
+  const int node = add(from.node, from.edge, rollout.steps, rollout.effort, rollout.state);
+  escaped_.back() = stretch->escaped;
+  return node;
 }
 
 int RolloutTree::add(int from, const Edge& edge, int steps, double effort, const State& state) {
@@ -123,7 +163,7 @@ Edge RolloutTree::edge(int node) const {
 }
 
 void RolloutTree::make_room(Eigen::Index rows) {
-  tree_.states.conservativeResize(rows, world_.layout().dimension());
+  tree_.states.conservativeResize(rows, worlds_[0]->layout().dimension());
   tree_.costs.conservativeResize(rows);
   tree_.parents.conservativeResize(rows);
   tree_.controls.conservativeResize(rows, 6 * static_cast<Eigen::Index>(objects_.size()));

@@ -3,9 +3,11 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "base/crew.hpp"
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/edge.hpp"
@@ -20,13 +22,15 @@ namespace energymargin::search {
 //! the bound c: what comes after it is valid nowhere.
 class RolloutTree {
  public:
-  //! Of at most `nodes` nodes; the world is built here. The bound is that of `space`, which has to outlive this. With a
-  //! clock, rollouts end at the horizon or where they are outside of `captured`, which may be null.
+  //! Of at most `nodes` nodes; the worlds are built here, one for each of the threads that make a round. The bound is
+  //! that of `space`, which has to outlive this. With a clock, rollouts end at the horizon or where they are outside of
+  //! `captured`, which may be null.
   RolloutTree(const Problem& problem, const CostSpace& space, int nodes, const Limit& limit = {},
-              const Region* captured = nullptr);
+              const Region* captured = nullptr, int threads = 1);
 
   //! From now on up to so many states of a rollout are nodes: its end and, before it, evenly spaced ones on its way.
   void set_nodes_per_edge(int count) { nodes_per_edge_ = count; }
+  int nodes_per_edge() const { return nodes_per_edge_; }
 
   //! From now on `node_counter`, unless it is null, goes up with each node but the undisturbed future.
   void count_in(std::atomic<int>* node_counter) { node_counter_ = node_counter; }
@@ -37,6 +41,10 @@ class RolloutTree {
   //! The last of the nodes that an edge from `node` leads to; -1, and no node, if the limit was reached before. A
   //! rollout that diverges leads to a node of infinite cost, at the state where it began.
   int extend(int node, const Edge& edge);
+
+  //! The same of each edge of a round, in its order: the same nodes on any number of threads. Fewer if the limit was
+  //! reached: those before the first edge that it cut short.
+  std::vector<int> extend(const std::vector<EdgeFrom>& round);
 
   //! The node that the undisturbed future leads to; -1 if the limit was reached before. With a clock.
   int extend_undisturbed();
@@ -72,8 +80,9 @@ class RolloutTree {
   Tree take_tree(int nodes);
 
  private:
-  int grow(int from, const Edge& edge);
-  std::optional<Stretch> roll_out(int from, const Edge& edge, const Watch& watch);
+  std::vector<std::optional<Stretch>> roll_out(const std::vector<EdgeFrom>& round);
+  std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes) const;
+  int add(const EdgeFrom& from, const std::optional<Stretch>& stretch);
   int add(int from, const Edge& edge, int steps, double effort, const State& state);
   void make_room(Eigen::Index rows);
 
@@ -84,7 +93,8 @@ class RolloutTree {
   std::atomic<int>* node_counter_ = nullptr;
 
   Limit limit_;
-  World world_;
+  Crew crew_;
+  std::vector<std::unique_ptr<World>> worlds_;  // one a thread
   EdgeStart edge_start_;
   std::optional<Horizon> horizon_;
   std::vector<int> objects_;  // where their numbers begin in a state

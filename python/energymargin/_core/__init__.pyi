@@ -1588,7 +1588,7 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
     is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
     without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.
     """
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
+def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
     
@@ -1598,9 +1598,11 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
         seed: the same seed gives the same bits.
         rate: lambda of eq. 4 [1/J]; by default the problem's.
         trees: independent trees, by default 1. Two or more give standard errors.
-        threads: for several trees. The score does not depend on them.
+        threads: for several trees, and for the nodes of a round. The score does not depend on them.
         nodes_per_edge: the most states of a rollout that are nodes, its end and evenly spaced ones. More of them take fewer
             rollouts. The tree grows from the ends alone.
+        nodes_per_round: how many nodes are extended at once, all drawn from the tree before, and at most as many as it has.
+            From 16 on a single tree keeps two threads busy. 1 is Algorithm 2; another number gives another tree.
         least_likelihood: a rollout ends for good where its likelihood falls to this share of the root's.
         tolerance: trees are added until every standard error is at most this. It takes at least 8 trees, and at most
             `trees`, by default 1000.

@@ -19,6 +19,7 @@ from energymargin.closing import Closing
 from energymargin.datasets import digests, files
 from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
 from energymargin.datasets.future import Future
+from energymargin.notebook import shown_by
 from energymargin.tasks.base import Task, Trajectory
 
 __all__ = ["Dataset", "Label", "StateError"]
@@ -39,6 +40,8 @@ class Dataset(Closing):
     they are in memory or in an open file, it is the same dataset; what it computes of all states it
     reads in blocks.
     """
+
+    _repr_html_ = shown_by("data.dataset")
 
     task: str
     """The task's name."""

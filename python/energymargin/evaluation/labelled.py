@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.metrics import ANY
+from energymargin.notebook import shown_by
 from energymargin.tasks.base import one_of, whole_number
 
 __all__ = [
@@ -51,6 +52,8 @@ class LabelledScores:
 
     Raises ValueError on arrays of other lengths, and on a trajectory whose states are not in a row.
     """
+
+    _repr_html_ = shown_by("data.labelled_scores")
 
     task: str
     trajectory: NDArray[np.int64]

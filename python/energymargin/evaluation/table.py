@@ -17,6 +17,7 @@ from energymargin.evaluation.labelled import (
 )
 from energymargin.evaluation.paper import DASH, PAPER, paper_text
 from energymargin.metrics import ANY
+from energymargin.notebook import shown_by
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -35,6 +36,8 @@ CSV_COLUMNS = (
 @dataclass(frozen=True)
 class Evaluation:
     """AUC and AP of every score. A cell is None if there is but one label to tell apart."""
+
+    _repr_html_ = shown_by("data.evaluation")
 
     task: str
     horizons: tuple[int, ...]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from html import escape
+from importlib import import_module
 from typing import Any
 
 from energymargin._core import (
@@ -21,48 +22,40 @@ from energymargin._core import (
     Scene,
     Tree,
 )
-from energymargin.datasets import Dataset
-from energymargin.evaluation import Evaluation, LabelledScores
-from energymargin.notebook import data, probabilities, problems, results
-from energymargin.scoring import ScoreTable
-from energymargin.store import Run, ScoreStore
-from energymargin.tasks.base import Trajectory
 
-__all__ = ["attach"]
+__all__ = ["attach", "shown_by"]
 
 METHOD = "_repr_html_"  # which a notebook asks for
-SHOWN: dict[type, Callable[[Any], str]] = {
-    CaptureProbability: probabilities.capture_probability,
-    CaptureScore: results.capture_score,
-    EscapeEffort: results.escape_effort,
-    EscapeEnergy: results.escape_energy,
-    ForceScore: results.force_score,
-    Tree: results.tree,
-    Plan: problems.plan,
-    Problem: problems.problem,
-    Scene: problems.scene,
-    Dataset: data.dataset,
-    Evaluation: data.evaluation,
-    LabelledScores: data.labelled_scores,
-    Run: data.run,
-    ScoreStore: data.score_store,
-    ScoreTable: data.score_table,
-    Trajectory: data.trajectory,
+OF_CORE: dict[type, str] = {
+    CaptureProbability: "probabilities.capture_probability",
+    CaptureScore: "results.capture_score",
+    EscapeEffort: "results.escape_effort",
+    EscapeEnergy: "results.escape_energy",
+    ForceScore: "results.force_score",
+    Tree: "results.tree",
+    Plan: "problems.plan",
+    Problem: "problems.problem",
+    Scene: "problems.scene",
 }
 
 
 def attach() -> None:
-    """Lets notebooks show the results, as `_repr_html_` of their classes."""
-    for kind, shown in SHOWN.items():
-        setattr(kind, METHOD, _safe(shown))
+    """Lets notebooks show the classes of the compiled module."""
+    for kind, function in OF_CORE.items():
+        setattr(kind, METHOD, shown_by(function))
 
 
-def _safe(shown: Callable[[Any], str]) -> Callable[[Any], str]:
-    """The same, that shows text instead of raising."""
+def shown_by(function: str) -> Callable[[Any], str]:
+    """The method `_repr_html_` of a class, from "module.function" of this package.
+
+    The module is imported when a notebook first asks. What raises is shown as text.
+    """
+    module, _, name = function.partition(".")
 
     def shown_or_text(self: Any) -> str:
         try:
-            return shown(self)
+            shown: str = getattr(import_module(f"{__name__}.{module}"), name)(self)
+            return shown
         except Exception as error:  # a damaged thing is shown as far as it can be
             return f"<pre>{escape(_plain(self))}\ncannot be shown: {escape(_plain(error))}</pre>"
 

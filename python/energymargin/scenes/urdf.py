@@ -9,12 +9,13 @@ from typing import Any
 
 from energymargin._core import Cancel, Scene
 from energymargin.limits import Limit
-from energymargin.meshes import THRESHOLD, needs_extra
+from energymargin.meshes import THRESHOLD
 from energymargin.scenes.poses import place, pose
 from energymargin.scenes.urdf_bodies import Shaping, body
 from energymargin.scenes.urdf_collisions import apart, require_no_overlap
 from energymargin.scenes.urdf_joints import joint_keywords
 from energymargin.scenes.urdf_model import Robot
+from energymargin.scenes.urdf_read import read
 
 __all__ = ["from_urdf"]
 
@@ -94,15 +95,13 @@ def from_urdf(
     parent and not in another is named with it, as "link/origin", and left out there alone. What is
     in a namespace that the file does not declare is left out with a warning.
 
-    Raises FileNotFoundError, ImportError without the extra [urdf], ValueError that names what is
-    wrong, TimeoutError or Cancelled at the limit, and as `Mesh` does; a given scene is then as it
-    was.
+    Raises FileNotFoundError, ValueError that names what is wrong, TimeoutError or Cancelled at the
+    limit, and for its meshes as `Mesh` does, which need the extra [urdf]; a given scene is then as
+    it was.
     """
     limit = Limit(timeout, cancel)
     _check_choices(base, inertia, ignore=ignore, packages=packages)
     root = pose(position, orientation)
-    with needs_extra():
-        from energymargin.scenes.urdf_read import read
     robot = read(Path(path), tuple(ignore), limit, free=base == "free")
     roles, frictions, disabled = roles or {}, frictions or {}, _pairs(disable_collisions)
     apart_names = [name for pair in disabled for name in pair]

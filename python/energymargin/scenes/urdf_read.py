@@ -1,20 +1,19 @@
-"""From a URDF file to a checked model (yourdfpy)."""
+"""From a URDF file to a checked model."""
 
 from __future__ import annotations
 
-import io
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energymargin._core import Box, Cylinder, Sphere
 from energymargin.limits import Limit
-from energymargin.meshes import needs_extra
 from energymargin.scenes.poses import Pose
 from energymargin.scenes.urdf_frames import without_frames
 from energymargin.scenes.urdf_grammar import checked
@@ -30,19 +29,9 @@ def read(path: Path, ignore: Collection[str], limit: Limit, *, free: bool) -> Ro
     TimeoutError or Cancelled at the limit.
     """
     element = checked(path, ignore, limit)
-    with needs_extra():
-        import yourdfpy
-    text = io.BytesIO(ET.tostring(element, encoding="utf-8"))
+    links = _by_name("link", [_link(link) for link in element.findall("link")])
+    joints = _by_name("joint", [_joint(joint) for joint in element.findall("joint")])
     limit.require(f"{path} was read")
-    parsed = yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
-    frictions = {
-        link.get("name"): float(value.get("value", ""))
-        for link in element.findall("link")
-        for value in link.findall("contact/lateral_friction")
-    }
-    limit.require(f"{path} was read")
-    links = _by_name("link", [_link(link, frictions.get(link.name)) for link in parsed.links])
-    joints = _by_name("joint", [_joint(joint) for joint in parsed.joints])
     robot = Robot(_root(links, joints), links, _followed(joints, limit))
     return without_frames(robot, limit, free=free)
 
@@ -56,60 +45,104 @@ def _by_name(what: str, items: list[Any]) -> dict[str, Any]:
     return found
 
 
-def _link(parsed: Any, friction: float | None) -> Link:
-    geometries = tuple(
-        Geometry(_shape(collision.geometry), _pose(collision.origin))
-        for collision in parsed.collisions
-    )
-    inertial = parsed.inertial
-    mass = inertial.mass if inertial else 0.0
+def _link(element: ET.Element) -> Link:
+    name = element.get("name", "")
+    inertial = element.find("inertial")
+    mass = 0.0 if inertial is None else _number(inertial.find("mass"), "value", 0.0)
     if mass < 0.0:
-        raise ValueError(f"link {parsed.name!r} has the mass {mass} kg, expected one of at least 0")
+        raise ValueError(f"link {name!r} has the mass {mass} kg, expected one of at least 0")
+    geometries = [
+        Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
+        for collision in element.findall("collision")
+    ]
+    friction = element.find("contact/lateral_friction")
     return Link(
-        parsed.name,
+        name,
         mass,
-        _pose(inertial.origin if inertial else None),
-        inertial.inertia if inertial else None,
-        geometries,
-        friction,
+        _pose(None if inertial is None else inertial.find("origin")),
+        None if inertial is None else _inertia(inertial.find("inertia")),
+        tuple(geometries),
+        None if friction is None else _number(friction, "value", 0.0),
     )
 
 
-def _shape(geometry: Any) -> Box | Sphere | Cylinder | MeshFile:
-    if geometry.box is not None:
-        return Box(geometry.box.size)
-    if geometry.sphere is not None:
-        return Sphere(geometry.sphere.radius)
-    if geometry.cylinder is not None:
-        return Cylinder(geometry.cylinder.radius, geometry.cylinder.length)
-    scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
-    return MeshFile(geometry.mesh.filename, tuple(np.broadcast_to(scale, 3).tolist()))
+def _shape(shape: ET.Element) -> Box | Sphere | Cylinder | MeshFile:
+    if shape.tag == "box":
+        return Box(_numbers(shape, "size", ()))
+    if shape.tag == "sphere":
+        return Sphere(_number(shape, "radius", 0.0))
+    if shape.tag == "cylinder":
+        return Cylinder(_number(shape, "radius", 0.0), _number(shape, "length", 0.0))
+    scale = np.broadcast_to(_numbers(shape, "scale", (1.0,)), 3).tolist()
+    return MeshFile(shape.get("filename", ""), tuple(scale))
 
 
-def _joint(parsed: Any) -> Joint:
-    name, kind, limit = f"joint {parsed.name!r}", parsed.type, parsed.limit
+def _joint(element: ET.Element) -> Joint:
+    name, kind = element.get("name", ""), element.get("type", "")
     if kind not in TYPES:
         hint = "; base='free' lets the root move" if kind == "floating" else ""
-        raise ValueError(f"{name} is {kind!r}, expected one of {', '.join(TYPES)}{hint}")
+        raise ValueError(f"joint {name!r} is {kind!r}, expected one of {', '.join(TYPES)}{hint}")
+    limit = element.find("limit")
     limits = None
-    if limit is not None and (limit.lower, limit.upper) != (None, None):
-        limits = (limit.lower or 0.0, limit.upper or 0.0)
+    if limit is not None and ("lower" in limit.attrib or "upper" in limit.attrib):
+        limits = (_number(limit, "lower", 0.0), _number(limit, "upper", 0.0))
     return Joint(
-        parsed.name,
+        name,
         kind,
-        parsed.parent,
-        parsed.child,
-        _pose(parsed.origin),
-        parsed.axis,
+        _named_link(element, "parent"),
+        _named_link(element, "child"),
+        _pose(element.find("origin")),
+        np.array(_numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))),
         limits,
-        math.inf if limit is None or limit.effort is None else limit.effort,
-        float((parsed.dynamics and parsed.dynamics.damping) or 0.0),
-        parsed.mimic and (parsed.mimic.joint, parsed.mimic.multiplier, parsed.mimic.offset),
+        _number(limit, "effort", math.inf),
+        _number(element.find("dynamics"), "damping", 0.0),
+        _mimic(element.find("mimic")),
     )
 
 
-def _pose(matrix: Any) -> Pose:
-    return np.eye(4) if matrix is None else np.asarray(matrix, float)
+def _mimic(element: ET.Element | None) -> tuple[str, float, float] | None:
+    if element is None:
+        return None
+    multiplier, offset = _number(element, "multiplier", 1.0), _number(element, "offset", 0.0)
+    return element.get("joint", ""), multiplier, offset
+
+
+def _named_link(joint: ET.Element, tag: str) -> str:
+    element = joint.find(tag)
+    return "" if element is None else element.get("link", "")
+
+
+def _numbers(element: ET.Element | None, name: str, default: Sequence[float]) -> Sequence[float]:
+    text = None if element is None else element.get(name)
+    return default if text is None else [float(word) for word in text.split()]
+
+
+def _number(element: ET.Element | None, name: str, default: float) -> float:
+    return _numbers(element, name, (default,))[0]
+
+
+def _inertia(element: ET.Element | None) -> NDArray[np.float64] | None:
+    """Matrix (3, 3)."""
+    if element is None:
+        return None
+    xx, xy, xz, yy, yz, zz = (
+        _number(element, f"i{axes}", 0.0) for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
+    )
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _pose(origin: ET.Element | None) -> Pose:
+    """From xyz [m] and rpy [rad]: turns about the fixed axes x, then y, then z."""
+    angles = np.array(_numbers(origin, "rpy", (0.0,) * 3))
+    (sx, sy, sz), (cx, cy, cz) = np.sin(angles), np.cos(angles)
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
+        [cy * cz, sy * (sx * cz) - cx * sz, sy * (cx * cz) + sx * sz],
+        [cy * sz, sy * (sx * sz) + cx * cz, sy * (cx * sz) - sx * cz],
+        [-sy, cy * sx, cy * cx],
+    ]
+    matrix[:3, 3] = _numbers(origin, "xyz", (0.0,) * 3)
+    return matrix + 0.0  # no -0
 
 
 def _root(links: dict[str, Link], joints: dict[str, Joint]) -> str:

@@ -15,6 +15,7 @@ from typing import Any
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.interrupts import since_interrupt
+from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
 from energymargin.store import schema
 from energymargin.store.place import OpenPlace
@@ -37,6 +38,8 @@ class ScoreStore(Closing):
     It holds the runs of any number of datasets, futures and settings. Several processes of one
     machine may have it open at once, and write to it.
     """
+
+    _repr_html_ = shown_by("data.score_store")
 
     def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
         """Opens a file, or with `create` makes it if there is none.

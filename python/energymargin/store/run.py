@@ -15,6 +15,7 @@ from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
 from energymargin.future_text import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
+from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
 from energymargin.store.schema import NO_FUTURE, with_those_before
 from energymargin.tasks.base import whole_number
@@ -39,6 +40,8 @@ Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 class Run:
     """What a store holds of a dataset with a future and a choice of settings."""
+
+    _repr_html_ = shown_by("data.run")
 
     def __init__(self, store: ScoreStore, number: int) -> None:
         """A run that is in the store."""

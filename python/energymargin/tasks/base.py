@@ -33,6 +33,7 @@ from energymargin._core import (
     regions,
 )
 from energymargin.limits import Limit
+from energymargin.notebook import shown_by
 
 __all__ = [
     "Drive",
@@ -76,6 +77,8 @@ class Trajectory:
 
     Raises ValueError on arrays of other shapes.
     """
+
+    _repr_html_ = shown_by("data.trajectory")
 
     times: NDArray[np.float64]
     """Time of each frame [s], shape (K,)."""

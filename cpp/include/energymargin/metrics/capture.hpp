@@ -22,11 +22,12 @@ inline constexpr int most_trees = 1000;
 struct CaptureOptions {
   int nodes = 1000;               //!< M, nodes of a tree besides its root
   int nodes_per_edge = 1;         //!< the most states of a rollout that are nodes: its end, and evenly spaced ones
+  int nodes_per_round = 1;        //!< nodes that are extended at once, at most as many as there are
   double least_likelihood = 0.0;  //!< share of the root's likelihood, exp(-rate cost), at which a rollout ends for good
   std::uint64_t seed = 0;
   std::optional<double> rate{};       //!< lambda [1/J]; unset: the problem's
   std::optional<int> trees{};         //!< independent trees, the most with a tolerance; unset: 1, or `most_trees`
-  int threads = 1;                    //!< for several trees; the score does not depend on it
+  int threads = 1;                    //!< for trees, and for rounds of nodes; the score does not depend on it
   std::optional<double> tolerance{};  //!< trees are added until every standard error is at most this
   Limit limit{};                      //!< ends the search early; the trees that are complete count
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node of all trees, for a bar of progress

@@ -33,10 +33,10 @@ class BoundedProblem {
  public:
   //! At most `nodes` nodes, by default one a rollout; fewer if the limit is reached. The goal is the complement of
   //! `captured`, within the problem's bounds (Algorithm 1). If `captured` is null, there is neither goal nor bounds
-  //! (Algorithm 2). Wrenches and sampled states depend on the seed; a planner has a seed of its own. Throws
-  //! std::invalid_argument if `nodes` is below 1.
+  //! (Algorithm 2). Wrenches and sampled states depend on the seed; a planner has a seed of its own. The edges of a
+  //! round are made on up to so many `threads`. Throws std::invalid_argument if `nodes` or `threads` is below 1.
   BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed, const Limit& limit = {},
-                 Sampling sampling = Sampling::uniform);
+                 Sampling sampling = Sampling::uniform, int threads = 1);
   ~BoundedProblem();
 
   //! OMPL's checkers refer to this very object.
@@ -67,8 +67,14 @@ class BoundedProblem {
   int nodes() const;
   bool nodes_are_spent() const { return nodes() >= most_nodes_; }
 
+  //! Rollouts for which there are nodes, however many nodes each has.
+  int rollouts_left() const;
+
   //! Rollouts that diverged so far.
   int diverged() const;
+
+  //! Sets a state of the `space_information` to a node's.
+  void describe(int node, ompl::base::State* state) const;
 
   //! Effort from the root to a node, eq. 8 [J].
   double cost(int node) const;
@@ -92,6 +98,10 @@ class BoundedProblem {
 
   //! The node that an edge from `node` leads to; it counts as one of the nodes. -1 if the limit was reached first.
   int extend(int node, const Edge& edge);
+
+  //! The same of each edge of a round, in its order: the same nodes on any number of threads. Fewer if the limit was
+  //! reached: those before the first edge that it cut short.
+  std::vector<int> extend(const std::vector<EdgeFrom>& round);
 
   //! With a clock, the node that the undisturbed future leads to, besides the `nodes`: it is an escape if that leaves
   //! the capture set, be it through Z_b or not. -1 without a clock, or if the limit was reached first.

@@ -14,6 +14,12 @@ struct Edge {
   int steps = 1;
 };
 
+//! An edge, and the node that it leads from.
+struct EdgeFrom {
+  int node = 0;
+  Edge edge;
+};
+
 //! The largest edge: the bounds of its wrenches, and the most steps.
 Edge largest_edge(const Problem& problem);
 

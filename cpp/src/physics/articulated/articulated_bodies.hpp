@@ -1,35 +1,25 @@
 #pragma once
 // The step of a scene with joints.
 
-#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "physics/articulated/articulated_solver.hpp"
 #include "physics/articulated/articulation.hpp"
-#include "physics/articulated/mimic_row.hpp"
-#include "physics/articulated/motor_rows.hpp"
-#include "physics/articulated/multi_body_solver.hpp"
 #include "physics/rigid_bodies.hpp"
 #include "physics/stepper.hpp"
 
 namespace energymargin {
 
-//! Links on joints, free and fixed bodies. One step does what Bullet's world does in one, with all constraints in one
-//! group and contacts in the order of their bodies in the scene. Bullet's world splits them into islands, and which
-//! comes first depends on pairs that were near each other in the past.
+//! Links on joints, free and fixed bodies. All constraints are solved in one group, contacts in the order of their
+//! bodies in the scene.
 class ArticulatedBodies : public Stepper {
  public:
   //! Both outlive this.
   ArticulatedBodies(const Scene& scene, const std::vector<CollisionShape>& shapes);
-
-  const RigidBodies& rigids() const { return rigids_; }
-  const std::vector<std::unique_ptr<Articulation>>& trees() const { return trees_; }
-
-  //! The rows of the joints and mimics.
-  const std::vector<btMultiBodyConstraint*>& constraints() const { return constraints_; }
 
   const std::vector<btRigidBody*>& objects() const override { return rigids_.objects(); }
   void restore(const State& state) override;
@@ -50,9 +40,8 @@ class ArticulatedBodies : public Stepper {
  private:
   void add_trees(const std::vector<CollisionShape>& shapes);
   void add_mimics();
-  void add_motors(const std::vector<Motor>& motors);
   Articulation& articulation(std::size_t body) const { return *trees_[*tree_of_[body]]; }
-  btMultiBodyLinkCollider& link(std::size_t body) const;
+  JointControl* control_of(std::size_t joint) const;  // null for one without
   btRigidBody& rigid(std::size_t body) const;
 
   const Scene& scene_;
@@ -60,20 +49,9 @@ class ArticulatedBodies : public Stepper {
   std::vector<std::unique_ptr<Articulation>> trees_;
   std::vector<std::optional<std::size_t>> tree_of_;  // index of the tree that a body is in
   std::vector<Load> link_loads_;                     // constant forces on bodies of trees
-  std::vector<std::unique_ptr<MimicRow>> mimics_;
-  MultiBodySolver solver_;
-  std::vector<btMultiBodyConstraint*> constraints_;         // of the joints and mimics
-  std::vector<btMultiBodyConstraint*> solver_constraints_;  // these and, in a part of a step, the motors'
-  std::vector<std::unique_ptr<BaseMotor>> base_motors_;
-  std::vector<std::unique_ptr<RigidMotor>> rigid_motors_;
-  std::vector<btTypedConstraint*> rigid_constraints_;
-  std::vector<btCollisionObject*> moving_;             // rigid bodies, then links
-  std::vector<std::vector<double>> saved_velocities_;  // of the trees: base, then joints
-  // Scratch of Bullet's.
-  btAlignedObjectArray<btScalar> numbers_;
-  btAlignedObjectArray<btVector3> vectors_, origins_;
-  btAlignedObjectArray<btMatrix3x3> matrices_;
-  btAlignedObjectArray<btQuaternion> rotations_;
+  std::vector<MimicConstraint> mimics_;
+  std::optional<ArticulatedSolver> solver_;
+  std::vector<std::vector<double>> saved_velocities_;  // of the trees
 };
 
 }  // namespace energymargin

@@ -3,62 +3,61 @@
 #include "energymargin/kinematics.hpp"
 
 namespace energymargin {
-namespace {
-
-// Bullet would cut joint velocities off in silence [rad/s or m/s].
-constexpr double no_velocity_limit = 1e9;
-
-}  // namespace
 
 Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
                            std::optional<std::size_t> first)
-    : scene_(scene), layout_(scene), base_(base) {
+    : scene_(scene), layout_(scene), free_(!scene.bodies()[base].fixed()) {
   const Body& root = scene.bodies()[base];
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
-  find_links(base, -1, first);
-  body_ = std::make_unique<btMultiBody>(static_cast<int>(links_.size()), root.mass, to_bullet(inertials_[base].moments),
-                                        root.fixed(), false);
-  body_->setLinearDamping(0.0);
-  body_->setAngularDamping(0.0);
-  body_->setMaxCoordinateVelocity(no_velocity_limit);
-  body_->setBaseWorldTransform(bullet_pose(inertials_[base], root.state));
-  for (int i = 0; i < static_cast<int>(links_.size()); ++i) set_up(i);
-  body_->finalizeMultiDof();
-  if (!root.fixed()) add_collider(*shapes[base].shape, base, -1);
-  for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
-    Link& link = links_[static_cast<std::size_t>(i)];
-    const Joint& joint = scene.joints()[link.joint];
-    const std::size_t child = scene.index(joint.child);
-    add_collider(*shapes[child].shape, child, i);
-    if (link.rigid || joint.mimic) continue;
-    link.rows = std::make_unique<JointRows>(*body_, i, joint);
+  Link made{base};
+  made.mass = root.mass;
+  made.moments = to_bullet(inertials_[base].moments);
+  made.pose = bullet_pose(inertials_[base], root.state);
+  for (int i = 0; free_ && i < velocities_of_free_body; ++i) add_velocity(made);
+  links_.push_back(made);
+  add_links(base, 0, first);
+  motions_.resize(velocities_.size());
+  if (free_) add_collider(*shapes[base].shape, 0);
+  for (int i = 1; i < static_cast<int>(links_.size()); ++i) {
+    const Link& on = links_[static_cast<std::size_t>(i)];
+    add_collider(*shapes[on.body].shape, i);
+    const Joint& joint = scene.joints()[*on.joint];
+    if (on.velocity >= 0 && !joint.mimic) controls_.push_back({&joint, i, on.velocity, joint.target});
   }
 }
 
-std::vector<btMultiBodyConstraint*> Articulation::constraints() const {
-  std::vector<btMultiBodyConstraint*> constraints;
-  for (const Link& link : links_) {
-    if (link.rows) constraints.push_back(link.rows.get());
-  }
-  return constraints;
-}
-
-// Parents come before their children, as Bullet wants them.
-void Articulation::find_links(std::size_t parent, int parent_link, std::optional<std::size_t> only) {
+void Articulation::add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only) {
   const std::vector<Joint>& joints = scene_.joints();
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (joints[i].parent != scene_.bodies()[parent].name || (only && *only != i)) continue;
-    const Joint& joint = joints[i];
-    const std::size_t child = scene_.index(joint.child);
-    const Quaternion from_parent = inertials_[parent].axes.conjugate();
-    const Quaternion from_child = inertials_[child].axes.conjugate();
-    links_.push_back(
-        {i, parent_link, rigid(joint),
-         from_child * joint.in_child.orientation * joint.in_parent.orientation.conjugate() * inertials_[parent].axes,
-         from_child * (joint.in_child.orientation * joint.axis),
-         from_parent * (joint.in_parent.position - inertials_[parent].center)});
-    find_links(child, static_cast<int>(links_.size()) - 1, std::nullopt);
+    links_.push_back(link(i, parent_link));
+    if (!rigid(joints[i])) add_velocity(links_.back());
+    add_links(links_.back().body, static_cast<int>(links_.size()) - 1, std::nullopt);
   }
+}
+
+Articulation::Link Articulation::link(std::size_t joint, int parent_link) const {
+  const Joint& on = scene_.joints()[joint];
+  const Link& parent = links_[static_cast<std::size_t>(parent_link)];
+  Link made{scene_.index(on.child), parent_link, joint, on.type == JointType::prismatic};
+  made.last_velocity = parent.last_velocity;
+  made.mass = scene_.bodies()[made.body].mass;
+  const Inertial& of_parent = inertials_[parent.body];
+  const Inertial& of_child = inertials_[made.body];
+  const Quaternion from_child = of_child.axes.conjugate();
+  made.moments = to_bullet(of_child.moments);
+  made.turn = btMatrix3x3(to_bullet(Quaternion(of_parent.axes.conjugate() * on.in_parent.orientation *
+                                               on.in_child.orientation.conjugate() * of_child.axes)));
+  made.axis = to_bullet(Vector3(from_child * (on.in_child.orientation * on.axis)));
+  made.pivot = to_bullet(Vector3(of_parent.axes.conjugate() * (on.in_parent.position - of_parent.center)));
+  made.arm = to_bullet(Vector3(from_child * (of_child.center - on.in_child.position)));
+  return made;
+}
+
+void Articulation::add_velocity(Link& link) {
+  above_.push_back(link.last_velocity);
+  link.velocity = link.last_velocity = static_cast<int>(velocities_.size());
+  velocities_.push_back(0.0);
 }
 
 bool Articulation::rigid(const Joint& joint) const {
@@ -66,172 +65,148 @@ bool Articulation::rigid(const Joint& joint) const {
   return joint.type == JointType::fixed || joint.held;
 }
 
-void Articulation::set_up(int index) {
-  const Link& link = links_[static_cast<std::size_t>(index)];
-  const Joint& joint = scene_.joints()[link.joint];
-  const std::size_t child = scene_.index(joint.child);
-  const double kilograms = scene_.bodies()[child].mass;
-  const btVector3 inertia = to_bullet(inertials_[child].moments);
-  const btQuaternion turn = to_bullet(link.turn);
-  const btVector3 axis = to_bullet(link.axis);
-  const btVector3 pivot = to_bullet(link.pivot);
-  const btVector3 from_pivot =
-      to_bullet(Vector3(-(inertials_[child].axes.conjugate() * (joint.in_child.position - inertials_[child].center))));
-  if (link.rigid) {
-    body_->setupFixed(index, kilograms, inertia, link.parent, turn, pivot, from_pivot);
-  } else if (joint.type == JointType::revolute) {
-    body_->setupRevolute(index, kilograms, inertia, link.parent, turn, axis, pivot, from_pivot, true);
-  } else {
-    body_->setupPrismatic(index, kilograms, inertia, link.parent, turn, axis, pivot, from_pivot, true);
-  }
-}
-
-void Articulation::add_collider(btCollisionShape& shape, std::size_t body, int link) {
-  colliders_.push_back(std::make_unique<btMultiBodyLinkCollider>(body_.get(), link));
+// Bullet numbers links without the base; the multi-body that it asks for is its own, and there is none.
+void Articulation::add_collider(btCollisionShape& shape, int link) {
+  const std::size_t body = links_[static_cast<std::size_t>(link)].body;
+  colliders_.push_back(std::make_unique<btMultiBodyLinkCollider>(nullptr, link - 1));
   btMultiBodyLinkCollider& collider = *colliders_.back();
   collider.setCollisionShape(&shape);
   collider.setFriction(scene_.bodies()[body].friction);
   collider.setUserIndex(static_cast<int>(body));
   collider.setActivationState(DISABLE_DEACTIVATION);
-  if (link < 0) {
-    body_->setBaseCollider(&collider);
-  } else {
-    body_->getLink(link).m_collider = &collider;
-  }
 }
 
-std::optional<JointPlace> Articulation::place_of(std::size_t joint) const {
-  for (std::size_t i = 0; i < links_.size(); ++i) {
-    if (links_[i].joint == joint) return JointPlace{body_.get(), static_cast<int>(i)};
+std::optional<int> Articulation::link_on(std::size_t joint) const {
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    if (links_[i].joint == joint) return static_cast<int>(i);
   }
   return std::nullopt;
-}
-
-// A held joint is rigid where it is: for Bullet a fixed link, turned or shifted to its place.
-void Articulation::hold(int index) {
-  const Link& link = links_[static_cast<std::size_t>(index)];
-  btMultibodyLink& held = body_->getLink(index);
-  const JointType type = scene_.joints()[link.joint].type;
-  if (type == JointType::fixed) return;
-  if (type == JointType::revolute) {
-    held.m_zeroRotParentToThis = btQuaternion(to_bullet(link.axis), -link.held) * to_bullet(link.turn);
-  } else {
-    held.m_eVector = to_bullet(Vector3(link.pivot + link.turn.conjugate() * link.axis * link.held));
-  }
-  held.updateCacheMultiDof();
 }
 
 void Articulation::restore(const State& state) {
-  if (const int offset = layout_.offset(base_); offset >= 0) {
-    const BodyState frame = StateLayout::read(state.data() + offset);
-    const BodyState center = state_at_point(inertials_[base_].center, frame);
-    body_->setBaseWorldTransform(bullet_pose(inertials_[base_], frame));
-    body_->setBaseVel(to_bullet(center.velocity));
-    body_->setBaseOmega(to_bullet(center.angular_velocity));
+  Link& base = links_.front();
+  if (free_) {
+    const BodyState frame = StateLayout::read(state.data() + layout_.offset(base.body));
+    const BodyState center = state_at_point(inertials_[base.body].center, frame);
+    base.pose = bullet_pose(inertials_[base.body], frame);
+    Eigen::Map<Vector3>(velocities_.data()) = center.velocity;
+    Eigen::Map<Vector3>(velocities_.data() + 3) = center.angular_velocity;
   }
-  for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
-    Link& link = links_[static_cast<std::size_t>(i)];
-    const JointState at = layout_.joint(state.data(), link.joint);
-    if (link.rigid) {
-      link.held = at.position;
-      hold(i);
-      continue;
-    }
-    body_->setJointPos(i, at.position);
-    body_->setJointVel(i, at.velocity);
-    if (!link.rows) continue;
-    link.rows->set_target(scene_.joints()[link.joint].target);
-    link.rows->forget();
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    const JointState at = layout_.joint(state.data(), *links_[i].joint);
+    links_[i].position = at.position;
+    if (links_[i].velocity >= 0) velocities_[static_cast<std::size_t>(links_[i].velocity)] = at.velocity;
   }
-  body_->clearForcesAndTorques();
-  body_->clearConstraintForces();
-  body_->setPosUpdated(false);
-  body_->setCompanionId(-1);
-  body_->forwardKinematics(rotations_, origins_);
-  body_->updateCollisionObjectWorldTransforms(rotations_, origins_);
+  for (JointControl& control : controls_) control.forget();
+  clear_loads();
+  place_links();
 }
 
 void Articulation::read(State& state) const {
-  if (const int offset = layout_.offset(base_); offset >= 0) {
-    const Inertial& inertial = inertials_[base_];
-    const Quaternion orientation = from_bullet(body_->getWorldToBaseRot()).conjugate() * inertial.axes.conjugate();
-    const BodyState center{from_bullet(body_->getBasePos()), orientation.normalized(), from_bullet(body_->getBaseVel()),
-                           from_bullet(body_->getBaseOmega())};
-    StateLayout::write(state_at_point(-inertial.center, center), state.data() + offset);
+  const Link& base = links_.front();
+  if (free_) {
+    const Inertial& inertial = inertials_[base.body];
+    const Quaternion orientation = from_bullet(base.pose.getRotation()) * inertial.axes.conjugate();
+    const BodyState center{from_bullet(base.pose.getOrigin()), orientation.normalized(),
+                           Eigen::Map<const Vector3>(velocities_.data()),
+                           Eigen::Map<const Vector3>(velocities_.data() + 3)};
+    StateLayout::write(state_at_point(-inertial.center, center), state.data() + layout_.offset(base.body));
   }
-  for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
-    const Link& link = links_[static_cast<std::size_t>(i)];
-    const int offset = layout_.joint_offset(link.joint);
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    const int offset = layout_.joint_offset(*links_[i].joint);
     if (offset < 0) continue;
-    state[offset] = link.rigid ? link.held : body_->getJointPos(i);
-    state[offset + 1] = link.rigid ? 0.0 : body_->getJointVel(i);
+    const int velocity = links_[i].velocity;
+    state[offset] = links_[i].position;
+    state[offset + 1] = velocity >= 0 ? velocities_[static_cast<std::size_t>(velocity)] : 0.0;
   }
 }
 
-void Articulation::apply(const btMultiBodyLinkCollider& body, const btVector3& force, const btVector3& torque) {
-  if (body.m_link < 0) {
-    body_->addBaseForce(force);
-    body_->addBaseTorque(torque);
-  } else {
-    body_->addLinkForce(body.m_link, force);
-    body_->addLinkTorque(body.m_link, torque);
+void Articulation::place_links() {
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    Link& link = links_[i];
+    const btTransform& parent = links_[static_cast<std::size_t>(link.parent)].pose;
+    link.hinge = parent(link.pivot);
+    btMatrix3x3 axes = parent.getBasis() * link.turn;
+    btVector3 arm = link.arm;
+    if (link.slides) {
+      arm += link.axis * link.position;
+    } else if (link.position != 0.0) {
+      axes *= btMatrix3x3(btQuaternion(link.axis, link.position));
+    }
+    link.pose = btTransform(axes, link.hinge + axes * arm);
+  }
+  for (const auto& collider : colliders_) {
+    collider->setWorldTransform(links_[static_cast<std::size_t>(link_of(*collider))].pose);
+  }
+  set_motions();
+}
+
+void Articulation::set_motions() {
+  for (std::size_t axis = 0; free_ && axis < 3; ++axis) {
+    motions_[axis].linear[static_cast<int>(axis)] = 1.0;
+    motions_[3 + axis].angular[static_cast<int>(axis)] = 1.0;
+  }
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    const Link& link = links_[i];
+    if (link.velocity < 0) continue;
+    const btVector3 axis = link.pose.getBasis() * link.axis;
+    motions_[static_cast<std::size_t>(link.velocity)] =
+        link.slides ? SpatialVector{btVector3(0, 0, 0), axis} : SpatialVector{axis, axis.cross(origin() - link.hinge)};
   }
 }
 
-const Articulation::LinkVelocities& Articulation::link_velocities() const {
-  scratch_.angular.resize(links_.size() + 1);
-  scratch_.linear.resize(links_.size() + 1);
-  body_->compTreeLinkVelocities(scratch_.angular.data(), scratch_.linear.data());
-  return scratch_;
-}
-
-btVector3 Articulation::velocity(const btMultiBodyLinkCollider& body, const btVector3& point) const {
-  const LinkVelocities& velocities = link_velocities();
-  const auto link = static_cast<std::size_t>(body.m_link + 1);
-  const btTransform& pose = body.getWorldTransform();
-  return pose.getBasis() * velocities.linear[link] +
-         (pose.getBasis() * velocities.angular[link]).cross(point - pose.getOrigin());
+const std::vector<SpatialVector>& Articulation::link_motions() const {
+  link_motions_.assign(links_.size(), {});
+  if (free_) {
+    const double* base = velocities_.data();
+    link_motions_[0] = {btVector3(base[3], base[4], base[5]), btVector3(base[0], base[1], base[2])};
+  }
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    link_motions_[i] = link_motions_[static_cast<std::size_t>(links_[i].parent)];
+    if (links_[i].velocity < 0) continue;
+    const auto velocity = static_cast<std::size_t>(links_[i].velocity);
+    link_motions_[i] += motions_[velocity] * velocities_[velocity];
+  }
+  return link_motions_;
 }
 
 void Articulation::read(std::vector<Velocity>& velocities) const {
-  const LinkVelocities& of_links = link_velocities();
-  for (const auto& collider : colliders_) {
-    const auto link = static_cast<std::size_t>(collider->m_link + 1);
-    const btMatrix3x3& axes = collider->getWorldTransform().getBasis();
-    velocities[body_index(*collider)] = {axes * of_links.linear[link], axes * of_links.angular[link]};
+  const std::vector<SpatialVector>& motions = link_motions();
+  for (std::size_t i = free_ ? 0 : 1; i < links_.size(); ++i) {
+    const btVector3 arm = links_[i].pose.getOrigin() - origin();
+    velocities[links_[i].body] = {motions[i].linear + motions[i].angular.cross(arm), motions[i].angular};
   }
 }
 
-void Articulation::read(Motion& motion) const { read_velocities(motion.trees[body_.get()]); }
-
-void Articulation::read_velocities(std::vector<double>& velocities) const {
-  const btScalar* first = body_->getVelocityVector();
-  velocities.assign(first, first + base_velocities + body_->getNumDofs());
+btVector3 Articulation::velocity(const btCollisionObject& body, const btVector3& point) const {
+  const SpatialVector& motion = link_motions()[static_cast<std::size_t>(link_of(body))];
+  return motion.linear + motion.angular.cross(point - origin());
 }
 
-void Articulation::restore_velocities(const std::vector<double>& velocities) {
-  const double* numbers = velocities.data();
-  body_->setBaseOmega({numbers[0], numbers[1], numbers[2]});
-  body_->setBaseVel({numbers[3], numbers[4], numbers[5]});
-  for (int link = 0; link < body_->getNumLinks(); ++link) {
-    if (body_->getLink(link).m_dofCount == 1) {
-      body_->setJointVel(link, numbers[base_velocities + body_->getLink(link).m_dofOffset]);
+void Articulation::apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque) {
+  Link& link = links_[static_cast<std::size_t>(link_of(body))];
+  link.force += force;
+  link.torque += torque;
+}
+
+void Articulation::clear_loads() {
+  for (Link& link : links_) link.force = link.torque = btVector3(0, 0, 0);
+}
+
+void Articulation::move(double duration) {
+  if (free_) {
+    const double* base = velocities_.data();
+    btTransform& pose = links_.front().pose;
+    btTransformUtil::integrateTransform(btTransform(pose), btVector3(base[0], base[1], base[2]),
+                                        btVector3(base[3], base[4], base[5]), duration, pose);
+  }
+  for (Link& link : links_) {
+    if (link.joint && link.velocity >= 0) {
+      link.position += duration * velocities_[static_cast<std::size_t>(link.velocity)];
     }
   }
-  body_->clearForcesAndTorques();
-}
-
-void Articulation::set_target(std::size_t joint, double target) {
-  for (const Link& link : links_) {
-    if (link.joint == joint && link.rows) link.rows->set_target(target);
-  }
-}
-
-std::optional<double> Articulation::target(std::size_t joint) const {
-  for (const Link& link : links_) {
-    if (link.joint == joint && link.rows) return link.rows->target();
-  }
-  return std::nullopt;
+  clear_loads();
+  place_links();
 }
 
 }  // namespace energymargin

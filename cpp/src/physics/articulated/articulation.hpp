@@ -1,7 +1,6 @@
 #pragma once
-// Links that hang together, as one of Bullet's articulated bodies.
+// Links that hang together: where they are and how they move.
 
-#include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <memory>
@@ -10,91 +9,113 @@
 
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
-#include "physics/articulated/joint_rows.hpp"
-#include "physics/impulse_work.hpp"
+#include "physics/articulated/joint_control.hpp"
+#include "physics/articulated/spatial.hpp"
 #include "physics/load.hpp"
 #include "physics/shapes.hpp"
 #include "physics/velocity.hpp"
 
 namespace energymargin {
 
-//! A tree of links on its base: a free body, or a fixed one that stays what it is outside of the tree.
+//! A free body has six velocities: three linear ones of its centre of mass, and three angular ones.
+inline constexpr int velocities_of_free_body = 6;
+
+//! A tree of links on its base: a free body, or a fixed one that stays what it is outside of the tree. Its velocities
+//! are those of a free base, then those of the joints that move.
 class Articulation {
  public:
+  //! The base or a link; where it is, is its frame at the centre of mass, along its principal axes.
+  struct Link {
+    std::size_t body;                    // in the scene
+    int parent = -1;                     // among the links
+    std::optional<std::size_t> joint{};  // in the scene; the base has none
+    bool slides = false;
+    int velocity = -1;       // of its joint; -1: rigid, as it is fixed, held, or follows a held joint
+    int last_velocity = -1;  // of the nearest joint that moves, its own or above it, or of the base
+    double mass = 0.0;
+    btVector3 moments{};                            // of inertia
+    btMatrix3x3 turn = btMatrix3x3::getIdentity();  // from its axes to the parent's, at position 0
+    btVector3 axis{}, pivot{}, arm{};               // of its joint; pivot in the parent's frame; to its centre
+    double position = 0.0;                          // of its joint
+    btTransform pose = btTransform::getIdentity();
+    btVector3 hinge{};                                                  // where its joint is, in the world
+    btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next part
+  };
+
   //! The links on a free body `base`, or those on one fixed body that hang on joint `first`. `shapes` are the bodies'.
+  //! The scene outlives this.
   Articulation(const Scene& scene, const std::vector<CollisionShape>& shapes, std::size_t base,
                std::optional<std::size_t> first);
   Articulation(const Articulation&) = delete;
   Articulation& operator=(const Articulation&) = delete;
 
-  //! The colliders, with the index of their body in the scene as user index.
+  //! With the index of their body in the scene as user index.
   const std::vector<std::unique_ptr<btMultiBodyLinkCollider>>& colliders() const { return colliders_; }
 
-  //! None for a joint of another tree.
-  std::optional<JointPlace> place_of(std::size_t joint) const;
+  //! The base first, parents before their children.
+  const std::vector<Link>& links() const { return links_; }
+  int link_of(const btCollisionObject& collider) const {
+    return static_cast<const btMultiBodyLinkCollider&>(collider).m_link + 1;
+  }
+  bool free() const { return free_; }
 
-  //! As Bullet has it.
-  btMultiBody& multi_body() { return *body_; }
-  const btMultiBody& multi_body() const { return *body_; }
+  //! Joints with a drive or stops of their own.
+  std::vector<JointControl>& controls() { return controls_; }
 
-  //! The drives and stops of the joints.
-  std::vector<btMultiBodyConstraint*> constraints() const;
+  //! Index of a joint's link, if it is here.
+  std::optional<int> link_on(std::size_t joint) const;
+
+  std::vector<double>& velocities() { return velocities_; }
+  const std::vector<double>& velocities() const { return velocities_; }
+
+  //! The common point of the tree's spatial vectors.
+  const btVector3& origin() const { return links_[free_ ? 0 : 1].pose.getOrigin(); }
+
+  //! Motion by a velocity of 1, of each of the tree's.
+  const std::vector<SpatialVector>& motions() const { return motions_; }
+
+  //! The velocity above another one in the tree; -1 above the first ones.
+  int above(int velocity) const { return above_[static_cast<std::size_t>(velocity)]; }
+
+  //! Motion of each link with the velocities as they are.
+  const std::vector<SpatialVector>& link_motions() const;
 
   void restore(const State& state);
   void read(State& state) const;
 
   //! Velocities of the links and of a free base, each at the index of its body in the scene.
   void read(std::vector<Velocity>& velocities) const;
-  void read(Motion& motion) const;
-
-  //! Velocities of the base, then of the joints.
-  void read_velocities(std::vector<double>& velocities) const;
-
-  //! Also clears forces.
-  void restore_velocities(const std::vector<double>& velocities);
-
-  //! A wrench in the next step, at the centre of mass of a body of the tree.
-  void apply(const btMultiBodyLinkCollider& body, const btVector3& force, const btVector3& torque);
 
   //! Velocity of the point of a body of the tree that is at `point` in the world.
-  btVector3 velocity(const btMultiBodyLinkCollider& body, const btVector3& point) const;
+  btVector3 velocity(const btCollisionObject& body, const btVector3& point) const;
 
-  //! Moves the target of a joint until the next `restore`; a joint of another tree is none of its business.
-  void set_target(std::size_t joint, double target);
-  std::optional<double> target(std::size_t joint) const;
+  //! A wrench in the next part of a step, at the centre of mass of a body of the tree.
+  void apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque);
+  void clear_loads();
+
+  //! Moves all with the velocities as they are.
+  void move(double duration);
 
  private:
-  struct LinkVelocities {
-    std::vector<btVector3> angular, linear;  // of the base, then of the links, each in its own axes
-  };
-  struct Link {
-    std::size_t joint;  // in the scene
-    int parent;         // among the links; -1: the base
-    bool rigid;         // fixed, held, or following a held joint
-    Quaternion turn;    // from vectors in the parent's principal axes to those in the link's, at position 0
-    Vector3 axis;       // in the link's principal axes
-    Vector3 pivot;      // in the parent's principal axes
-    std::unique_ptr<JointRows> rows{};  // unset: rigid, or following another joint
-    double held = 0.0;                  // where a rigid one is
-  };
-
-  const LinkVelocities& link_velocities() const;
-  void find_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
+  void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
+  Link link(std::size_t joint, int parent_link) const;
   bool rigid(const Joint& joint) const;
-  void set_up(int link);
-  void hold(int link);
-  void add_collider(btCollisionShape& shape, std::size_t body, int link);
+  void add_velocity(Link& link);
+  void add_collider(btCollisionShape& shape, int link);
+  void place_links();
+  void set_motions();
 
   const Scene& scene_;
   StateLayout layout_;
-  std::size_t base_;
+  bool free_;
   std::vector<Inertial> inertials_;  // of each body of the scene
   std::vector<Link> links_;
-  std::unique_ptr<btMultiBody> body_;
+  std::vector<JointControl> controls_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
-  btAlignedObjectArray<btQuaternion> rotations_;  // scratch of Bullet's forward kinematics
-  btAlignedObjectArray<btVector3> origins_;
-  mutable LinkVelocities scratch_;
+  std::vector<double> velocities_;
+  std::vector<int> above_;
+  std::vector<SpatialVector> motions_;
+  mutable std::vector<SpatialVector> link_motions_;
 };
 
 }  // namespace energymargin

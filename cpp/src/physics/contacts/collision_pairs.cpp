@@ -1,92 +1,145 @@
 #include "physics/contacts/collision_pairs.hpp"
 
 #include <algorithm>
-#include <utility>
+#include <tuple>
+
+#include "physics/contacts/found_contacts.hpp"
 
 namespace energymargin {
 namespace {
-
-std::pair<int, int> indices(const btPersistentManifold& manifold) {
-  return {manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()};
-}
 
 double reach_of_contact(const btCollisionObject& object) {
   return object.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold);
 }
 
-void set_bounds(const btCollisionObject& object, btVector3& low, btVector3& high) {
-  object.getCollisionShape()->getAabb(object.getWorldTransform(), low, high);
+Bounds bounds_of(const btCollisionObject& object) {
+  Bounds bounds;
+  object.getCollisionShape()->getAabb(object.getWorldTransform(), bounds.low, bounds.high);
+  return bounds;
+}
+
+bool precedes(const CollisionPair& pair, const CollisionPair& other) {
+  return std::tie(pair.a, pair.b) < std::tie(other.a, other.b);
 }
 
 }  // namespace
 
-std::size_t CollisionPairs::index_of(btCollisionObject& object) {
-  const auto same = [&](const BoundedObject& other) { return other.object == &object; };
-  const auto known = std::find_if(objects_.begin(), objects_.end(), same);
-  if (known != objects_.end()) return static_cast<std::size_t>(known - objects_.begin());
-  BoundedObject bounds{&object, !object.isStaticObject(), {}, {}};
-  set_bounds(object, bounds.low, bounds.high);
-  objects_.push_back(bounds);
-  return objects_.size() - 1;
-}
-
-void CollisionPairs::add(btCollisionObject& a, btCollisionObject& b) {
-  pairs_.push_back({index_of(a), index_of(b), std::min(reach_of_contact(a), reach_of_contact(b)), 0.0, nullptr});
+CollisionPairs::CollisionPairs(btCollisionDispatcher& dispatcher, const CollisionFilter& can_collide,
+                               const std::vector<btCollisionObject*>& colliders, std::size_t few)
+    : dispatcher_(dispatcher), can_collide_(can_collide), colliders_(colliders), all_kept_(colliders.size() <= few) {
+  for (const btCollisionObject* object : colliders_) {
+    bounds_.push_back(bounds_of(*object));
+    reaches_.push_back(reach_of_contact(*object));
+  }
+  if (!all_kept_) {
+    found_.resize(colliders_.size() * colliders_.size());
+    return;
+  }
+  for (std::size_t a = 0; a < colliders_.size(); ++a) {
+    for (std::size_t b = a + 1; b < colliders_.size(); ++b) {
+      if (can_collide_(a, b)) add(a, b);
+    }
+  }
 }
 
 void CollisionPairs::forget() {
-  for (Pair& pair : pairs_) drop(pair);
+  for (CollisionPair& pair : pairs_) {
+    drop(pair);
+    for (PiecePair& pieces : pair.pieces) pieces.forget();
+  }
   touching_.clear();
+  if (all_kept_) return;
+  pairs_.clear();
+  std::fill(found_.begin(), found_.end(), false);
 }
 
 void CollisionPairs::update() {
-  for (BoundedObject& body : objects_) {
-    if (body.moves) set_bounds(*body.object, body.low, body.high);
-  }
-  touching_.clear();
-  for (Pair& pair : pairs_) {
-    pair.gap = gap_of(pair);
+  set_bounds();
+  found_touching_.clear();
+  for (CollisionPair& pair : pairs_) {
     if (pair.gap <= pair.reach) {
       detect(pair);
     } else if (pair.algorithm) {
       drop(pair);
     }
   }
-  std::stable_sort(touching_.begin(), touching_.end(),
-                   [](const auto* a, const auto* b) { return indices(*a) < indices(*b); });
+  sort_touching();
 }
 
-double CollisionPairs::gap_of(const Pair& pair) const {
-  const BoundedObject& a = objects_[pair.a];
-  const BoundedObject& b = objects_[pair.b];
-  const btVector3 gap_a = a.low - b.high;
-  const btVector3 gap_b = b.low - a.high;
-  return std::max(std::max(std::max(gap_a.x(), gap_b.x()), std::max(gap_a.y(), gap_b.y())),
-                  std::max(gap_a.z(), gap_b.z()));
+// Those of pairs found later too; `find` does their own.
+void CollisionPairs::set_bounds() {
+  for (std::size_t i = 0; i < colliders_.size(); ++i) {
+    if (!colliders_[i]->isStaticObject()) bounds_[i] = bounds_of(*colliders_[i]);
+  }
+  for (CollisionPair& pair : pairs_) pair.gap = gap_of(bounds_[pair.a], bounds_[pair.b]);
+  find(reaches_);
 }
 
-void CollisionPairs::detect(Pair& pair) {
-  btCollisionObject& a = *objects_[pair.a].object;
-  btCollisionObject& b = *objects_[pair.b].object;
+void CollisionPairs::find(const std::vector<double>& reaches) {
+  if (all_kept_) return;
+  const auto known = static_cast<std::ptrdiff_t>(pairs_.size());
+  sweep_and_prune_(bounds_, reaches, [this](std::size_t a, std::size_t b) {
+    const std::size_t number = a * colliders_.size() + b;
+    if (found_[number]) return;
+    found_[number] = true;
+    if (can_collide_(a, b)) add(a, b);
+  });
+  std::sort(pairs_.begin() + known, pairs_.end(), precedes);
+  std::inplace_merge(pairs_.begin(), pairs_.begin() + known, pairs_.end(), precedes);
+}
+
+void CollisionPairs::add(std::size_t a, std::size_t b) {
+  pairs_.push_back({a, b, std::min(reaches_[a], reaches_[b]), gap_of(bounds_[a], bounds_[b])});
+}
+
+std::vector<CollisionPair>& CollisionPairs::within(const std::vector<double>& travels) {
+  find(travels);
+  return pairs_;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> CollisionPairs::near() {
+  set_bounds();
+  std::vector<std::pair<std::size_t, std::size_t>> bodies;
+  for (const CollisionPair& pair : pairs_) {
+    if (pair.gap <= pair.reach) bodies.emplace_back(pair.a, pair.b);
+  }
+  return bodies;
+}
+
+void CollisionPairs::detect(CollisionPair& pair) {
+  btCollisionObject& a = *colliders_[pair.a];
+  btCollisionObject& b = *colliders_[pair.b];
   const btCollisionObjectWrapper of_a(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper of_b(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
   if (!pair.algorithm) {
     pair.algorithm = dispatcher_.findAlgorithm(&of_a, &of_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
   }
-  btManifoldResult result(&of_a, &of_b);
+  FoundContacts result(&of_a, &of_b);
   pair.algorithm->processCollision(&of_a, &of_b, info_, &result);
   manifolds_.resizeNoInitialize(0);
   pair.algorithm->getAllContactManifolds(manifolds_);
   for (int i = 0; i < manifolds_.size(); ++i) {
-    if (manifolds_[i]->getNumContacts() > 0) touching_.push_back(manifolds_[i]);
+    btPersistentManifold* manifold = manifolds_[i];
+    if (manifold->getNumContacts() == 0) continue;
+    found_touching_.push_back(
+        {manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex(), found_touching_.size(), manifold});
   }
 }
 
-void CollisionPairs::drop(Pair& pair) {
+void CollisionPairs::drop(CollisionPair& pair) {
   if (!pair.algorithm) return;
   pair.algorithm->~btCollisionAlgorithm();
   dispatcher_.freeCollisionAlgorithm(pair.algorithm);
   pair.algorithm = nullptr;
+}
+
+// An algorithm may swap the bodies of its pair, and a pair may have several manifolds.
+void CollisionPairs::sort_touching() {
+  std::sort(found_touching_.begin(), found_touching_.end(), [](const Touching& a, const Touching& b) {
+    return std::tie(a.first, a.second, a.found) < std::tie(b.first, b.second, b.found);
+  });
+  touching_.clear();
+  for (const Touching& touching : found_touching_) touching_.push_back(touching.manifold);
 }
 
 }  // namespace energymargin

@@ -38,11 +38,7 @@ double core_reach(const btConvexShape& shape, const btTransform& in_body) {
   return farthest.length();
 }
 
-}  // namespace
-
-// None of a plane.
-std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& object) const {
-  const CollisionShape& of = shapes_[body_index(object)];
+std::vector<ConvexPiece> convex_pieces(const CollisionShape& of) {
   std::vector<ConvexPiece> pieces;
   for (std::size_t i = 0; i < of.half_extents.size(); ++i) {
     const bool part = of.shape->isCompound();
@@ -55,57 +51,54 @@ std::vector<ConvexPiece> ContinuousCollision::pieces(const btCollisionObject& ob
   return pieces;
 }
 
-void ContinuousCollision::add(const btCollisionObject& a, const btCollisionObject& b) {
-  BodyPair pair{&a, &b};
-  reaches_.resize(shapes_.size(), 0.0);
-  const auto reach_of = [this](const btCollisionObject& body) -> double& { return reaches_[body_index(body)]; };
-  for (const ConvexPiece& of_a : pieces(a)) {
-    reach_of(a) = std::max(reach_of(a), of_a.reach);
-    for (const ConvexPiece& of_b : pieces(b)) {
-      reach_of(b) = std::max(reach_of(b), of_b.reach);
-      pair.pieces.emplace_back(of_a, of_b);
-    }
+}  // namespace
+
+ContinuousCollision::ContinuousCollision(const std::vector<CollisionShape>& shapes,
+                                         const std::vector<btCollisionObject*>& colliders) {
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    SweptBody body{colliders[i], convex_pieces(shapes[i]), 0.0};
+    for (const ConvexPiece& piece : body.pieces) body.reach = std::max(body.reach, piece.reach);
+    bodies_.push_back(std::move(body));
   }
-  pairs_.push_back(std::move(pair));
 }
 
-void ContinuousCollision::forget() {
-  for (BodyPair& pair : pairs_) {
-    for (PiecePair& pieces : pair.pieces) pieces.forget();
+void ContinuousCollision::make_pieces(CollisionPair& pair) const {
+  for (const ConvexPiece& of_a : bodies_[pair.a].pieces) {
+    for (const ConvexPiece& of_b : bodies_[pair.b].pieces) pair.pieces.emplace_back(of_a, of_b);
   }
 }
 
 bool ContinuousCollision::is_squeezed(const CollisionPairs& pairs) const {
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const BodyPair& pair = pairs_[i];
-    const auto is_free = [](const btCollisionObject& object) { return is_rigid(object) && !object.isStaticObject(); };
-    if (pairs.gap(i) > 0.0 || is_rigid(*pair.a) == is_rigid(*pair.b)) continue;
-    if (!is_free(*pair.a) && !is_free(*pair.b)) continue;
-    const btTransform& a = pair.a->getWorldTransform();
-    const btTransform& b = pair.b->getWorldTransform();
-    if (std::any_of(pair.pieces.begin(), pair.pieces.end(),
-                    [&](const PiecePair& pieces) { return pieces.too_deep(a, b); })) {
+  const auto is_free = [](const btCollisionObject& object) { return is_rigid(object) && !object.isStaticObject(); };
+  for (const CollisionPair& pair : pairs.pairs()) {
+    const btCollisionObject& a = *bodies_[pair.a].object;
+    const btCollisionObject& b = *bodies_[pair.b].object;
+    if (pair.gap > 0.0 || is_rigid(a) == is_rigid(b)) continue;
+    if (!is_free(a) && !is_free(b)) continue;
+    if (std::any_of(pair.pieces.begin(), pair.pieces.end(), [&](const PiecePair& pieces) {
+          return pieces.too_deep(a.getWorldTransform(), b.getWorldTransform());
+        })) {
       return true;
     }
   }
   return false;
 }
 
-double ContinuousCollision::safe_share(const CollisionPairs& pairs, const std::vector<Velocity>& velocities,
+double ContinuousCollision::safe_share(CollisionPairs& pairs, const std::vector<Velocity>& velocities,
                                        double duration) {
-  travels_.resize(reaches_.size());
-  for (std::size_t i = 0; i < reaches_.size(); ++i) {
+  travels_.resize(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Velocity& velocity = velocities[i];
-    travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * reaches_[i]);
+    travels_[i] = duration * (velocity.linear.length() + velocity.angular.length() * bodies_[i].reach);
   }
   double share = 1.0;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    BodyPair& pair = pairs_[i];
+  for (CollisionPair& pair : pairs.within(travels_)) {
+    const double motion = travels_[pair.a] + travels_[pair.b];
+    if (!(pair.gap <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
+    if (pair.pieces.empty()) make_pieces(pair);
     if (pair.pieces.empty()) continue;
-    const double motion = travels_[body_index(*pair.a)] + travels_[body_index(*pair.b)];
-    if (!(pairs.gap(i) <= motion && std::isfinite(motion))) continue;  // a state will tell what is not finite
-    const Sweep sweep_a = sweep(*pair.a, velocities[body_index(*pair.a)], duration);
-    const Sweep sweep_b = sweep(*pair.b, velocities[body_index(*pair.b)], duration);
+    const Sweep sweep_a = sweep(*bodies_[pair.a].object, velocities[pair.a], duration);
+    const Sweep sweep_b = sweep(*bodies_[pair.b].object, velocities[pair.b], duration);
     for (PiecePair& pieces : pair.pieces) share *= pieces.safe_share(sweep_a.first(share), sweep_b.first(share));
   }
   return share;

@@ -8,23 +8,25 @@
 namespace energymargin {
 namespace {
 
-// Small pools: a scene has few contacts, and every problem builds its simulation anew.
+// Small pools: a scene has few contacts, and every problem builds its simulation anew. Most of that is clearing them;
+// what they have no room for is allocated on its own.
+constexpr int pool_size = 32;
+
 btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo info;
-  info.m_defaultMaxPersistentManifoldPoolSize = 128;
-  info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
+  info.m_defaultMaxPersistentManifoldPoolSize = pool_size;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = pool_size;
   info.m_customCollisionAlgorithmMaxElementSize = contacts_size;
   return info;
 }
 
 }  // namespace
 
-ContactDispatcher::ContactDispatcher(RoundAlgorithm round)
-    : configuration_(small_pools()), dispatcher_(&configuration_) {
+ContactDispatcher::ContactDispatcher() : configuration_(small_pools()), dispatcher_(&configuration_) {
   use_plane_contacts(dispatcher_);
   use_box_contacts(dispatcher_);
   hull_contacts_.use_in(dispatcher_);
-  if (round == RoundAlgorithm::exact) use_round_contacts(dispatcher_);
+  use_round_contacts(dispatcher_);
 }
 
 }  // namespace energymargin

@@ -7,16 +7,10 @@
 
 namespace energymargin {
 
-//! Whose algorithm finds the contacts of cylinders, capsules and spheres with boxes and cylinders.
-enum class RoundAlgorithm {
-  exact,   ///< this library's, see round_contacts.hpp
-  bullet,  ///< Bullet's, for comparison
-};
-
 //! Bullet's dispatcher with the contacts of this library: solids on planes, boxes, hulls and round solids.
 class ContactDispatcher {
  public:
-  explicit ContactDispatcher(RoundAlgorithm round = RoundAlgorithm::exact);
+  ContactDispatcher();
   ContactDispatcher(const ContactDispatcher&) = delete;
   ContactDispatcher& operator=(const ContactDispatcher&) = delete;
 
@@ -24,12 +18,13 @@ class ContactDispatcher {
   const btCollisionDispatcher& bullet() const { return dispatcher_; }
   btDefaultCollisionConfiguration& configuration() { return configuration_; }
 
-  //! While this lives, new pairs get no points of tilted hulls: those are not exact, and Bullet has others for two
-  //! single solids.
+  //! While this lives, new pairs get the closest points alone.
   class SinglePoints {
    public:
-    explicit SinglePoints(ContactDispatcher& dispatcher) : hulls_(dispatcher.hull_contacts_) { hulls_.tilted = false; }
-    ~SinglePoints() { hulls_.tilted = true; }
+    explicit SinglePoints(ContactDispatcher& dispatcher) : hulls_(dispatcher.hull_contacts_) {
+      hulls_.with_faces = false;
+    }
+    ~SinglePoints() { hulls_.with_faces = true; }
     SinglePoints(const SinglePoints&) = delete;
     SinglePoints& operator=(const SinglePoints&) = delete;
 

@@ -6,13 +6,12 @@
 
 namespace energymargin {
 
-btVector3 closest_points(const btConvexShape& a, const btConvexShape& b, const GjkInput& input, GjkResult& result,
-                         Overlap overlap) {
+void closest_points(const btConvexShape& a, const btConvexShape& b, const GjkInput& input, GjkResult& result,
+                    Overlap overlap) {
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver penetration;
   btGjkPairDetector detector(&a, &b, &simplex, overlap == Overlap::measured ? &penetration : nullptr);
   detector.getClosestPoints(input, result, nullptr);
-  return detector.getCachedSeparatingAxis();
 }
 
 btPointCollector closest_points(const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,

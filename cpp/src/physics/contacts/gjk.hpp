@@ -15,10 +15,9 @@ enum class Overlap {
   measured  ///< EPA's points, at the penetration depth
 };
 
-//! Bullet's GJK between the cores. Adds at most one point to `result`; returns the separating axis, from b to a, not of
-//! unit length.
-btVector3 closest_points(const btConvexShape& a, const btConvexShape& b, const GjkInput& input, GjkResult& result,
-                         Overlap overlap = Overlap::measured);
+//! Bullet's GJK between the cores. Adds at most one point to `result`.
+void closest_points(const btConvexShape& a, const btConvexShape& b, const GjkInput& input, GjkResult& result,
+                    Overlap overlap = Overlap::measured);
 
 //! The same at any distance.
 btPointCollector closest_points(const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,

@@ -5,12 +5,11 @@
 
 namespace energymargin {
 
-//! Makes the contacts of a hull with another solid: the closest points and, where faces or lines may lie on one
-//! another, those of bodies that are tilted a little, to all sides. Bullet does the same, but tilts by an angle of 2 cm
-//! over the body's reach: by 20 degrees for one of 6 cm, which makes points that are ten times as deep as the bodies
-//! overlap.
+//! Makes the contacts of a hull with another solid: the closest points and, where faces or lines lie on one another,
+//! the corners of what they share. Bullet finds those by tilting a body to all sides, by an angle of 2 cm over its
+//! reach, which is 20 degrees for one of 6 cm, and makes points that are ten times as deep as the bodies overlap.
 struct HullContacts : btCollisionAlgorithmCreateFunc {
-  bool tilted = true;  //!< whether there are points of tilted bodies, in what is made from now on
+  bool with_faces = true;  //!< whether there are points of faces, in what is made from now on
 
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObjectWrapper* a,

@@ -6,7 +6,11 @@
 namespace energymargin {
 
 //! Room for one pair's contacts in a dispatcher's pool [bytes].
-inline constexpr int contacts_size = 640;
+inline constexpr int contacts_size = 768;
+
+inline const btConvexShape& convex_shape(const btCollisionObjectWrapper& object) {
+  return static_cast<const btConvexShape&>(*object.getCollisionShape());
+}
 
 //! Keeps the contact points of two bodies.
 class PairContacts : public btCollisionAlgorithm {

@@ -23,13 +23,8 @@ constexpr double no_bend = 1e-8;   // of a square speed: a change of it that har
 constexpr double fine_turn = 0.3;  // rad, between two looks at pieces that turn
 constexpr int most_looks = 40;
 
-btPointCollector points_of_cores(const ConvexPiece& a, const btTransform& body_a, const ConvexPiece& b,
-                                 const btTransform& body_b, Overlap overlap) {
-  return closest_points(*a.shape, a.pose(body_a), *b.shape, b.pose(body_b), overlap);
-}
-
-btVector3 support(const ConvexPiece& piece, const btTransform& pose, const btVector3& direction) {
-  return pose(piece.shape->localGetSupportVertexWithoutMarginNonVirtual(direction * pose.getBasis()));
+btVector3 support(const Core& core, const btTransform& pose, const btVector3& direction) {
+  return pose(core.support(direction * pose.getBasis()));
 }
 
 }  // namespace
@@ -45,25 +40,60 @@ struct PiecePair::Sweeps {
 PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
     : a_(a),
       b_(b),
+      cores_(*a.shape, *b.shape),
       margins_(a.shape->getMarginNonVirtual() + b.shape->getMarginNonVirtual()),
       allowed_(std::min(share_of_margins * margins_, share_of_thickness * std::min(a.half_extent, b.half_extent))) {}
 
 double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
   const Sweeps sweeps(a, b);
-  if (has_normal_ && !starts_deep_ && separates(sweeps)) return 1.0;
-  const btPointCollector points = points_of_cores(a_, a.start, b_, b.start, Overlap::ignored);
-  if (points.m_hasResult) {
-    has_normal_ = true;
-    normal_ = points.m_normalOnBInWorld;
-  } else {
-    find_normal(sweeps);
-  }
-  const double now = points.m_hasResult ? double(points.m_distance) : gap(sweeps, 0.0);
+  if (has_normal_ && !starts_deep_ && separates_as_before(sweeps)) return 1.0;
+  const std::optional<Closest> closest = find_closest(a.start, b.start);
+  if (!closest) find_normal(sweeps);
+  const double now = closest ? closest->distance : gap(sweeps, 0.0);
   if (first_query_) starts_deep_ = now < -deep_start * allowed_;
   first_query_ = false;
   starts_deep_ = starts_deep_ && now < -allowed_;
   if (starts_deep_ || stay_separate(sweeps, now) || slide(sweeps, now)) return 1.0;
-  return points.m_hasResult ? advance(sweeps, now) : linear_share(sweeps, now);
+  return closest ? advance(sweeps, now) : linear_share(sweeps, now);
+}
+
+// Of the pieces at these poses of their bodies; none where the cores overlap. The normal becomes the one that counts.
+std::optional<PiecePair::Closest> PiecePair::find_closest(const btTransform& a, const btTransform& b) {
+  const std::optional<Closest> closest = closest_at(a, b);
+  if (closest) set_normal(closest->normal, a, b);
+  return closest;
+}
+
+std::optional<PiecePair::Closest> PiecePair::closest_at(const btTransform& a, const btTransform& b) {
+  const btTransform pose_a = a_.pose(a);
+  const btTransform pose_b = b_.pose(b);
+  CoreDistance cores;
+  if (cores_.distance(pose_a, pose_b, BT_LARGE_FLOAT, cores) == Cores::apart) {
+    return Closest{cores.distance - margins_, cores.normal};
+  }
+  const btPointCollector points = closest_points(*a_.shape, pose_a, *b_.shape, pose_b, Overlap::ignored);
+  if (!points.m_hasResult) return std::nullopt;
+  return Closest{points.m_distance, points.m_normalOnBInWorld};
+}
+
+void PiecePair::set_normal(const btVector3& normal, const btTransform& a, const btTransform& b) {
+  has_normal_ = true;
+  normal_ = normal;
+  normal_of_a_ = normal * a.getBasis();
+  normal_of_b_ = normal * b.getBasis();
+}
+
+// A face takes its normal along as it turns. If neither does, that counts which tells more: the other one may have
+// spun.
+bool PiecePair::separates_as_before(const Sweeps& sweeps) {
+  const btVector3 of_b = sweeps.b.start.getBasis() * normal_of_b_;
+  const btVector3 of_a = sweeps.a.start.getBasis() * normal_of_a_;
+  for (const btVector3& normal : {of_b, of_a}) {
+    normal_ = normal;
+    if (separates(sweeps)) return true;
+  }
+  if (gap(sweeps.a.start, sweeps.b.start, of_b) > gap(sweeps.a.start, sweeps.b.start, of_a)) normal_ = of_b;
+  return false;
 }
 
 bool PiecePair::too_deep(const btTransform& a, const btTransform& b) const {
@@ -73,16 +103,17 @@ bool PiecePair::too_deep(const btTransform& a, const btTransform& b) const {
 // Where the cores overlap: the direction that separated them, or else that of least penetration.
 void PiecePair::find_normal(const Sweeps& sweeps) {
   if (has_normal_) return;
-  const btPointCollector points = points_of_cores(a_, sweeps.a.start, b_, sweeps.b.start, Overlap::measured);
-  const btVector3 offset = a_.pose(sweeps.a.start).getOrigin() - b_.pose(sweeps.b.start).getOrigin();
+  const btTransform pose_a = a_.pose(sweeps.a.start);
+  const btTransform pose_b = b_.pose(sweeps.b.start);
+  const btPointCollector points = closest_points(*a_.shape, pose_a, *b_.shape, pose_b, Overlap::measured);
+  const btVector3 offset = pose_a.getOrigin() - pose_b.getOrigin();
+  btVector3 normal(0, 0, 1);
   if (points.m_hasResult) {
-    normal_ = points.m_normalOnBInWorld;
+    normal = points.m_normalOnBInWorld;
   } else if (!offset.fuzzyZero()) {
-    normal_ = offset.normalized();
-  } else {
-    normal_ = btVector3(0, 0, 1);
+    normal = offset.normalized();
   }
-  has_normal_ = true;
+  set_normal(normal, sweeps.a.start, sweeps.b.start);
 }
 
 // Their distance along the normal.
@@ -91,7 +122,7 @@ double PiecePair::gap(const Sweeps& sweeps, double share) const {
 }
 
 double PiecePair::gap(const btTransform& a, const btTransform& b, const btVector3& normal) const {
-  return normal.dot(support(a_, a_.pose(a), -normal) - support(b_, b_.pose(b), normal)) - margins_;
+  return normal.dot(support(cores_.a(), a_.pose(a), -normal) - support(cores_.b(), b_.pose(b), normal)) - margins_;
 }
 
 // The least distance that a motion from `now` may lead to.
@@ -125,7 +156,7 @@ bool PiecePair::stay_separate(const Sweeps& sweeps, double now) const {
 
 // The same by a normal that turns: one that stays tells of a face that turns only that its far end comes closer.
 // Between two looks the distance is less by no more than what the travel makes of the normal's turn.
-bool PiecePair::slide(const Sweeps& sweeps, double now) const {
+bool PiecePair::slide(const Sweeps& sweeps, double now) {
   const double bound = least(now);
   const double travel = (sweeps.a.linear - sweeps.b.linear).length() + sweeps.a.angular.length() * a_.reach +
                         sweeps.b.angular.length() * b_.reach;
@@ -141,11 +172,10 @@ bool PiecePair::slide(const Sweeps& sweeps, double now) const {
   if (turning(sweeps.a) || turning(sweeps.b)) return true;
   btVector3 normal = normal_;
   for (double i = 1.0; i <= looks; ++i) {
-    const btPointCollector closest =
-        points_of_cores(a_, sweeps.a.at(i / looks), b_, sweeps.b.at(i / looks), Overlap::ignored);
-    if (!closest.m_hasResult || closest.m_distance < bound) return false;
-    if ((closest.m_normalOnBInWorld - normal).length() * across > looks) return false;
-    normal = closest.m_normalOnBInWorld;
+    const std::optional<Closest> closest = closest_at(sweeps.a.at(i / looks), sweeps.b.at(i / looks));
+    if (!closest || closest->distance < bound) return false;
+    if ((closest->normal - normal).length() * across > looks) return false;
+    normal = closest->normal;
   }
   return true;
 }
@@ -161,16 +191,16 @@ double PiecePair::approach(const Sweeps& sweeps) const {
 double PiecePair::next_look(const Sweeps& sweeps, double share, double room) const {
   double speed = 0.0;
   double acceleration = 0.0;
-  const auto add = [&](const ConvexPiece& piece, const Sweep& sweep, const btVector3& direction) {
+  const auto add = [&](const ConvexPiece& piece, const Core& core, const Sweep& sweep, const btVector3& direction) {
     const btVector3 across = direction.cross(sweep.angular);
     const btTransform pose = sweep.at(share);
-    const btVector3 arm = support(piece, piece.pose(pose), across) - pose.getOrigin();
+    const btVector3 arm = support(core, piece.pose(pose), across) - pose.getOrigin();
     speed += across.dot(arm) + direction.dot(sweep.screw ? sweep.turned(sweep.linear, share) : sweep.linear);
     acceleration +=
         sweep.angular.length() * (across.length() * piece.reach + (sweep.screw ? sweep.linear.length() : 0.0));
   };
-  add(a_, sweeps.a, -normal_);
-  add(b_, sweeps.b, normal_);
+  add(a_, cores_.a(), sweeps.a, -normal_);
+  add(b_, cores_.b(), sweeps.b, normal_);
   // The root of room = speed x + acceleration x^2 / 2. Where the acceleration hardly counts, near numbers would cancel
   // in it.
   const double bend = 2.0 * acceleration * room;
@@ -187,10 +217,9 @@ double PiecePair::advance(const Sweeps& sweeps, double now) {
     const double safe = share;
     share = next_look(sweeps, share, distance - bound);
     if (share >= 1.0) return 1.0;
-    const btPointCollector closest = points_of_cores(a_, sweeps.a.at(share), b_, sweeps.b.at(share), Overlap::ignored);
-    if (!closest.m_hasResult) return safe;
-    normal_ = closest.m_normalOnBInWorld;
-    distance = closest.m_distance;
+    const std::optional<Closest> closest = find_closest(sweeps.a.at(share), sweeps.b.at(share));
+    if (!closest) return safe;
+    distance = closest->distance;
   }
   return share;
 }

@@ -3,6 +3,9 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <optional>
+
+#include "physics/contacts/core_distance.hpp"
 #include "physics/sweep.hpp"
 
 namespace energymargin {
@@ -27,6 +30,7 @@ class PiecePair {
 
   //! Forgets which direction separated them, for a new rollout.
   void forget() {
+    cores_.forget();
     has_normal_ = starts_deep_ = false;
     first_query_ = true;
   }
@@ -40,13 +44,21 @@ class PiecePair {
 
  private:
   struct Sweeps;
+  struct Closest {
+    double distance;   // of the pieces [m]
+    btVector3 normal;  // from b to a
+  };
 
+  std::optional<Closest> find_closest(const btTransform& a, const btTransform& b);
+  std::optional<Closest> closest_at(const btTransform& a, const btTransform& b);
+  void set_normal(const btVector3& normal, const btTransform& a, const btTransform& b);
+  bool separates_as_before(const Sweeps& sweeps);
   void find_normal(const Sweeps& sweeps);
   double gap(const Sweeps& sweeps, double share) const;
   double gap(const btTransform& a, const btTransform& b, const btVector3& normal) const;
   bool separates(const Sweeps& sweeps) const;
   bool stay_separate(const Sweeps& sweeps, double now) const;
-  bool slide(const Sweeps& sweeps, double now) const;
+  bool slide(const Sweeps& sweeps, double now);
   double approach(const Sweeps& sweeps) const;
   double next_look(const Sweeps& sweeps, double share, double room) const;
   double advance(const Sweeps& sweeps, double now);
@@ -55,9 +67,11 @@ class PiecePair {
   double contact(double now) const;
 
   ConvexPiece a_, b_;
-  double margins_;    // of both [m]
-  double allowed_;    // overlap [m]
-  btVector3 normal_;  // from b to a, the last that separated them, if `has_normal_`
+  CorePair cores_;
+  double margins_;                       // of both [m]
+  double allowed_;                       // overlap [m]
+  btVector3 normal_;                     // from b to a, the last that separated them, if `has_normal_`
+  btVector3 normal_of_a_, normal_of_b_;  // the same in the frames of the bodies, as they stood then
   bool has_normal_ = false;
   bool first_query_ = true;   // nothing was asked since `forget`
   bool starts_deep_ = false;  // deeper than they may be, and still are

@@ -15,7 +15,7 @@ using Twist = std::array<Eigen::Array2d, 3>;
 //! What a row is to one of its bodies.
 struct RowSide {
   int body = -1;   // index of a moving body; -1: none, for a fixed body
-  Twist jacobian;  // direction of the row; arm x direction
+  Twist scaled;    // Jacobian, which is direction and arm x direction, times the row's effective mass
   Twist response;  // change of the body's velocities by an impulse of 1
 };
 
@@ -25,7 +25,6 @@ struct ContactRow {
 
   RowSide first, second;          // the first one moves
   double target;                  // impulse that the velocities before the step ask for [N s]
-  double effective_mass;          // along the row [kg]
   double inverse_effective_mass;  // [1/kg]
   double impulse;                 // so far [N s]
 };
@@ -49,8 +48,8 @@ struct MotorRow : ContactRow {
   double limit;  // of the impulse [N s]
 };
 
-//! The rows of one step, and what they have changed so far. The arithmetic is that of Bullet's own solver,
-//! btSequentialImpulseConstraintSolver, to the last bit. What makes it faster: fixed bodies have no part in it, and
+//! The rows of one step, and what they have changed so far. They are those of Bullet's own solver,
+//! btSequentialImpulseConstraintSolver. What makes it faster: fixed bodies have no part in it, and
 //! linear and angular parts are worked on at once.
 class ContactRows {
  public:
@@ -61,8 +60,9 @@ class ContactRows {
   NormalRow& add_normal();
   FrictionRow& add_friction();
 
-  //! Applies what an impulse that a row begins with has changed.
+  //! Applies what the impulses that a row begins with have changed.
   void apply(const ContactRow& row);
+  void apply_split(const NormalRow& row);
 
   //! One round over all rows; returns the largest square of a change of velocity [m^2/s^2].
   double iterate();

@@ -1,7 +1,14 @@
 #include "physics/free_bodies/contact_solver.hpp"
 
+#include <algorithm>
+
+#include "physics/shapes.hpp"
+
 namespace energymargin {
 namespace {
+
+// Of an overlap, the share that a step leaves. So much of the last split impulse is what the next one begins with.
+constexpr double overlap_left = 0.8;
 
 Twist twist(const btVector3& linear, const btVector3& angular) {
   return {Eigen::Array2d(linear.x(), angular.x()), Eigen::Array2d(linear.y(), angular.y()),
@@ -60,12 +67,12 @@ void ContactSolver::add_motor(const Motor& motor, const btContactSolverInfo& inf
     const btVector3 none(0, 0, 0);
     const btVector3 spin = body.getInvInertiaTensorWorld() * direction * body.getAngularFactor();
     row.first.body = slot;
-    row.first.jacobian = turns ? twist(none, direction) : twist(direction, none);
+    const double effective_mass = 1.0 / (turns ? direction.dot(spin) : body.getInvMass());
+    row.first.scaled = twist(turns ? none : effective_mass * direction, turns ? effective_mass * direction : none);
     row.first.response = turns ? twist(none, spin) : twist(direction * body.getInvMass(), none);
     row.second.body = -1;
-    row.inverse_effective_mass = turns ? direction.dot(spin) : body.getInvMass();
-    row.effective_mass = 1.0 / row.inverse_effective_mass;
-    row.target = ((turns ? motor.angular : motor.linear)[axis] - speed(row, true)) * row.effective_mass;
+    row.inverse_effective_mass = 1.0 / effective_mass;
+    row.target = (turns ? motor.angular : motor.linear)[axis] * effective_mass - asked_before(row, true);
     row.impulse = 0.0;
     row.limit = (turns ? motor.torque : motor.force) * info.m_timeStep;
   }
@@ -83,9 +90,11 @@ void ContactSolver::add_contacts(btPersistentManifold& manifold, const btContact
                     point.getPositionWorldOnB() - b.getWorldTransform().getOrigin()};
     const std::size_t normal = rows_.normals().size();
     add_normal(point, ends, info);
+    const btVector3 friction = point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
+                               point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
     set_friction_directions(point, velocity(slot_a, ends.arm_a) - velocity(slot_b, ends.arm_b), both);
-    add_friction(point, normal, point.m_lateralFrictionDir1, point.m_appliedImpulseLateral1, ends);
-    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, point.m_appliedImpulseLateral2, ends);
+    add_friction(point, normal, point.m_lateralFrictionDir1, friction, point.m_appliedImpulseLateral1, ends);
+    if (both) add_friction(point, normal, point.m_lateralFrictionDir2, friction, point.m_appliedImpulseLateral2, ends);
   }
 }
 
@@ -95,60 +104,65 @@ void ContactSolver::add_normal(btManifoldPoint& point, const Ends& ends, const b
   set_sides(row, point.m_normalWorldOnB, ends);
   const double rate = 1.0 / info.m_timeStep;
   const double gap = point.getDistance();
-  double change = -speed(row, true);
-  if (gap > 0.0) change -= gap * rate;  // up to the touch it may close
-  row.target = change * row.effective_mass;
-  row.split_target = gap > 0.0 ? 0.0 : -gap * info.m_erp2 * rate * row.effective_mass;
-  row.split_impulse = 0.0;
+  const double closing = gap * rate / row.inverse_effective_mass;
+  row.target = -asked_before(row, true) - std::max(closing, 0.0);  // up to the touch it may close
+  row.split_target = gap > 0.0 ? 0.0 : -info.m_erp2 * closing;
+  row.split_impulse = gap > 0.0 ? 0.0 : overlap_left * point.m_prevRHS;
   row.impulse = point.m_appliedImpulse;
   rows_.apply(row);
+  rows_.apply_split(row);
 }
 
+// It begins with what the friction of the part before, along whatever direction, had along this one.
 void ContactSolver::add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
-                                 double& stored, const Ends& ends) {
+                                 const btVector3& before, double& stored, const Ends& ends) {
   FrictionRow& row = rows_.add_friction();
   row.stored = &stored;
   row.friction = point.m_combinedFriction;
   row.normal = normal;
   set_sides(row, direction, ends);
-  row.target = -speed(row, false) * row.effective_mass;
-  row.impulse = 0.0;
+  row.target = -asked_before(row, false);
+  row.impulse = before.dot(direction);
+  rows_.apply(row);
 }
 
 void ContactSolver::set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const {
-  double inverse_mass = 0.0;
+  row.inverse_effective_mass = 0.0;
   RowSide* side = &row.first;
   row.second.body = -1;
   if (ends.slot_a >= 0) {
-    inverse_mass += set_side(*side, ends.slot_a, direction, ends.arm_a);
+    row.inverse_effective_mass += set_side(*side, ends.slot_a, direction, ends.arm_a);
     side = &row.second;
   }
-  if (ends.slot_b >= 0) inverse_mass += set_side(*side, ends.slot_b, -direction, ends.arm_b);
-  row.effective_mass = 1.0 / inverse_mass;
-  row.inverse_effective_mass =
-      1.0 / row.effective_mass;  // Bullet's, which may differ from `inverse_mass` in the last bit
+  if (ends.slot_b >= 0) row.inverse_effective_mass += set_side(*side, ends.slot_b, -direction, ends.arm_b);
+  const double effective_mass = 1.0 / row.inverse_effective_mass;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    row.first.scaled[axis] *= effective_mass;
+    if (row.second.body >= 0) row.second.scaled[axis] *= effective_mass;
+  }
 }
 
-// Returns the velocity at the point along the direction by an impulse of 1.
+// Without the scale yet. Returns the velocity at the point along the direction by an impulse of 1.
 double ContactSolver::set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const {
   const MovingBody& body = moving_[static_cast<std::size_t>(slot)];
   const btVector3 turn = arm.cross(direction);
   const btVector3 spin = body.rigid->getInvInertiaTensorWorld() * turn * body.rigid->getAngularFactor();
   side.body = slot;
-  side.jacobian = twist(direction, turn);
+  side.scaled = twist(direction, turn);
   side.response = twist(direction * body.inverse_masses, spin);
-  return body.rigid->getInvMass() + direction.dot(spin.cross(arm));
+  return body.rigid->getInvMass() + turn.dot(spin);
 }
 
-// Along the row, before the step; in friction Bullet leaves out what gyroscopic torques will change.
-double ContactSolver::speed(const ContactRow& row, bool gyroscopic) const {
-  const auto of = [&](const RowSide& side) {
+// The impulse that the velocities before the step ask for, to bring them to zero; in friction Bullet leaves out what
+// gyroscopic torques will change.
+double ContactSolver::asked_before(const ContactRow& row, bool gyroscopic) const {
+  const auto by = [&](const RowSide& side) {
     const MovingBody& body = moving_[static_cast<std::size_t>(side.body)];
     const btVector3& spin = body.rigid->getAngularVelocity();
-    return linear(side.jacobian).dot(body.rigid->getLinearVelocity()) +
-           angular(side.jacobian).dot(gyroscopic ? spin + body.gyroscopic : spin);
+    return linear(side.scaled).dot(body.rigid->getLinearVelocity()) +
+           angular(side.scaled).dot(gyroscopic ? spin + body.gyroscopic : spin);
   };
-  return row.second.body >= 0 ? of(row.first) + of(row.second) : of(row.first);
+  return row.second.body >= 0 ? by(row.first) + by(row.second) : by(row.first);
 }
 
 btVector3 ContactSolver::velocity(int slot, const btVector3& arm) const {
@@ -166,7 +180,10 @@ void ContactSolver::iterate(const btContactSolverInfo& info) {
 }
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {
-  for (const NormalRow& row : rows_.normals()) row.point->m_appliedImpulse = row.impulse;
+  for (const NormalRow& row : rows_.normals()) {
+    row.point->m_appliedImpulse = row.impulse;
+    row.point->m_prevRHS = row.split_impulse;  // Bullet keeps it for a point, and has no use for it
+  }
   for (const FrictionRow& row : rows_.frictions()) *row.stored = row.impulse;
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     btRigidBody& body = *moving_[i].rigid;
@@ -196,18 +213,18 @@ void ContactSolver::add_work(const btContactSolverInfo& info) {
 }
 
 double ContactSolver::work_of(const ContactRow& row) const {
-  const double speed = mean_speed(row.first) + (row.second.body >= 0 ? mean_speed(row.second) : 0.0);
-  return row.impulse * speed;
+  const double scaled = scaled_speed(row.first) + (row.second.body >= 0 ? scaled_speed(row.second) : 0.0);
+  return row.impulse * scaled * row.inverse_effective_mass;
 }
 
-double ContactSolver::mean_speed(const RowSide& side) const {
+// Half of the sum of the speeds before and after, times the effective mass.
+double ContactSolver::scaled_speed(const RowSide& side) const {
   const auto slot = static_cast<std::size_t>(side.body);
   const btRigidBody& body = *moving_[slot].rigid;
   const Motion::OfBody& before = audit_.before->bodies[body_index(body)];
   const btVector3 velocity = body.getLinearVelocity() + linear(rows_.change(slot));
   const btVector3 spin = body.getAngularVelocity() + moving_[slot].gyroscopic + angular(rows_.change(slot));
-  return 0.5 *
-         (linear(side.jacobian).dot(before.linear + velocity) + angular(side.jacobian).dot(before.angular + spin));
+  return 0.5 * (linear(side.scaled).dot(before.linear + velocity) + angular(side.scaled).dot(before.angular + spin));
 }
 
 int ContactSolver::slot_of(const btCollisionObject& object) const {

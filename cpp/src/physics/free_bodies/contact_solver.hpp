@@ -11,8 +11,8 @@
 
 namespace energymargin {
 
-//! Does for free bodies what Bullet's solver does, and to the same bits. It knows no joints: a scene that has some is
-//! solved by MultiBodySolver.
+//! Does for free bodies what Bullet's solver does. It knows no joints: a scene that has some is solved by
+//! ArticulatedSolver.
 class ContactSolver {
  public:
   //! Adds to the work of `audit`, which outlives this, while that is on.
@@ -39,17 +39,17 @@ class ContactSolver {
   void add_motor(const Motor& motor, const btContactSolverInfo& info);
   void add_contacts(btPersistentManifold& manifold, const btContactSolverInfo& info);
   void add_normal(btManifoldPoint& point, const Ends& ends, const btContactSolverInfo& info);
-  void add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction, double& stored,
-                    const Ends& ends);
+  void add_friction(const btManifoldPoint& point, std::size_t normal, const btVector3& direction,
+                    const btVector3& before, double& stored, const Ends& ends);
   void set_sides(ContactRow& row, const btVector3& direction, const Ends& ends) const;
   double set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const;
-  double speed(const ContactRow& row, bool gyroscopic) const;
+  double asked_before(const ContactRow& row, bool gyroscopic) const;
   btVector3 velocity(int slot, const btVector3& arm) const;
   void iterate(const btContactSolverInfo& info);
   void write_back(const btContactSolverInfo& info);
   void add_work(const btContactSolverInfo& info);
   double work_of(const ContactRow& row) const;
-  double mean_speed(const RowSide& side) const;
+  double scaled_speed(const RowSide& side) const;
   int slot_of(const btCollisionObject& object) const;
 
   std::vector<MovingBody> moving_;

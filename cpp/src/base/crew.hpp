@@ -1,0 +1,57 @@
+#pragma once
+// Threads that stay for many rounds of jobs.
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace energymargin {
+
+//! The caller's thread and some more. Between two rounds those look for work for a while before they sleep, since to
+//! wake a core takes long beside a short round.
+class Crew {
+ public:
+  //! `job(i, thread)`, with thread < size().
+  using Job = std::function<void(std::size_t i, std::size_t thread)>;
+
+  //! Of `threads` threads, the caller's among them; fewer if the system gives no more.
+  explicit Crew(int threads);
+  ~Crew();
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  std::size_t size() const { return threads_.size() + 1; }
+
+  //! Calls the job for each i < count, once. Each thread takes the next i when it is free. The first exception ends the
+  //! rest and is thrown again here.
+  void run(std::size_t count, const Job& job);
+
+ private:
+  void serve(std::size_t thread);
+  void work(std::size_t thread);
+  template <typename Condition>
+  void wait_until(const Condition& condition);
+  template <typename Change>
+  void tell(const Change& change);
+
+  std::vector<std::thread> threads_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+
+  // Of a round.
+  const Job* job_ = nullptr;
+  std::size_t count_ = 0;
+  std::atomic<std::size_t> next_{0};
+  std::exception_ptr error_;
+  std::atomic<std::size_t> busy_{0};  // threads besides the caller's that are not done with it
+
+  std::atomic<int> rounds_{0};
+  std::atomic<bool> over_{false};
+};
+
+}  // namespace energymargin

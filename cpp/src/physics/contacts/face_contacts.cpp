@@ -1,0 +1,241 @@
+#include "physics/contacts/face_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace energymargin {
+namespace {
+
+using Corner = FaceContacts::Corner;
+using Face = FaceContacts::Face;
+
+constexpr double lying = 0.7;  // sine of the angle between a round solid's axis and the normal
+constexpr int corners_of_a_rim = 8;
+constexpr double parallel = 0.02;  // sine of the angle between two lines that lie on one another
+
+// Shares of the depth.
+constexpr double same_point = 1e-3;   // points so near are one
+constexpr double same_corner = 1e-2;  // corners of a face so near are the ends of an edge along the normal
+constexpr double straight = 1e-6;     // a corner so near the line between its neighbours is none
+
+// The plane of contact.
+struct ContactPlane {
+  btVector3 origin, x, y, normal;
+
+  Corner operator()(const btVector3& point) const {
+    const btVector3 from = point - origin;
+    return {x.dot(from), y.dot(from), normal.dot(from)};
+  }
+};
+
+double cross(const Corner& from, const Corner& to, const Corner& point) {
+  return (to.x - from.x) * (point.y - from.y) - (to.y - from.y) * (point.x - from.x);
+}
+
+double squared_distance(const Corner& a, const Corner& b) {
+  return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
+}
+
+Corner between(const Corner& a, const Corner& b, double share) {
+  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
+}
+
+// Calls `visit` with the points of a core that can be corners of its outermost face along `direction`, in its own
+// frame.
+template <typename Visit>
+void for_each_corner(const Core& core, const btVector3& direction, const Visit& visit) {
+  const btVector3& half = core.half();
+  switch (core.kind()) {
+    case CONVEX_HULL_SHAPE_PROXYTYPE:
+      for (const btVector3& point : core) visit(point);
+      return;
+    case BOX_SHAPE_PROXYTYPE:
+      for (int i = 0; i < 8; ++i) {
+        visit(btVector3(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? half.z() : -half.z()));
+      }
+      return;
+    case CYLINDER_SHAPE_PROXYTYPE: {
+      const double across = std::hypot(direction.x(), direction.y());
+      if (across > lying) {
+        const double scale = half.x() / across;
+        for (const double z : {-half.z(), half.z()}) visit(btVector3(direction.x() * scale, direction.y() * scale, z));
+        return;
+      }
+      const double z = direction.z() < 0.0 ? -half.z() : half.z();
+      for (int i = 0; i < corners_of_a_rim; ++i) {
+        const double angle = SIMD_2_PI * i / corners_of_a_rim;
+        visit(btVector3(half.x() * std::cos(angle), half.x() * std::sin(angle), z));
+      }
+      return;
+    }
+    case CAPSULE_SHAPE_PROXYTYPE:
+      for (const double z : {-half.z(), half.z()}) visit(btVector3(0.0, 0.0, z));
+      return;
+    default:  // a sphere has none
+      return;
+  }
+}
+
+void sort(Face& face) {
+  std::sort(face.begin(), face.end(),
+            [](const Corner& a, const Corner& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+}
+
+// Leaves of an edge along the normal its outer end. The corners are sorted, and stay so.
+void merge(Face& face, Face& scratch, double outward, double near) {
+  scratch.clear();
+  bool moved = false;
+  for (const Corner& corner : face) {
+    auto before = scratch.rbegin();
+    while (before != scratch.rend() && corner.x - before->x <= 2.0 * near &&
+           squared_distance(*before, corner) > near * near) {
+      ++before;
+    }
+    if (before == scratch.rend() || corner.x - before->x > 2.0 * near) {
+      scratch.push_back(corner);
+    } else if (outward * corner.height > outward * before->height) {
+      *before = corner;
+      moved = true;
+    }
+  }
+  face.swap(scratch);
+  if (moved) sort(face);
+}
+
+// Leaves the corners of the convex hull, in counter-clockwise order (Andrew 1979).
+void order(Face& face, Face& scratch, double outward, double depth) {
+  if (face.size() < 2) return;
+  sort(face);
+  merge(face, scratch, outward, same_corner * depth);
+  if (face.size() < 3) return;
+  scratch.clear();
+  const double offset = straight * depth;
+  const auto turns_left = [&](const Corner& a, const Corner& b, const Corner& c) {
+    const double twice_area = cross(a, b, c);
+    return twice_area > 0.0 && twice_area * twice_area > offset * offset * squared_distance(a, c);
+  };
+  const auto add = [&](const Corner& corner, std::size_t first) {
+    while (scratch.size() >= first + 2 && !turns_left(scratch[scratch.size() - 2], scratch.back(), corner)) {
+      scratch.pop_back();
+    }
+    scratch.push_back(corner);
+  };
+  for (const Corner& corner : face) add(corner, 0);
+  const std::size_t lower = scratch.size() - 1;
+  for (auto corner = face.rbegin() + 1; corner != face.rend(); ++corner) add(*corner, lower);
+  scratch.pop_back();
+  face.swap(scratch);
+}
+
+// Whether the corners of the other side are visited too: those of a thin plate are near.
+bool has_back(const Core& core) {
+  return core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE || core.kind() == BOX_SHAPE_PROXYTYPE;
+}
+
+// The outermost face of a solid along `outward`, 1 or -1 times the normal.
+void find_face(const Core& core, const btTransform& pose, const ContactPlane& plane, double outward, double margin,
+               double depth, Face& face, Face& scratch) {
+  face.clear();
+  const btVector3 direction = plane.normal * outward * pose.getBasis();
+  double least = BT_LARGE_FLOAT, most = -BT_LARGE_FLOAT;
+  for_each_corner(core, direction, [&](const btVector3& point) {
+    const double along = direction.dot(point);
+    least = std::min(least, along);
+    most = std::max(most, along);
+  });
+  if (has_back(core)) depth = std::min(depth, 0.5 * (most - least));
+  for_each_corner(core, direction, [&](const btVector3& point) {
+    if (direction.dot(point) < most - depth) return;
+    face.push_back(plane(pose(point)));
+    face.back().height += outward * margin;
+  });
+  order(face, scratch, outward, depth);
+}
+
+// What of a face or a line is on the left of the line from `from` to `to`.
+void cut(Face& face, Face& scratch, const Corner& from, const Corner& to) {
+  scratch.clear();
+  const std::size_t ends = face.size() == 2 ? 1 : face.size();  // a line has one edge
+  if (face.size() == 2 && cross(from, to, face[0]) >= 0.0) scratch.push_back(face[0]);
+  for (std::size_t i = 0; i < ends; ++i) {
+    const Corner& a = face[i];
+    const Corner& b = face[(i + 1) % face.size()];
+    const double of_a = cross(from, to, a);
+    const double of_b = cross(from, to, b);
+    if ((of_a < 0.0) != (of_b < 0.0)) scratch.push_back(between(a, b, of_a / (of_a - of_b)));
+    if (of_b >= 0.0) scratch.push_back(b);
+  }
+  face.swap(scratch);
+}
+
+// What of a line lies beside another one, unless they cross.
+void cut_to_line(Face& line, Face& scratch, const Face& other) {
+  const Corner& a = other[0];
+  const Corner& b = other[1];
+  const Corner along{b.x - a.x, b.y - a.y, 0.0};
+  const Corner of_line{line[1].x - line[0].x, line[1].y - line[0].y, 0.0};
+  const double sine = along.x * of_line.y - along.y * of_line.x;
+  const Corner origin{0.0, 0.0, 0.0};
+  if (sine * sine > parallel * parallel * squared_distance(origin, along) * squared_distance(origin, of_line)) {
+    return line.clear();
+  }
+  const auto beside = [&](const Corner& end) { return Corner{end.x - along.y, end.y + along.x, 0.0}; };
+  cut(line, scratch, beside(a), a);
+  cut(line, scratch, b, beside(b));
+}
+
+// Of a line or a face, at a point of the plane.
+double height_at(const Face& face, const Corner& point) {
+  if (face.size() == 2) {
+    const Corner& a = face[0];
+    const Corner& b = face[1];
+    const double share = ((point.x - a.x) * (b.x - a.x) + (point.y - a.y) * (b.y - a.y)) / squared_distance(a, b);
+    return between(a, b, std::clamp(share, 0.0, 1.0)).height;
+  }
+  // Of the triangles from the first corner on, the first that the point is in, or the last one.
+  for (std::size_t i = 1;; ++i) {
+    const Corner& a = face[0];
+    const Corner& b = face[i];
+    const Corner& c = face[i + 1];
+    if (i + 2 < face.size() && cross(a, c, point) > 0.0) continue;
+    const double whole = cross(a, b, c);
+    const double of_b = cross(a, point, c) / whole;
+    const double of_c = cross(a, b, point) / whole;
+    return a.height + of_b * (b.height - a.height) + of_c * (c.height - a.height);
+  }
+}
+
+}  // namespace
+
+int FaceContacts::add(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                      const btVector3& normal, double depth, double reach, GjkResult& result) {
+  ContactPlane plane{pose_b.getOrigin(), {}, {}, normal};
+  btPlaneSpace1(normal, plane.x, plane.y);
+  find_face(solids.core_a(), pose_a, plane, -1.0, solids.margin_a(), depth, a_, scratch_);
+  find_face(solids.core_b(), pose_b, plane, 1.0, solids.margin_b(), depth, b_, scratch_);
+  if (a_.size() < 2 || b_.size() < 2) return 0;
+  const bool cuts_b = b_.size() == 2 && a_.size() > 2;  // a line is cut by a face
+  shared_ = cuts_b ? b_ : a_;
+  const Face& other = cuts_b ? a_ : b_;
+  if (other.size() == 2) {
+    cut_to_line(shared_, scratch_, other);
+  } else {
+    for (std::size_t i = 0; i < other.size(); ++i) cut(shared_, scratch_, other[i], other[(i + 1) % other.size()]);
+  }
+  int added = 0;
+  const double same = same_point * depth * same_point * depth;
+  for (std::size_t i = 0; i < shared_.size(); ++i) {
+    const Corner& corner = shared_[i];
+    const auto is_same = [&](const Corner& before) { return squared_distance(before, corner) <= same; };
+    if (std::any_of(shared_.begin(), shared_.begin() + static_cast<std::ptrdiff_t>(i), is_same)) continue;
+    const double height_a = cuts_b ? height_at(a_, corner) : corner.height;
+    const double height_b = cuts_b ? corner.height : height_at(b_, corner);
+    if (height_a - height_b > reach) continue;
+    result.addContactPoint(normal, plane.origin + plane.x * corner.x + plane.y * corner.y + normal * height_b,
+                           height_a - height_b);
+    ++added;
+  }
+  return added;
+}
+
+}  // namespace energymargin

@@ -1,0 +1,334 @@
+// Closest points of two convex solids without their margins, found anew and from the last ones.
+
+#include "physics/contacts/core_distance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "physics/contacts/gjk.hpp"
+#include "physics/contacts/solid_pair.hpp"
+
+namespace energymargin {
+namespace {
+
+constexpr double any_reach = 1e18;
+
+// Solids of 2 to 20 cm and their poses.
+class Draw {
+ public:
+  double even(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+
+  std::unique_ptr<btConvexShape> solid(int kind) {
+    const double radius = even(0.01, 0.1), half = even(0.01, 0.1);
+    std::unique_ptr<btConvexShape> shape;
+    switch (kind) {
+      case 0:
+        shape = std::make_unique<btBoxShape>(btVector3(radius, even(0.01, 0.1), half));
+        break;
+      case 1:
+        shape = std::make_unique<btCylinderShapeZ>(btVector3(radius, radius, half));
+        break;
+      case 2:
+        return std::make_unique<btCapsuleShapeZ>(radius, 2.0 * half);
+      case 3:
+        return std::make_unique<btSphereShape>(radius);
+      default: {
+        auto hull = std::make_unique<btConvexHullShape>();
+        const int corners = 4 + static_cast<int>(even(0.0, 20.0));
+        for (int i = 0; i < corners; ++i) {
+          hull->addPoint(btVector3(even(-radius, radius), even(-radius, radius), even(-half, half)), false);
+        }
+        hull->recalcLocalAabb();
+        shape = std::move(hull);
+      }
+    }
+    shape->setMargin(0.0005);
+    return shape;
+  }
+
+  btVector3 within(double extent) { return {even(-extent, extent), even(-extent, extent), even(-extent, extent)}; }
+
+  btQuaternion turn(double angle) { return btQuaternion(within(1.0).normalized(), angle); }
+
+  btTransform pose() { return btTransform(turn(even(-SIMD_PI, SIMD_PI)), within(0.2)); }
+
+  btTransform moved(const btTransform& pose) {
+    return btTransform(turn(even(0.0, 0.05)) * pose.getRotation(), pose.getOrigin() + within(0.005));
+  }
+
+ private:
+  std::mt19937_64 random_{1};
+};
+
+// How far two cores are apart along a normal: no more than their distance.
+double gap(const CorePair& pair, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal) {
+  return normal.dot(pose_a(pair.a().support(-normal * pose_a.getBasis())) -
+                    pose_b(pair.b().support(normal * pose_b.getBasis())));
+}
+
+// Calls `visit` with pairs of every two kinds of solids, each at four poses that are near each other.
+template <typename Visit>
+void for_pairs(int of_each, const Visit& visit) {
+  Draw draw;
+  for (int kinds = 0; kinds < 25; ++kinds) {
+    for (int i = 0; i < of_each; ++i) {
+      const auto a = draw.solid(kinds / 5), b = draw.solid(kinds % 5);
+      CorePair pair(*a, *b);
+      btTransform pose_a = draw.pose();
+      const btTransform pose_b = draw.pose();
+      for (int motion = 0; motion < 4; ++motion) {
+        visit(pair, *a, pose_a, *b, pose_b);
+        pose_a = draw.moved(pose_a);
+      }
+    }
+  }
+}
+
+bool side_by_side(const CorePair& pair, const btTransform& pose_a, const btTransform& pose_b) {
+  return distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b).has_value();
+}
+
+// The normal proves it: a plane across it is between the solids, and they are no nearer than along it.
+TEST(CoreDistance, IsTheGapAlongItsNormalAnewAndFromTheLastPoints) {
+  int apart = 0;
+  for_pairs(200, [&](CorePair& pair, const btConvexShape&, const btTransform& pose_a, const btConvexShape&,
+                     const btTransform& pose_b) {
+    if (side_by_side(pair, pose_a, pose_b)) return;
+    CoreDistance found;
+    if (pair.distance(pose_a, pose_b, any_reach, found) != Cores::apart) return;
+    ++apart;
+    EXPECT_NEAR(found.normal.length(), 1.0, 1e-12);
+    EXPECT_NEAR(found.distance, gap(pair, pose_a, pose_b, found.normal), 1e-9);
+    CorePair anew = pair;
+    anew.forget();
+    CoreDistance again;
+    ASSERT_EQ(anew.distance(pose_a, pose_b, any_reach, again), Cores::apart);
+    EXPECT_NEAR(again.distance, found.distance, 1e-9);
+    EXPECT_LT((again.normal - found.normal).length(), 2e-4 + 3e-8 / found.distance);
+  });
+  EXPECT_GT(apart, 15000);
+}
+
+// Bullet's ends at a millionth of the squared distance, or where the next vertex is near the last one.
+TEST(CoreDistance, IsThatOfBulletOrLessByWhatItLeaves) {
+  for_pairs(100, [&](CorePair& pair, const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
+                     const btTransform& pose_b) {
+    if (side_by_side(pair, pose_a, pose_b)) return;
+    const btPointCollector points = closest_points(a, pose_a, b, pose_b, Overlap::ignored);
+    const double bullet = points.m_distance + a.getMarginNonVirtual() + b.getMarginNonVirtual();
+    CoreDistance found;
+    if (pair.distance(pose_a, pose_b, any_reach, found) == Cores::apart) {
+      ASSERT_TRUE(points.m_hasResult);
+      EXPECT_LT(found.distance, bullet + 1e-9);
+      EXPECT_GT(found.distance, bullet - 3e-4);
+      const btVector3 on_b = points.m_pointInWorld - points.m_normalOnBInWorld * b.getMarginNonVirtual();
+      const bool round = pair.a().kind() == CYLINDER_SHAPE_PROXYTYPE || pair.b().kind() == CYLINDER_SHAPE_PROXYTYPE;
+      EXPECT_GT(found.distance, bullet - (round ? 3e-4 : 1e-5));
+      EXPECT_LT((points.m_normalOnBInWorld - found.normal).length(), round ? 0.3 : 2e-3);
+      EXPECT_NEAR(found.normal.dot(on_b - found.on_b), 0.0, 3e-4);
+    } else {
+      EXPECT_TRUE(!points.m_hasResult || bullet < 2e-5);
+    }
+  });
+}
+
+TEST(CoreDistance, IsTooFarExactlyWhereItIsAboveItsReach) {
+  for_pairs(100, [](CorePair& pair, const btConvexShape&, const btTransform& pose_a, const btConvexShape&,
+                    const btTransform& pose_b) {
+    CoreDistance known, found;
+    CorePair anew = pair;
+    if (anew.distance(pose_a, pose_b, any_reach, known) != Cores::apart) return;
+    EXPECT_EQ(pair.distance(pose_a, pose_b, known.distance * (1.0 - 1e-5), found), Cores::too_far);
+    ASSERT_EQ(pair.distance(pose_a, pose_b, known.distance * (1.0 + 1e-5), found), Cores::apart);
+    EXPECT_NEAR(found.distance, known.distance, 1e-9);
+  });
+}
+
+TEST(CoreDistance, SolidsWithTheSameCentreAreTooNear) {
+  Draw draw;
+  const btTransform pose = draw.pose();
+  for (int kinds = 0; kinds < 25; ++kinds) {
+    if (kinds / 5 == 4 || kinds % 5 == 4) continue;  // a hull's centre may be outside
+    const auto a = draw.solid(kinds / 5), b = draw.solid(kinds % 5);
+    CorePair pair(*a, *b);
+    CoreDistance found;
+    for (const double aside : {0.0, 1e-300, 1e-12}) {
+      btTransform other = pose;
+      other.getOrigin() += btVector3(aside, 0.0, 0.0);
+      EXPECT_EQ(pair.distance(pose, other, any_reach, found), Cores::too_near) << kinds << ", " << aside;
+    }
+  }
+}
+
+// Of parallel faces, of edges, and of needles that are as good as flat.
+TEST(CoreDistance, OfSolidsInLineIsWhatIsBetweenThem) {
+  const auto shape = [](int kind, const btVector3& half) -> std::unique_ptr<btConvexShape> {
+    std::unique_ptr<btConvexShape> made = std::make_unique<btBoxShape>(half);
+    if (kind == 1) made = std::make_unique<btCylinderShapeZ>(btVector3(half.x(), half.x(), half.z()));
+    if (kind == 2) {
+      auto hull = std::make_unique<btConvexHullShape>();
+      for (int i = 0; i < 8; ++i) {
+        const btVector3 corner(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+        for (const double share : {1.0, 1.0 - 1e-9, 0.5}) {  // corners in a line, and all but the same
+          hull->addPoint(half * corner * btVector3(share, 1.0, 1.0), false);
+        }
+      }
+      hull->recalcLocalAabb();
+      made = std::move(hull);
+    }
+    made->setMargin(0.0);
+    return made;
+  };
+  const btQuaternion turned = btQuaternion(btVector3(0.3, -0.5, 0.8).normalized(), 1.3);
+  for (const btVector3& half : {btVector3(0.05, 0.05, 0.05), btVector3(1e-6, 1e-6, 0.1), btVector3(0.1, 0.1, 1e-6)}) {
+    for (int kinds = 0; kinds < 9; ++kinds) {
+      const auto a = shape(kinds / 3, half), b = shape(kinds % 3, half);
+      CorePair pair(*a, *b);
+      for (const double away : {1e-4, 0.01, 1.0, 100.0}) {
+        const btTransform frame(turned, btVector3(0.1, 0.2, 0.3));
+        const btTransform above = frame * btTransform(btQuaternion::getIdentity(), {0.0, 0.0, 2.0 * half.z() + away});
+        CoreDistance found;
+        ASSERT_EQ(pair.distance(above, frame, any_reach, found), Cores::apart) << kinds << ", " << away;
+        EXPECT_NEAR(found.distance, away, 1e-9 * away + 1e-13) << kinds;
+        EXPECT_LT((found.normal - frame.getBasis().getColumn(2)).length(), 1e-4) << kinds << ", " << away;
+      }
+    }
+  }
+}
+
+// ---- solids that overlap
+
+struct LastPoint : GjkResult {
+  btVector3 normal{0.0, 0.0, 0.0};
+
+  void setShapeIdentifiersA(int, int) override {}
+  void setShapeIdentifiersB(int, int) override {}
+  void addContactPoint(const btVector3& of_point, const btVector3&, btScalar) override { normal = of_point; }
+};
+
+// Bullet turns the normals of some of them round.
+TEST(SolidPair, NormalIsThatOfItsPointAlsoDeepInside) {
+  Draw draw;
+  for (int i = 0; i < 2000; ++i) {
+    const auto a = draw.solid(i % 2), b = draw.solid(i / 2 % 2);
+    btVector3 place(0.0, 0.0, 0.0);
+    place[i % 3] = draw.even(-0.1, 0.1);
+    LastPoint point;
+    const btVector3 normal = SolidPair(*a, *b).add_closest(btTransform(btQuaternion::getIdentity(), place),
+                                                           btTransform::getIdentity(), 0.001, point);
+    EXPECT_EQ(normal, point.normal) << i;
+  }
+}
+
+// ---- cylinders side by side
+
+struct Errors {
+  double distance = 0.0;  // [m]
+  double normal = 0.0;    // [rad]
+};
+
+// A cylinder as a prism, which no closed form is asked about.
+btConvexHullShape prism_of(double radius, double half) {
+  constexpr int sides = 1000;
+  btConvexHullShape prism;
+  for (int i = 0; i < 2 * sides; ++i) {
+    const double angle = SIMD_2_PI * i / (2 * sides);
+    prism.addPoint(btVector3(radius * std::cos(angle), radius * std::sin(angle), i % 2 ? half : -half), false);
+  }
+  prism.recalcLocalAabb();
+  prism.setMargin(0.0);
+  return prism;
+}
+
+// The largest of cylinders that stand beside a box or another cylinder, so much tilted and so much longer than thick.
+Errors errors_side_by_side(double tilt, bool box, double slenderness) {
+  Draw draw;
+  Errors worst;
+  int counted = 0;
+  for (int i = 0; i < 100; ++i) {
+    const double radius = draw.even(0.003, 0.03), other = draw.even(0.003, 0.03), across = draw.even(0.003, 0.03);
+    btCylinderShapeZ cylinder(btVector3(radius, radius, slenderness * radius));
+    const btVector3 half(other, box ? across : other, draw.even(0.3, 1.5) * slenderness * radius);
+    std::unique_ptr<btConvexShape> standing = std::make_unique<btBoxShape>(half);
+    if (!box) standing = std::make_unique<btCylinderShapeZ>(half);
+    cylinder.setMargin(0.0);
+    standing->setMargin(0.0);
+
+    const double angle = draw.even(0.0, 0.5 * SIMD_PI), away = radius + draw.even(1e-4, 0.005);
+    btVector3 place(std::cos(angle) * (other + away), std::sin(angle) * (other + away), 0.0);
+    if (box && i % 2 == 0) place = {other + away, draw.even(-across, across), 0.0};
+    if (box && i % 2 == 1) place = {other + away * std::cos(angle), across + away * std::sin(angle), 0.0};
+    place.setZ(draw.even(-0.8, 0.8) * (slenderness * radius + half.z()));
+    const double toward = draw.even(-SIMD_PI, SIMD_PI);
+    const btQuaternion tilted(btVector3(std::cos(toward), std::sin(toward), 0.0), tilt);
+    const btTransform pose_b = draw.pose();
+    const btTransform pose_a = pose_b * btTransform(tilted, place);
+
+    const CorePair pair(cylinder, *standing);
+    const auto found = distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b);
+    const btConvexHullShape prism = prism_of(radius, slenderness * radius);
+    CoreDistance expected;
+    if (CorePair(prism, *standing).distance(pose_a, pose_b, any_reach, expected) != Cores::apart || !found) continue;
+    ++counted;
+    worst.distance = std::max(worst.distance, std::abs(found->distance - expected.distance));
+    worst.normal = std::max(worst.normal, double((found->normal - expected.normal).length()));
+  }
+  EXPECT_GT(counted, 60);
+  return worst;
+}
+
+// The prism is thinner by up to 0.2 um, and its normals are up to 3 mrad off.
+TEST(CoreDistance, OfCylindersSideBySideIsWithinAFewMicrometresUpToATiltOfAHundredth) {
+  for (const double slenderness : {1.0, 3.0, 30.0}) {
+    for (const bool box : {false, true}) {
+      EXPECT_LT(errors_side_by_side(0.0, box, slenderness).distance, 2e-7) << slenderness << ", " << box;
+      for (const double tilt : {0.001, 0.0099}) {
+        const Errors errors = errors_side_by_side(tilt, box, slenderness);
+        EXPECT_LT(errors.distance, slenderness > 10.0 ? 8e-6 : 2e-6) << slenderness << ", " << box << ", " << tilt;
+        EXPECT_LT(errors.normal, 0.0035 + (slenderness > 10.0 ? 3.0 : 1.0) * tilt)
+            << slenderness << ", " << box << ", " << tilt;
+      }
+    }
+  }
+}
+
+TEST(CoreDistance, OfABoxAndACylinderBesideItIsTheSameInEitherOrder) {
+  Draw draw;
+  btCylinderShapeZ cylinder(btVector3(0.02, 0.02, 0.05));
+  btBoxShape box(btVector3(0.03, 0.04, 0.05));
+  for (int i = 0; i < 200; ++i) {
+    const btTransform of_box = draw.pose();
+    const btTransform of_cylinder = of_box * btTransform(draw.turn(draw.even(0.0, 0.003)),
+                                                         {0.06 + draw.even(0.0, 0.01), draw.even(-0.06, 0.06), 0.0});
+    const CorePair pair(cylinder, box);
+    const auto there = distance_side_by_side(pair.a(), of_cylinder, pair.b(), of_box);
+    const auto back = distance_side_by_side(pair.b(), of_box, pair.a(), of_cylinder);
+    ASSERT_TRUE(there && back);
+    EXPECT_EQ(there->distance, back->distance);
+    EXPECT_EQ(there->normal, -back->normal);
+    EXPECT_LT((there->on_b + there->normal * there->distance - back->on_b).length(), 1e-12);
+  }
+}
+
+// One within the other, on one axis, one above the other, of no common height.
+TEST(CoreDistance, OfCylindersThatAreNotBesideEachOtherHasNoClosedForm) {
+  btCylinderShapeZ cylinder(btVector3(0.02, 0.02, 0.05));
+  btBoxShape box(btVector3(0.03, 0.04, 0.05));
+  const btTransform frame = btTransform::getIdentity();
+  for (const btConvexShape* other : {static_cast<btConvexShape*>(&cylinder), static_cast<btConvexShape*>(&box)}) {
+    const CorePair pair(cylinder, *other);
+    for (const btVector3& place : {btVector3(0.0, 0.0, 0.0), btVector3(0.0, 0.0, 0.02), btVector3(0.01, 0.0, 0.0),
+                                   btVector3(0.0, 0.0, 0.2), btVector3(0.1, 0.0, 0.2)}) {
+      const btTransform pose(btQuaternion::getIdentity(), place);
+      EXPECT_FALSE(distance_side_by_side(pair.a(), pose, pair.b(), frame).has_value())
+          << place.x() << ", " << place.z();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace energymargin

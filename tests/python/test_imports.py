@@ -1,0 +1,70 @@
+"""A process starts fast: what a score does not need is imported when it is first asked for."""
+
+import subprocess
+import sys
+
+import energymargin
+
+HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
+OURS = (*energymargin.SUBPACKAGES, "cli", "convex", "meshes", "notebook.data", "scoring")
+SCORE = f"""
+import sys
+import energymargin as em
+scene = em.Scene()
+scene.add_plane("floor")
+scene.add_body("box", em.Box((0.1,) * 3), mass=0.2, position=(0, 0, 0.05), role="object")
+problem = em.Problem(
+    scene, scene.pack(), force=(1, 1, 0), torque=(0, 0, 0), duration=0.2,
+    captured=em.regions.Ball("box", (0, 0, 0.05), 0.05), horizon=0.1,
+)
+em.capture_probability(problem, rollouts=2)
+print([name for name in {HEAVY} if name in sys.modules])
+print([name for name in sys.modules if name.startswith("energymargin.")])
+"""
+HAND = f"""
+import sys
+import energymargin as em
+em.tasks.make("grasp").rollout(0, frames=2)
+print([name for name in {HEAVY} if name in sys.modules])
+"""
+FIRST = f"""
+import os
+import numpy
+for name in {OURS}:
+    child = os.fork()
+    if child == 0:
+        __import__("energymargin." + name)
+        os._exit(0)
+    if os.waitpid(child, 0)[1] != 0:
+        print(name)
+"""
+
+
+def output(code):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
+
+
+def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
+    heavy, ours = map(eval, output(SCORE))
+    assert heavy == []
+    assert {name for name in ours if not name.startswith("energymargin._core")} == {
+        "energymargin.disturbances",
+        "energymargin.notebook",
+        "energymargin.regions",
+    }
+
+
+def test_a_hand_imports_no_heavy_package():
+    assert output(HAND) == ["[]"]
+
+
+def test_every_part_can_be_the_first_that_is_imported():
+    assert output(FIRST) == []
+
+
+def test_every_public_name_is_there_and_no_other():
+    for name in (*energymargin.__all__, "plots", "report", "viewer", "__version__"):
+        assert getattr(energymargin, name) is getattr(energymargin, name)
+        assert name in dir(energymargin)
+    assert not hasattr(energymargin, "nothing")
