@@ -8,8 +8,9 @@
 namespace energymargin {
 namespace {
 
-// A cylinder stands upright if its axis is as near to the vertical: square of the sine.
-constexpr double upright = 1e-18;
+// A cylinder stands upright if its axis is as near to the vertical: square of the sine. Then its points stay where they
+// are, and its lowest one is a thousandth of the radius below them at most.
+constexpr double upright = 1e-6;
 
 // Calls `visit` with every point of a solid, in its own frame, that can be its lowest one. `down` is a direction in
 // that frame.
