@@ -14,6 +14,7 @@ from futures import carried, resting, two_balls
 from energymargin import (
     Box,
     Cancel,
+    Contact,
     Plan,
     Problem,
     Scene,
@@ -134,10 +135,26 @@ def test_a_search_that_was_stopped_before_it_began_shows_no_number(problem):
         assert shown(stopped).rows == []
 
 
+def at_the_edge_of_its_cone(contact):
+    length = np.linalg.norm(contact.tangential_force)
+    stretch = contact.friction * contact.normal_force / length if length else 1.0
+    return Contact(
+        body_a=contact.body_a,
+        body_b=contact.body_b,
+        position=contact.position,
+        normal=contact.normal,
+        distance=contact.distance,
+        normal_force=contact.normal_force,
+        tangential_force=contact.tangential_force * stretch,
+        friction=contact.friction,
+    )
+
+
 def test_forces_that_cancel_out_are_shown_as_zero():
     task = tasks.make("push")
-    sliding = task.rollout(seed=1)
-    score = force_score(task.problem(sliding.states[3], sliding.params))
+    rollout = task.rollout(seed=1)
+    sliding = [at_the_edge_of_its_cone(contact) for contact in rollout.contacts[3]]
+    score = force_score(task.problem(rollout.states[3], rollout.params, sliding))
     assert 0 < abs(score.ground.stick) < 1e-12
     table = values(score)
     assert table["all else: to the friction cones' edges"] == "0 N"

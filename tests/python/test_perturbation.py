@@ -134,8 +134,8 @@ def test_a_draw_has_the_same_directions_at_every_level(dataset):
 def test_each_largest_error_is_about_the_whole_of_what_it_is_an_error_of():
     found = typical(em.datasets.generate("push", trajectories=50, frames=10, seed=0))
     for kind in KINDS:
-        for largest, mean in zip(LARGEST[kind], found[kind], strict=True):
-            assert largest.value == pytest.approx(mean, rel=0.06), largest.quantity
+        for largest, usual in zip(LARGEST[kind], found[kind], strict=True):
+            assert largest.value == pytest.approx(usual, rel=0.06), largest.quantity
 
 
 def test_it_goes_on_from_an_interruption_to_the_same_numbers(result, tmp_path):

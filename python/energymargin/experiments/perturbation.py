@@ -195,20 +195,21 @@ class Perturbation:
 
     def _largest(self) -> list[str]:
         lines = [
-            "Where the scaled error is 1, each is about the whole of what its quantity is in the "
-            "mean over the recorded states. Friction: uniform from 0 up, one draw a trajectory. "
-            "All others: uniform to both sides, in each state.",
+            "Where the scaled error is 1, each is about the whole of what its quantity is over the "
+            "recorded states: of the mean, and of the median of the forces, which a few blows "
+            "would rule. Friction: uniform from 0 up, one draw a trajectory. All others: uniform "
+            "to both sides, in each state.",
             "",
-            "| error | of | largest | mean | share | why |",
+            "| error | of | largest | in the data | share | why |",
             "| --- | --- | ---: | --- | ---: | --- |",
         ]
         for kind in KINDS:
-            for largest, mean in zip(LARGEST[kind], self.typical[kind], strict=True):
+            for largest, usual in zip(LARGEST[kind], self.typical[kind], strict=True):
                 unit = f" {largest.unit}".rstrip()
                 cells = [
                     *(kind, largest.quantity, f"{largest.value:g}{unit}"),
-                    f"{largest.measure} {mean:.3f}{unit}",
-                    f"{100 * largest.value / mean:.0f} %",
+                    f"{largest.measure} {usual:.3f}{unit}",
+                    f"{100 * largest.value / usual:.0f} %",
                     largest.reason,
                 ]
                 lines.append(f"| {' | '.join(cells)} |")
