@@ -157,8 +157,8 @@ def test_an_interrupt_hands_over_all_that_was_finished_and_then_raises(problems)
 
 
 def test_a_search_goes_on_after_an_escape_that_a_finer_simulation_does_not_confirm():
-    pushes = datasets.generate("push", trajectories=3, frames=10, seed=0)
-    (problem,) = pushes.problems([24])
+    scoops = datasets.generate("scoop", trajectories=3, frames=10, seed=0)
+    (problem,) = scoops.problems([20])
     escape = escape_effort(problem, nodes=100, seed=stream(0, 20))
     assert escape.discarded > 0 and escape.complete and escape.nodes == 100
     table = scoring.score([problem], ["effort/est"], 100, indices=[20])
