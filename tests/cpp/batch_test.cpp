@@ -63,7 +63,7 @@ std::map<std::size_t, ScoreRow> all(std::vector<Problem> problems, const BatchOp
 }
 
 TEST(Batch, OptionsOfTheRolloutsAreThoseOfTheMetrics) {
-  const Problem problem = push();
+  const Problem problem = pushes(6).back();
   BatchOptions several = options();
   several.nodes_per_edge = 3;
   several.stop_at_escape = true;

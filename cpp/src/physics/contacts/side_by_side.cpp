@@ -12,7 +12,7 @@ constexpr double tilt = 0.01;
 
 // The points are at an end of the common height where that is so much closer than the other [m], and between them
 // before. Of cylinders that cross, they are at the lowest point of a parabola through both ends and the middle.
-constexpr double clearly_closer = 1e-4;
+constexpr double clearly_closer = 1e-5;
 
 bool is_cylinder(const Core& core) { return core.kind() == CYLINDER_SHAPE_PROXYTYPE; }
 bool is_box(const Core& core) { return core.kind() == BOX_SHAPE_PROXYTYPE; }
