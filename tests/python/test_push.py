@@ -136,3 +136,25 @@ def test_a_problem_without_a_friction_is_refused_with_the_way_out():
     with pytest.raises(ValueError, match=r"params=trajectory\.params"):
         PushTask().problem(state_of())
     assert PushTask(friction=0.3).problem(state_of()).rate == 5.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_pusher_that_hits_the_wall_stands_upright_on_its_four_points(seed):
+    random = np.random.default_rng(seed)
+    world = World(scene(0.3))
+    start = world.scene.pack(
+        object={"position": (-1.0, 0.0, 0.05)},
+        effector={
+            "position": (1.0, 1.1, 0.05),
+            "velocity": (random.uniform(-0.5, 0.5), random.uniform(0.5, 1.3), 0.0),
+        },
+    )
+    ahead = np.tile([random.uniform(-5, 5), 12.0, 0, 0, 0, 0], (240, 1))
+    ran = world.simulate(start, 240, {"effector": ahead}, record=range(241))
+    pusher = [world.scene.unpack(state)["effector"] for state in ran.states]
+    assert pusher[-1]["position"][1] == pytest.approx(1.5, abs=1e-3)  # at the wall
+    assert max(np.hypot(*body["orientation"][:2]) for body in pusher) < 1e-4
+    assert max(abs(body["position"][2] - 0.05) for body in pusher) < 1e-4
+    for contacts in ran.contacts:
+        ground = [c for c in contacts if {c.body_a, c.body_b} == {"effector", "table"}]
+        assert len(ground) == 4
