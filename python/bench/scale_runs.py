@@ -78,7 +78,9 @@ def dataset_file(folder: Path, task: str, trajectories: int, frames: int) -> Pat
     """A dataset of a task, which is generated if it is not in the folder."""
     path = folder / f"{task}-{trajectories}x{frames}.h5"
     if not path.exists():
-        em.datasets.generate_file(path, task, trajectories, frames, seed=0, processes=None)
+        em.datasets.generate(
+            task, path=path, trajectories=trajectories, frames=frames, seed=0, processes=None
+        ).close()
     return path
 
 

@@ -11,17 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.evaluation import (
+from energymargin.evaluation import Among, LabelledScores
+from energymargin.evaluation.bootstrap import auc_ap, ranked
+from energymargin.evaluation.labelled import (
     HORIZON,
     LAST_FRAMES,
     SUCCESSES,
-    Among,
     Compared,
-    LabelledScores,
-    auc_ap,
     compared_states,
     compared_trajectories,
-    ranked,
     state_metrics,
 )
 from energymargin.tasks.base import one_of, whole_number

@@ -17,18 +17,21 @@ REMOVED_IN = "0.12.0"
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def moved_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
+def moved_names(
+    module: str, names: Mapping[str, str], instead: Mapping[str, str] | None = None
+) -> Callable[[str], Any]:
     """The `__getattr__` of a module whose public names have moved.
 
-    `names`: by old name the new one, as {"Mesh": "energymargin.meshes.mesh"}. A module sets
-    `__getattr__` where type checkers do not look (`if not TYPE_CHECKING`), so that they report old
-    names, and misspelt ones.
+    `names`: by old name the new one, as {"Mesh": "energymargin.meshes.mesh"}; `instead`: by old
+    name what to use, where that is another. A module sets `__getattr__` where type checkers do not
+    look (`if not TYPE_CHECKING`), so that they report old names, and misspelt ones.
     """
+    advice = {**names, **(instead or {})}
 
     def moved(name: str) -> Any:
         if name not in names:
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
-        warn_deprecated(f"{module}.{name}", names[name], stacklevel=3)
+        warn_deprecated(f"{module}.{name}", advice[name], stacklevel=3)
         home, _, new = names[name].rpartition(".")
         return getattr(import_module(home), new)
 

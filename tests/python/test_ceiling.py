@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
-from energymargin.evaluation import captured_labels
+from energymargin.evaluation.labelled import captured_labels
 from energymargin.experiments.ceiling import (
     CAPTURED,
     ceiling_dataset,

@@ -2,6 +2,7 @@ import warnings
 
 import pytest
 
+import energymargin
 from energymargin.deprecations import REMOVED_IN, moved_names, once_positional
 
 
@@ -42,3 +43,40 @@ def test_too_many_arguments_and_one_given_twice_are_the_functions_own_errors():
         search("problem", 10, 3, 4)
     with pytest.warns(DeprecationWarning), pytest.raises(TypeError, match="multiple values"):
         search("problem", 10, nodes=3)
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "use"),
+    [
+        ("datasets", "generate_file", r"datasets\.generate\(task, path=\.\.\.\)"),
+        ("datasets", "load_or_generate", r"datasets\.generation\.load_or_generate"),
+        ("evaluation", "auc_ap", r"evaluation\.bootstrap\.auc_ap"),
+        ("evaluation", "CSV_COLUMNS", r"evaluation\.table\.CSV_COLUMNS"),
+        ("store", "begin_run", r"store\.scoring\.begin_run"),
+        ("tasks", "overview", r"tasks\.registry\.overview"),
+    ],
+)
+def test_names_that_are_no_longer_public_say_where_they_are(module, name, use):
+    package = getattr(energymargin, module)
+    assert name not in package.__all__
+    with pytest.warns(DeprecationWarning, match=rf"energymargin\.{module}\.{name} is .*{use}$"):
+        assert callable(getattr(package, name)) or name == "CSV_COLUMNS"
+
+
+# What was public up to 0.10.
+MOVED = {
+    "datasets": "Label generate_file load_or_generate trajectories_kept",
+    "evaluation": "ALL_TITLE AMONG ANY_TITLE CSV_COLUMNS DASH DRAWS FORCE HORIZON HORIZONS "
+    "LAST_FRAMES PAPER PAPER_HORIZON SUCCESS SUCCESSES Compared auc_ap captured_labels "
+    "compared_states compared_trajectories csv_fields paper_text ranked short state_metrics "
+    "trajectory_score",
+    "store": "begin_run curves_path dataset_metrics score_run",
+    "tasks": "FrictionTask Registered drawn overview",
+}
+
+
+@pytest.mark.parametrize("module", MOVED)
+def test_every_name_that_moved_is_still_there(module):
+    for name in MOVED[module].split():
+        with pytest.warns(DeprecationWarning, match=rf"{module}\.{name} is deprecated"):
+            assert getattr(getattr(energymargin, module), name) is not None

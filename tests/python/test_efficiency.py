@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.evaluation import HORIZON, captured_labels, trajectory_score
+from energymargin.evaluation.labelled import HORIZON, captured_labels, trajectory_score
 from energymargin.experiments import efficiency
 from energymargin.store import ScoreStore
 

@@ -9,13 +9,9 @@ import pytest
 from rich.console import Console
 from sklearn.metrics import average_precision_score, roc_auc_score
 
-from energymargin.evaluation import (
-    LabelledScores,
-    captured_labels,
-    evaluate,
-    trajectory_score,
-)
+from energymargin.evaluation import LabelledScores, evaluate
 from energymargin.evaluation.bootstrap import thresholds, weighted_auc_ap
+from energymargin.evaluation.labelled import captured_labels, trajectory_score
 
 
 def labelled(trajectory, captured, success=None, task="push", **scores):

@@ -10,7 +10,8 @@ import energymargin as em
 from energymargin.cli import app
 from energymargin.experiments import figure_quality as experiment
 from energymargin.experiments.figure_quality_picture import figure_quality
-from energymargin.store import ScoreStore, begin_run, score_run
+from energymargin.store import ScoreStore
+from energymargin.store.scoring import begin_run, score_run
 
 SMALL = experiment.Settings(trajectories=6, nodes=12, seed=4)
 

@@ -17,7 +17,8 @@ from energymargin.cli import app
 from energymargin.datasets import Future
 from energymargin.metrics import TIMED
 from energymargin.settings import SearchSettings
-from energymargin.store import ScoreStore, begin_run, score_dataset
+from energymargin.store import ScoreStore, score_dataset
+from energymargin.store.scoring import begin_run
 from energymargin.tasks import make
 from energymargin.tasks.base import parameters_of
 

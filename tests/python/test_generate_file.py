@@ -12,6 +12,7 @@ import pytest
 
 import energymargin as em
 from energymargin import datasets, tasks
+from energymargin.datasets.generation_to_file import trajectories_kept
 from energymargin.datasets.parts import Parts, folder_of
 from energymargin.datasets.rollouts import Request
 from energymargin.executors.process_pool import ProcessPool
@@ -24,12 +25,15 @@ COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file
 def whole(tmp_path_factory):
     """The bytes of the file, as they are made in memory."""
     path = tmp_path_factory.mktemp("whole") / "topple.h5"
-    datasets.generate("topple", COUNT, seed=4).save(path)
+    datasets.generate("topple", trajectories=COUNT, seed=4).save(path)
     return path.read_bytes()
 
 
-def generate(path, **options):
-    return datasets.generate_file(path, "topple", COUNT, seed=4, **options)
+def generate(path, trajectories=COUNT, *, task="topple", seed=4, **options):
+    """How many trajectories the file has that is made."""
+    options = {"trajectories": trajectories, "seed": seed, **options}
+    with datasets.generate(task, path=path, **options) as dataset:
+        return len(dataset.trajectories)
 
 
 def command(path, count=COUNT, *options):
@@ -61,7 +65,7 @@ def test_any_number_of_processes_makes_the_same_bytes(whole, tmp_path, processes
 
 
 def test_processes_make_the_same_dataset_in_memory(whole, tmp_path):
-    dataset = datasets.generate("topple", COUNT, seed=4, processes=2)
+    dataset = datasets.generate("topple", trajectories=COUNT, seed=4, processes=2)
     dataset.save(tmp_path / "topple.h5")
     assert (tmp_path / "topple.h5").read_bytes() == whole
 
@@ -70,10 +74,10 @@ def test_processes_make_the_same_dataset_in_memory(whole, tmp_path):
 def test_after_a_kill_the_same_command_goes_on_to_the_same_bytes(whole, tmp_path, processes):
     path = tmp_path / "topple.h5"
     process = command(path, COUNT, "--processes", processes)
-    wait_for(lambda: datasets.trajectories_kept(path) >= 50, process)
+    wait_for(lambda: trajectories_kept(path) >= 50, process)
     process.kill()
     process.communicate(timeout=30)
-    kept = datasets.trajectories_kept(path)
+    kept = trajectories_kept(path)
     assert 0 < kept < COUNT and not path.exists()
     seen = []
     assert generate(path, processes=2, progress=lambda done, _: seen.append(done)) == COUNT
@@ -85,7 +89,7 @@ def test_after_a_kill_the_same_command_goes_on_to_the_same_bytes(whole, tmp_path
 def test_ctrl_c_says_what_is_kept_and_the_same_command_goes_on(whole, tmp_path):
     path = tmp_path / "topple.h5"
     process = command(path, COUNT, "--processes", 2)
-    wait_for(lambda: datasets.trajectories_kept(path) >= 50, process)
+    wait_for(lambda: trajectories_kept(path) >= 50, process)
     sent = time.monotonic()
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)
@@ -94,7 +98,7 @@ def test_ctrl_c_says_what_is_kept_and_the_same_command_goes_on(whole, tmp_path):
     assert latency < 2.0  # 0.2 s is what it takes; a busy machine may need longer
     assert process.returncode == 130 and "Traceback" not in stderr
     said = re.search(rf"(\d+) of {COUNT} trajectories are kept beside topple\.h5", stderr)
-    assert int(said[1]) == datasets.trajectories_kept(path) >= 50
+    assert int(said[1]) == trajectories_kept(path) >= 50
     again = command(path, COUNT, "--processes", 1)
     _, stderr = again.communicate(timeout=60)
     assert again.returncode == 0 and f"Wrote {COUNT} trajectories" in stderr, stderr
@@ -110,7 +114,7 @@ def test_after_a_timeout_the_file_has_the_first_and_the_same_call_goes_on(whole,
 
     assert generate(path, progress=after_three, cancel=cancel) == 3
     first = datasets.load(path)
-    assert first.digest() == datasets.generate("topple", 3, seed=4).digest()
+    assert first.digest() == datasets.generate("topple", trajectories=3, seed=4).digest()
     seen = []
     assert generate(path, progress=lambda done, total: seen.append(done)) == COUNT
     assert seen[:2] == [3, 4]
@@ -120,10 +124,13 @@ def test_after_a_timeout_the_file_has_the_first_and_the_same_call_goes_on(whole,
 def test_more_trajectories_go_on_from_the_parts_of_fewer(whole, tmp_path):
     path, cancel = tmp_path / "topple.h5", em.Cancel()
     stop = lambda done, total: done == 120 and cancel.set()  # noqa: E731
-    datasets.generate_file(path, "topple", 140, seed=4, progress=stop, cancel=cancel)
-    assert datasets.trajectories_kept(path) == 120
-    assert datasets.generate_file(path, "topple", 110, seed=4) == 110  # fewer than there are
-    assert datasets.load(path).digest() == datasets.generate("topple", 110, seed=4).digest()
+    generate(path, 140, progress=stop, cancel=cancel)
+    assert trajectories_kept(path) == 120
+    assert generate(path, 110) == 110  # fewer than there are
+    assert (
+        datasets.load(path).digest()
+        == datasets.generate("topple", trajectories=110, seed=4).digest()
+    )
 
 
 def test_a_run_that_got_no_trajectory_leaves_nothing(tmp_path):
@@ -137,13 +144,13 @@ def test_a_run_that_got_no_trajectory_leaves_nothing(tmp_path):
 
 def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
     path = tmp_path / "topple.h5"
-    dataset = datasets.generate("topple", 3, seed=4)
+    dataset = datasets.generate("topple", trajectories=3, seed=4)
     with Parts(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
         parts.keep(0, next(dataset._blocks()))
     with pytest.raises(ValueError, match=r"\.topple\.h5\.parts holds .* seed: 4 there, 5 now"):
-        datasets.generate_file(path, "topple", 6, seed=5)
-    assert datasets.trajectories_kept(path) == 3
-    assert datasets.generate_file(path, "topple", 6, seed=4) == 6
+        generate(path, 6, seed=5)
+    assert trajectories_kept(path) == 3
+    assert generate(path, 6) == 6
 
 
 def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
@@ -179,12 +186,13 @@ class Here:
 
 def test_a_task_that_is_not_registered_is_made_in_this_process_alone(tmp_path):
     path = tmp_path / "here.h5"
-    assert datasets.generate_file(path, Here(), 60, frames=2, processes=None) == 60
-    assert datasets.load(path).digest() == datasets.generate(Here(), 60, frames=2).digest()
+    assert generate(path, 60, task=Here(), seed=0, frames=2, processes=None) == 60
+    here = datasets.generate(Here(), trajectories=60, frames=2)
+    assert datasets.load(path).digest() == here.digest()
     with pytest.raises(ValueError, match=r"processes is 2, .*'topple'.* or use processes=1"):
-        datasets.generate_file(path, Here(), 60, frames=2, processes=2)
+        generate(path, 60, task=Here(), frames=2, processes=2)
     with pytest.raises(ValueError, match="processes is 0"):
-        datasets.generate_file(path, Here(), 60, frames=2, processes=0)
+        generate(path, 60, task=Here(), frames=2, processes=0)
 
 
 MORTAL = '''
@@ -236,14 +244,14 @@ def mortal(tmp_path, monkeypatch):
 
 def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal, tmp_path):
     task, give, lives = mortal
-    datasets.generate_file(tmp_path / "calm.h5", task, 120, frames=2)
+    generate(tmp_path / "calm.h5", 120, task=task, frames=2)
     give(2)
-    datasets.generate_file(tmp_path / "died.h5", task, 120, frames=2, processes=2)
+    generate(tmp_path / "died.h5", 120, task=task, frames=2, processes=2)
     assert not list(lives.iterdir())
     assert (tmp_path / "died.h5").read_bytes() == (tmp_path / "calm.h5").read_bytes()
     give(50)
     with pytest.raises(RuntimeError, match=r"3 workers died at .* killed by SIGKILL"):
-        datasets.generate_file(tmp_path / "fatal.h5", task, 120, frames=2, processes=2)
+        generate(tmp_path / "fatal.h5", 120, task=task, frames=2, processes=2)
 
 
 def test_a_pool_that_is_handed_in_does_the_work_and_stays_open(whole, tmp_path):

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from energymargin import Problem, escape_effort, plots, tasks
 from energymargin.curves import precision_recall, roc
 from energymargin.evaluation import LabelledScores, evaluate
-from energymargin.store import ScoreStore, begin_run
+from energymargin.store import ScoreStore
+from energymargin.store.scoring import begin_run
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import pytest
 
 from energymargin import datasets, tasks
 from energymargin.tasks.base import parameters_of, plane_of
+from energymargin.tasks.registry import overview
 
 EXAMPLE = Path(__file__).parents[1] / "example_package"
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
@@ -121,7 +122,7 @@ def test_a_broken_task_is_refused_with_its_package_and_breaks_no_other(site, cod
     with pytest.raises(tasks.TaskError, match=rf"{whose}.*{message}"):
         tasks.make("odd")
     assert tasks.make("push").name == "push"
-    entries = {entry.name: entry for entry in tasks.overview()}
+    entries = {entry.name: entry for entry in overview()}
     assert entries["odd"].broken and "odd-tasks" in entries["odd"].note
     assert not entries["push"].broken and entries["push"].note == ""
 
@@ -137,7 +138,7 @@ def test_the_list_of_tasks_shows_a_broken_one_with_its_error_and_all_others(tmp_
 def test_a_task_that_fails_when_it_is_made_is_listed_with_what_it_says(site):
     code = f"class Odd:\n    def __init__(self): raise OSError('no camera')\n    {WHOLE}"
     plugin(site, "odd-tasks", "odd = strange:Odd", code)
-    entries = {entry.name: entry for entry in tasks.overview()}
+    entries = {entry.name: entry for entry in overview()}
     assert entries["odd"].broken and entries["odd"].note == "OSError: no camera"
 
 

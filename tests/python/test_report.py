@@ -25,7 +25,8 @@ from PIL import Image
 from energymargin import datasets, report
 from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
 from energymargin.datasets import Future
-from energymargin.evaluation import HORIZON, LabelledScores, compared_trajectories, evaluate
+from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.evaluation.labelled import HORIZON, compared_trajectories
 from energymargin.report.along import chosen
 from energymargin.report.curves import seen
 from energymargin.report.grown import Grower

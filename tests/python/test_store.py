@@ -18,8 +18,9 @@ from energymargin import datasets, scoring
 from energymargin.interrupts import held_interrupts
 from energymargin.metrics import METRICS, TIMED
 from energymargin.settings import ALGORITHM, SearchSettings
-from energymargin.store import ScoreStore, begin_run, schema, score_dataset, score_run
+from energymargin.store import ScoreStore, schema, score_dataset
 from energymargin.store.claims import Scorer
+from energymargin.store.scoring import begin_run, score_run
 
 NODES, SEED = 20, 3
 SETTINGS = SearchSettings(nodes=NODES, seed=SEED, search="published")  # as older files

@@ -58,10 +58,10 @@ def demo(
 
 def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
     """The demo's dataset: the one that is there, if it is the same."""
-    from energymargin import datasets
     from energymargin import tasks as registry
+    from energymargin.datasets.generation import load_or_generate
     from energymargin.progress import progress_bar
 
     task = registry.make(TASK)
     with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
-        return datasets.load_or_generate(path, task, trajectories, FRAMES, seed, progress=progress)
+        return load_or_generate(path, task, trajectories, FRAMES, seed, progress=progress)

@@ -53,7 +53,7 @@ def evaluate(
 
     Example: `energymargin evaluate push-scores.db --markdown table.md`
     """
-    from energymargin.evaluation import AMONG
+    from energymargin.evaluation.labelled import AMONG
     from energymargin.store import ScoreStore
     from energymargin.tasks.base import one_of, whole_number
 

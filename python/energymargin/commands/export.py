@@ -26,6 +26,7 @@ def export(
     Example: `energymargin export push-scores.db -o push-scores.csv`
     """
     from energymargin import store
+    from energymargin.store.export import curves_path
 
     if output is None:
         with store.ScoreStore(scores) as opened:
@@ -36,5 +37,5 @@ def export(
     with store.ScoreStore(scores) as opened:
         chosen = opened.runs() if run is None else [opened.run(run)]
         curves = any(one.has_curves for one in chosen)
-    beside = f", and their curves to {escape(str(store.curves_path(output)))}" if curves else ""
+    beside = f", and their curves to {escape(str(curves_path(output)))}" if curves else ""
     say(f"Wrote {rows} states to {escape(str(output))}{beside}")

@@ -95,26 +95,24 @@ def generate(
         raise typer.Exit(TIMED_OUT)
 
 
-def _generate(
-    task: Any, output: Path, *, trajectories: int, scheduler: str | None, **options: Any
-) -> int:
+def _generate(task: Any, output: Path, *, scheduler: str | None, **options: Any) -> int:
     """Makes the file; returns how many trajectories it has. What ends it says what was kept."""
     from energymargin import datasets
+    from energymargin.datasets.generation_to_file import trajectories_kept
     from energymargin.progress import progress_bar
 
     try:
         with (
             nullcontext() if scheduler is None else cluster(scheduler).pool() as pool,
             progress_bar(err, f"Generating {task.name}", "trajectories") as progress,
+            datasets.generate(task, path=output, pool=pool, progress=progress, **options) as made,
         ):
-            return datasets.generate_file(
-                output, task, trajectories, pool=pool, progress=progress, **options
-            )
+            return len(made.trajectories)
     except (KeyboardInterrupt, OSError, RuntimeError):
-        kept = datasets.trajectories_kept(output)
+        kept = trajectories_kept(output)
         if kept:
-            beside = f"{kept} of {trajectories} trajectories are kept beside {escape(str(output))}"
-            say(f"{beside}; the same command goes on from there.")
+            shares = f"{kept} of {options['trajectories']} trajectories are kept"
+            say(f"{shares} beside {escape(str(output))}; the same command goes on from there.")
         raise
 
 

@@ -140,7 +140,7 @@ def score(
     from energymargin.limits import Limit
     from energymargin.scoring import ScoreError
     from energymargin.settings import SearchSettings
-    from energymargin.store import dataset_metrics
+    from energymargin.store.scoring import dataset_metrics
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
@@ -216,7 +216,8 @@ def scored_run(
 ) -> Iterator[Run]:
     """Scores what is missing, and has the run of all scores. Ctrl-C says what was kept."""
     from energymargin.progress import progress_bar
-    from energymargin.store import ScoreStore, begin_run, dataset_metrics, score_run
+    from energymargin.store import ScoreStore
+    from energymargin.store.scoring import begin_run, dataset_metrics, score_run
 
     metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
     with ScoreStore(output, create=True) as store:

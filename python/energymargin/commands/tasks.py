@@ -20,12 +20,12 @@ def tasks() -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from energymargin import tasks as registry
+    from energymargin.tasks.registry import overview
 
     table = Table(box=None, padding=(0, 2, 0, 0))
     for title in ("task", "what it is", "parameters"):
         table.add_column(title, overflow="fold")
-    for entry in registry.overview():
+    for entry in overview():
         note = Text(entry.note, "red" if entry.broken else "dim")
         what = Text("\n").join(text for text in (Text(entry.summary), note) if text)
         table.add_row(entry.name, what, escape(_parameters_text(entry.parameters)))

@@ -1,19 +1,23 @@
 """Recorded trajectories of a task, with their labels: made, saved and loaded (HDF5)."""
 
-from energymargin.datasets.dataset import Dataset, Label
-from energymargin.datasets.future import Future
-from energymargin.datasets.generation import generate, load_or_generate
-from energymargin.datasets.generation_to_file import generate_file, trajectories_kept
-from energymargin.datasets.loading import load, open
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "Dataset",
-    "Future",
-    "Label",
-    "generate",
-    "generate_file",
-    "load",
-    "load_or_generate",
-    "open",
-    "trajectories_kept",
-]
+from energymargin.datasets.dataset import Dataset
+from energymargin.datasets.future import Future
+from energymargin.datasets.generation import generate
+from energymargin.datasets.loading import load, open
+from energymargin.deprecations import moved_names
+
+__all__ = ["Dataset", "Future", "generate", "load", "open"]
+
+if not TYPE_CHECKING:
+    __getattr__ = moved_names(
+        __name__,
+        {
+            "Label": f"{__name__}.dataset.Label",
+            "generate_file": f"{__name__}.generation_to_file.generate_file",
+            "load_or_generate": f"{__name__}.generation.load_or_generate",
+            "trajectories_kept": f"{__name__}.generation_to_file.trajectories_kept",
+        },
+        instead={"generate_file": f"{__name__}.generate(task, path=...)"},
+    )

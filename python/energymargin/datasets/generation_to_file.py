@@ -27,6 +27,7 @@ from energymargin.executors.threads import core_count
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
+from energymargin.tasks.registry import is_installed
 
 __all__ = ["generate_file", "trajectories_kept"]
 
@@ -56,21 +57,8 @@ def generate_file(
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> int:
-    """Makes the file of `generate`, which replaces one that is there, without holding it in memory.
-
-    Returns how many trajectories the file has. `processes` 1 is this one alone, and None one for
-    each core if there is work for more than one. `pool` has workers instead, such as those of a
-    cluster (`executors.Dask(scheduler).pool()`). The file is the same, to the byte, for all.
-
-    What is done is kept in a folder beside the file until the file is whole. After Ctrl-C, a kill
-    or a full disk the same call goes on from there. `progress(done, total)` counts trajectories.
-
-    After `timeout` [s], or once `cancel` is set, the file has the first trajectories, those that
-    are done without a gap, and the folder stays. Raises ValueError on an unknown task, numbers out
-    of range, a task that workers cannot make, or a folder with parts of another dataset;
-    TimeoutError or Cancelled if not even one trajectory is done; RuntimeError if a shard ends one
-    worker after the other; OSError if the file cannot be written.
-    """
+    """Makes the file of `generate`, without holding it in memory; returns how many trajectories it
+    has. Arguments and errors: as `generate`, with a path."""
     limit = Limit(timeout, cancel)
     made = tasks.make(task) if isinstance(task, str) else task
     total = whole_number("trajectories", trajectories, 1)
@@ -244,7 +232,7 @@ def _require_registered(task: Task, given: str) -> None:
 
 def _can_be_made_again(task: Task) -> bool:
     """Whether a worker gets the same task by its name and parameters."""
-    if task.name not in tasks.names():
+    if not is_installed(task.name):
         return False
     parameters = parameters_of(task)
     again = tasks.make(task.name, **json.loads(json.dumps(parameters)))

@@ -11,59 +11,29 @@ whose name ends in "/any" is held against the second. The force score, one numbe
 against each.
 """
 
-from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked
-from energymargin.evaluation.cells import Cell, csv_fields, short
-from energymargin.evaluation.comparing import evaluate
-from energymargin.evaluation.labelled import (
-    AMONG,
-    FORCE,
-    HORIZON,
-    HORIZONS,
-    LAST_FRAMES,
-    PAPER_HORIZON,
-    SUCCESS,
-    SUCCESSES,
-    Among,
-    Compared,
-    LabelledScores,
-    captured_labels,
-    compared_states,
-    compared_trajectories,
-    state_metrics,
-    trajectory_score,
-)
-from energymargin.evaluation.paper import DASH, PAPER, paper_text
-from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Evaluation
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "ALL_TITLE",
-    "AMONG",
-    "ANY_TITLE",
-    "CSV_COLUMNS",
-    "DASH",
-    "DRAWS",
-    "FORCE",
-    "HORIZON",
-    "HORIZONS",
-    "LAST_FRAMES",
-    "PAPER",
-    "PAPER_HORIZON",
-    "SUCCESS",
-    "SUCCESSES",
-    "Among",
-    "Cell",
-    "Compared",
-    "Evaluation",
-    "LabelledScores",
-    "auc_ap",
-    "captured_labels",
-    "compared_states",
-    "compared_trajectories",
-    "csv_fields",
-    "evaluate",
-    "paper_text",
-    "ranked",
-    "short",
-    "state_metrics",
-    "trajectory_score",
-]
+from energymargin.deprecations import moved_names
+from energymargin.evaluation.cells import Cell
+from energymargin.evaluation.comparing import evaluate
+from energymargin.evaluation.labelled import Among, LabelledScores
+from energymargin.evaluation.table import Evaluation
+
+__all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
+
+MOVED = {
+    "bootstrap": ("DRAWS", "auc_ap", "ranked"),
+    "cells": ("csv_fields", "short"),
+    "labelled": (
+        *("AMONG", "FORCE", "HORIZON", "HORIZONS", "LAST_FRAMES", "PAPER_HORIZON", "SUCCESS"),
+        *("SUCCESSES", "Compared", "captured_labels", "compared_states", "compared_trajectories"),
+        *("state_metrics", "trajectory_score"),
+    ),
+    "paper": ("DASH", "PAPER", "paper_text"),
+    "table": ("ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS"),
+}
+
+if not TYPE_CHECKING:
+    __getattr__ = moved_names(
+        __name__, {name: f"{__name__}.{home}.{name}" for home in MOVED for name in MOVED[home]}
+    )

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from energymargin import curves
 from energymargin.curves import CAPTURED, OneLabelError, metrics_against, target_name
-from energymargin.evaluation import HORIZON, LAST_FRAMES, Among, LabelledScores, short
+from energymargin.evaluation import Among, LabelledScores
+from energymargin.evaluation.cells import short
+from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.metrics import ANY
 from energymargin.plots.sources import Scores, labelled_scores
 from energymargin.plots.styles import (

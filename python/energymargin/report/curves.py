@@ -20,7 +20,8 @@ from energymargin.curves import (
     roc,
     target_name,
 )
-from energymargin.evaluation import HORIZONS, LabelledScores
+from energymargin.evaluation import LabelledScores
+from energymargin.evaluation.labelled import HORIZONS
 from energymargin.metrics import unit
 from energymargin.report.plots import GUIDE_COLOR, Choice, Plot, figure, look
 

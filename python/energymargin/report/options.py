@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from energymargin.evaluation import DRAWS, HORIZON, LAST_FRAMES
+from energymargin.evaluation.bootstrap import DRAWS
+from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.tasks.base import whole_number
 
 __all__ = ["Options"]

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from energymargin import datasets
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.evaluation import FORCE, LabelledScores
+from energymargin.evaluation import LabelledScores
+from energymargin.evaluation.labelled import FORCE
 from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
 from energymargin.tasks.base import whole_number

@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from energymargin.evaluation import (
-    ALL_TITLE,
-    ANY_TITLE,
-    DASH,
-    PAPER_HORIZON,
-    Cell,
-    Evaluation,
-    paper_text,
-)
+from energymargin.evaluation import Cell, Evaluation
+from energymargin.evaluation.labelled import PAPER_HORIZON
+from energymargin.evaluation.paper import DASH, paper_text
+from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE
 from energymargin.metrics import ANY
 
 __all__ = ["Entry", "Table", "tables"]

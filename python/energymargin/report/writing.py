@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from energymargin.curves import target_name
-from energymargin.evaluation import AMONG, Among, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation import Among, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation.labelled import AMONG
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import TIMED
 from energymargin.replacing import replaced

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.curves import CAPTURED, SUCCESS, metrics_against
-from energymargin.evaluation import Compared, compared_states, compared_trajectories
+from energymargin.evaluation.labelled import Compared, compared_states, compared_trajectories
 from energymargin.metrics import ANY
 from energymargin.report.subject import Subject
 

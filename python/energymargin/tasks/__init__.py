@@ -1,33 +1,35 @@
 """The manipulation tasks, by name: `make("push", friction=0.3)`.
 
 Tasks are plugins: whatever an installed package registers under the entry point group
-`energymargin.tasks` is one.
+`energymargin.tasks` is one, and what a program gives to `register`.
 """
 
-from energymargin.tasks.base import (
-    Drive,
-    FrictionTask,
-    Params,
-    Regions,
-    ScriptedTask,
-    Task,
-    Trajectory,
-    drawn,
-)
-from energymargin.tasks.registry import Registered, TaskError, make, names, overview
+from typing import TYPE_CHECKING
+
+from energymargin.deprecations import moved_names
+from energymargin.tasks.base import Drive, Params, Regions, ScriptedTask, Task, Trajectory
+from energymargin.tasks.registry import TaskError, make, names, register
 
 __all__ = [
     "Drive",
-    "FrictionTask",
     "Params",
     "Regions",
-    "Registered",
     "ScriptedTask",
     "Task",
     "TaskError",
     "Trajectory",
-    "drawn",
     "make",
     "names",
-    "overview",
+    "register",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = moved_names(
+        __name__,
+        {
+            "FrictionTask": f"{__name__}.base.FrictionTask",
+            "Registered": f"{__name__}.registry.Registered",
+            "drawn": f"{__name__}.base.drawn",
+            "overview": f"{__name__}.registry.overview",
+        },
+    )

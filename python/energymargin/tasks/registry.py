@@ -1,4 +1,5 @@
-"""The tasks that installed packages register, by name.
+"""The tasks that there are, by name: those that installed packages register, and those that this
+process does.
 
 A package may be broken, or register a name that is taken. That is said of this task alone, and the
 others go on.
@@ -7,17 +8,22 @@ others go on.
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from energymargin.tasks.base import Task, parameters_of
 
-__all__ = ["Registered", "TaskError", "make", "names", "overview"]
+__all__ = ["Registered", "TaskError", "is_installed", "make", "names", "overview", "register"]
 
 GROUP = "energymargin.tasks"
 OURS = "energymargin"
 METHODS = ("rollout", "problem")
+
+Constructor = TypeVar("Constructor", bound=Callable[..., Task])
+
+_registered_here: dict[str, Callable[..., Task]] = {}
 
 
 class TaskError(ValueError):
@@ -38,9 +44,33 @@ class Registered:
     broken: bool = False
 
 
+def register(constructor: Constructor) -> Constructor:
+    """Makes a task known in this process under its `name`, so that datasets of it are scored,
+    viewed and reported as any other. Returns the class, so it is a decorator too.
+
+    It replaces one of that name which was registered in this process. Worker processes and the
+    command line know tasks of installed packages alone. Raises TaskError on what is no task, and on
+    the name of an installed one.
+    """
+    name = getattr(constructor, "name", None)
+    if not callable(constructor) or not isinstance(name, str):
+        raise TaskError(f"constructor is {constructor!r}, expected a task's class, with a `name`")
+    whose = f"task {name!r} of {constructor.__module__}"
+    _check(whose, name, constructor)
+    if is_installed(name):
+        raise TaskError(f"{whose}: {_package(_entry(name))} has a task of that name; rename it")
+    _registered_here[name] = constructor
+    return constructor
+
+
 def names() -> list[str]:
     """The names that `make` knows, sorted."""
-    return sorted({entry.name for entry in entry_points(group=GROUP)})
+    return sorted({*_registered_here, *(entry.name for entry in entry_points(group=GROUP))})
+
+
+def is_installed(name: str) -> bool:
+    """Whether a package registers that name, so that every process knows it."""
+    return bool(entry_points(group=GROUP, name=name))
 
 
 def make(name: str, **parameters: Any) -> Task:
@@ -49,8 +79,7 @@ def make(name: str, **parameters: Any) -> Task:
     Raises ValueError if there is no such task, or if it does not take those parameters, and
     TaskError, which is one, if the task's package is broken.
     """
-    entry = _entry(name)
-    constructor = _loaded(entry)
+    whose, constructor = _found(name)
     signature = inspect.signature(constructor)
     try:
         signature.bind(**parameters)
@@ -60,9 +89,18 @@ def make(name: str, **parameters: Any) -> Task:
     try:
         task = constructor(**parameters)
     except TypeError as error:  # such as an abstract method that is missing
-        raise TaskError(f"{_whose(entry)}: {error}") from error
-    _check(entry, task)
+        raise TaskError(f"{whose}: {error}") from error
+    _check(whose, name, task)
     return cast(Task, task)
+
+
+def _found(name: str) -> tuple[str, Any]:
+    """What an error calls the task of that name, and what makes it."""
+    if name in _registered_here:
+        constructor = _registered_here[name]
+        return f"task {name!r} of {constructor.__module__}", constructor
+    entry = _entry(name)
+    return _whose(entry), _loaded(entry)
 
 
 def overview() -> list[Registered]:
@@ -72,13 +110,18 @@ def overview() -> list[Registered]:
 
 def _registered(name: str) -> Registered:
     try:
-        task, package = make(name), _package(_entry(name))
+        task = make(name)
+        note = "of this process" if name in _registered_here else _note(_package(_entry(name)))
         summary = (type(task).__doc__ or "").strip().split("\n")[0]
         parameters = parameters_of(task)
     except Exception as error:  # whatever a stranger's code raises
         text = str(error) if isinstance(error, TaskError) else f"{type(error).__name__}: {error}"
         return Registered(name, "", {}, text, broken=True)
-    return Registered(name, summary, parameters, "" if package == OURS else f"from {package}")
+    return Registered(name, summary, parameters, note)
+
+
+def _note(package: str) -> str:
+    return "" if package == OURS else f"from {package}"
 
 
 def _entry(name: str) -> EntryPoint:
@@ -105,14 +148,14 @@ def _loaded(entry: EntryPoint) -> Any:
     return constructor
 
 
-def _check(entry: EntryPoint, task: Any) -> None:
+def _check(whose: str, name: str, task: Any) -> None:
     """Raises TaskError unless this is a task, of the name under which it is registered."""
     lacking = [method for method in METHODS if not callable(getattr(task, method, None))]
     if lacking:
-        raise TaskError(f"{_whose(entry)} has no method {lacking[0]!r}")
+        raise TaskError(f"{whose} has no method {lacking[0]!r}")
     called = getattr(task, "name", None)
-    if called != entry.name:
-        raise TaskError(f"{_whose(entry)} has the name {called!r}, expected {entry.name!r}")
+    if called != name:
+        raise TaskError(f"{whose} has the name {called!r}, expected {name!r}")
 
 
 def _whose(entry: EntryPoint) -> str:
