@@ -30,7 +30,7 @@ def mesh_world(file: str) -> em.World:
     """A mesh on a plane."""
     scene = em.Scene()
     scene.add_plane("ground")
-    scene.add_body("mesh", em.Mesh(file), mass=1.0, role="object")
+    scene.add_body("mesh", em.mesh(file), mass=1.0, role="object")
     return em.World(scene)
 
 

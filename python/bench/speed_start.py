@@ -26,7 +26,7 @@ JOBS = {
     "score": "`em.capture_score` of a push, 100 nodes",
     "hand": "the scene of `grasp`, its hand of 12 joints from URDF",
     "hand's world": "`em.World` of that scene",
-    "mesh": f"`em.Mesh` of `{MESH}` from a warm cache, and its World",
+    "mesh": f"`em.mesh` of `{MESH}` from a warm cache, and its World",
 }
 
 

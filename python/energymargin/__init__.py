@@ -37,25 +37,25 @@ from energymargin._core import (
     Tree,
     World,
     capture_probability,
-    capture_score,
-    escape_effort,
-    escape_energy,
-    force_score,
     mass_properties,
     stream,
 )
+from energymargin.deprecations import moved_names
+from energymargin.errors import EnergyMarginError
+from energymargin.searches import capture_score, escape_effort, escape_energy, force_score
 
 if TYPE_CHECKING:
-    from energymargin import (
-        datasets,
-        evaluation,
-        executors,
-        recordings,
-        scenes,
-        store,
-        tasks,
-    )
-    from energymargin.meshes import Mesh
+    from energymargin import datasets as datasets
+    from energymargin import evaluation as evaluation
+    from energymargin import executors as executors
+    from energymargin import plots as plots
+    from energymargin import recordings as recordings
+    from energymargin import report as report
+    from energymargin import scenes as scenes
+    from energymargin import store as store
+    from energymargin import tasks as tasks
+    from energymargin import viewer as viewer
+    from energymargin.meshes import mesh
     from energymargin.plausibility import PlausibilityWarning
     from energymargin.scoring import ScoreError, ScoreTable, score
     from energymargin.settings import SearchSettings
@@ -75,6 +75,7 @@ __all__ = [
     "Contact",
     "ConvexHull",
     "Cylinder",
+    "EnergyMarginError",
     "EscapeEffort",
     "EscapeEnergy",
     "ForceScore",
@@ -82,7 +83,6 @@ __all__ = [
     "Inertial",
     "Joint",
     "MassProperties",
-    "Mesh",
     "Mimic",
     "Part",
     "Plan",
@@ -109,6 +109,7 @@ __all__ = [
     "executors",
     "force_score",
     "mass_properties",
+    "mesh",
     "recordings",
     "regions",
     "scenes",
@@ -135,16 +136,16 @@ SUBPACKAGES = (
     "viewer",
 )
 HOMES = {
-    "Mesh": "meshes",
     "PlausibilityWarning": "plausibility",
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
     "SearchSettings": "settings",
+    "mesh": "meshes",
     "score": "scoring",
 }
 
 
-def __getattr__(name: str) -> Any:
+def _lazy(name: str) -> Any:
     """`plots`, `report` and `viewer` need the extras of these names."""
     if name in SUBPACKAGES:
         return import_module(f"energymargin.{name}")
@@ -153,10 +154,14 @@ def __getattr__(name: str) -> Any:
     elif name == "__version__":
         value = import_module("importlib.metadata").version("energymargin")
     else:
-        raise AttributeError(f"module 'energymargin' has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value
     return value
 
 
+if not TYPE_CHECKING:  # for whom every name is imported above, and any other is an error
+    __getattr__ = moved_names(__name__, {"Mesh": "energymargin.mesh"}, otherwise=_lazy)
+
+
 def __dir__() -> list[str]:
-    return sorted({*globals(), *SUBPACKAGES, *HOMES, "__version__"})
+    return sorted({*__all__, *SUBPACKAGES, "__version__"})

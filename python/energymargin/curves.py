@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.errors import EnergyMarginError
 from energymargin.evaluation import Among, LabelledScores
 from energymargin.evaluation.bootstrap import auc_ap, ranked
 from energymargin.evaluation.labelled import (
@@ -88,7 +89,7 @@ class PrecisionRecall:
         return np.concatenate([self.precision[1:2], self.precision[1:]])
 
 
-class OneLabelError(ValueError):
+class OneLabelError(EnergyMarginError, ValueError):
     """There are no labels of both kinds, so there is nothing to tell apart."""
 
     def __init__(self, message: str, brief: str = "one label only") -> None:

@@ -18,22 +18,32 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def moved_names(
-    module: str, names: Mapping[str, str], instead: Mapping[str, str] | None = None
+    module: str,
+    names: Mapping[str, str],
+    instead: Mapping[str, str] | None = None,
+    otherwise: Callable[[str], Any] | None = None,
 ) -> Callable[[str], Any]:
     """The `__getattr__` of a module whose public names have moved.
 
-    `names`: by old name the new one, as {"Mesh": "energymargin.meshes.mesh"}; `instead`: by old
-    name what to use, where that is another. A module sets `__getattr__` where type checkers do not
-    look (`if not TYPE_CHECKING`), so that they report old names, and misspelt ones.
+    A module sets it where type checkers do not look (`if not TYPE_CHECKING`), so that they report
+    old names, and misspelt ones.
+
+    Args:
+        module: its `__name__`.
+        names: by old name the new one, as {"Mesh": "energymargin.mesh"}.
+        instead: by old name what to use, where that is another.
+        otherwise: the `__getattr__` of names that have not moved.
     """
     advice = {**names, **(instead or {})}
 
     def moved(name: str) -> Any:
-        if name not in names:
+        if name in names:
+            warn_deprecated(f"{module}.{name}", advice[name], stacklevel=3)
+            home, _, new = names[name].rpartition(".")
+            return getattr(import_module(home), new)
+        if otherwise is None:
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
-        warn_deprecated(f"{module}.{name}", advice[name], stacklevel=3)
-        home, _, new = names[name].rpartition(".")
-        return getattr(import_module(home), new)
+        return otherwise(name)
 
     return moved
 

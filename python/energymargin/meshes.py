@@ -20,7 +20,7 @@ from energymargin.solids import Solid, solids, winding_numbers
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-__all__ = ["Mesh", "needs_extra"]
+__all__ = ["mesh", "needs_extra"]
 
 Corners = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ MAX_CORNERS = 10_000  # of a face: a round cap has hundreds
 MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
 
 
-def Mesh(
+def mesh(
     path: str | Path,
     *,
     scale: float | Sequence[float] = 1.0,
@@ -119,7 +119,7 @@ def _warn_of_size(vertices: NDArray[np.float64], scale: Any, path: Path) -> None
             f"scale is {scale!r}, which makes {path.name} {extent:.3g} m long: lengths are in "
             f"metres; a file in millimetres needs 0.001."
         )
-        warn([("scale", text)], text, stacklevel=3)
+        warn([("scale", text)], text)
 
 
 def _scale(scale: Any) -> NDArray[np.float64]:
@@ -175,7 +175,7 @@ def _geometries(
     )
     try:
         scene = trimesh.load_scene(path, process=False, **options)
-        meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]
+        meshes = [piece for piece in scene.dump() if isinstance(piece, trimesh.Trimesh)]
         unit = trimesh.units.unit_conversion(scene.units, "meters") if scene.units else 1.0
     except Exception as error:  # each format's reader fails in its own ways
         raise ValueError(f"{path} is no {path.suffix[1:].upper()} mesh: {error}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Iterable
 
@@ -19,17 +20,26 @@ class PlausibilityWarning(UserWarning):
 _known: set[tuple[str, str]] = set()
 
 
-def warn(doubts: Iterable[tuple[str, str]], fingerprint: str, *, stacklevel: int = 1) -> None:
+def warn(doubts: Iterable[tuple[str, str]], fingerprint: str) -> None:
     """Warns of each doubt, what it is about and its text, once for a fingerprint.
 
-    `fingerprint` is that of the scene, so that many states of one scene warn once. `stacklevel` is
-    how many functions stand between this one and the user's line.
+    `fingerprint` is that of the scene, so that many states of one scene warn once. The warning is
+    of the user's line: the first one outside of this package.
     """
     for about, text in doubts:
         if (fingerprint, about) in _known:
             continue
         sentence = text + (" " if text.endswith(("?", ".")) else ". ")
-        warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=stacklevel + 1)
+        level = _levels_to_user()
+        warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=level)
         if len(_known) >= MOST_KNOWN:
             _known.clear()
         _known.add((fingerprint, about))  # not if a filter makes it an error: it comes again
+
+
+def _levels_to_user() -> int:
+    """The `stacklevel` for the caller of this function that reaches the user's line."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] == "energymargin":
+        frame, level = frame.f_back, level + 1
+    return level

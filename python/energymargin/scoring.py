@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.arguments import shown
+from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
@@ -72,7 +73,7 @@ class ScoreTable:
         ]
 
 
-class ScoreError(ValueError):
+class ScoreError(EnergyMarginError, ValueError):
     """Some problems could not be scored."""
 
     def __init__(self, errors: dict[int, str], problems: int, table: ScoreTable | None = None):

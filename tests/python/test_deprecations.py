@@ -1,3 +1,4 @@
+import pickle
 import warnings
 
 import pytest
@@ -80,3 +81,48 @@ def test_every_name_that_moved_is_still_there(module):
     for name in MOVED[module].split():
         with pytest.warns(DeprecationWarning, match=rf"{module}\.{name} is deprecated"):
             assert getattr(getattr(energymargin, module), name) is not None
+
+
+def test_a_mesh_with_a_capital_is_the_function_and_warns_of_the_users_line():
+    with pytest.warns(
+        DeprecationWarning, match=r"energymargin\.Mesh .*: use energymargin\.mesh"
+    ) as w:
+        assert energymargin.Mesh is energymargin.mesh
+    assert w[0].filename == __file__
+
+
+def problem():
+    scene = energymargin.Scene()
+    scene.add_plane("floor")
+    shape, place = energymargin.Box((0.1, 0.1, 0.1)), (0, 0, 0.05)
+    scene.add_body("box", shape, mass=0.2, position=place, role="object")
+    return energymargin.Problem(
+        scene,
+        scene.pack(),
+        force=(1, 1, 0),
+        torque=(0, 0, 0),
+        duration=0.2,
+        captured=energymargin.regions.Ball("box", place, 0.05),
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "positions"),
+    [
+        ("capture_score", {"nodes": 20, "seed": 3, "rate": 2.0, "trees": 2, "threads": 2}),
+        ("escape_effort", {"planner": "rrt", "nodes": 20, "seed": 3, "captured": "all"}),
+        ("escape_energy", {"planner": "rrt*", "samples": 20, "seed": 3, "reach": None}),
+    ],
+)
+def test_scores_take_by_position_what_they_took_and_warn(name, positions):
+    search = getattr(energymargin, name)
+    with pytest.warns(DeprecationWarning, match=f"{name} with {', '.join(positions)} by position"):
+        late = search(problem(), *positions.values())
+    assert repr(late) == repr(search(problem(), **positions))
+    assert pickle.loads(pickle.dumps(search)) is search
+
+
+def test_a_docstring_and_an_error_of_a_score_are_those_of_the_compiled_module():
+    assert energymargin.capture_score.__doc__ == energymargin._core.capture_score.__doc__
+    with pytest.raises(ValueError, match="nodes is 'a', expected a whole number"):
+        energymargin.capture_score(problem(), nodes="a")

@@ -4,6 +4,9 @@ import subprocess
 import sys
 
 import energymargin
+from energymargin.curves import OneLabelError
+from energymargin.datasets.dataset import StateError
+from energymargin.datasets.files import FileError
 
 HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
 OURS = (*energymargin.SUBPACKAGES, "cli", "convex", "meshes", "notebook.data", "scoring")
@@ -49,9 +52,12 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
     heavy, ours = map(eval, output(SCORE))
     assert heavy == []
     assert {name for name in ours if not name.startswith("energymargin._core")} == {
+        "energymargin.deprecations",
         "energymargin.disturbances",
+        "energymargin.errors",
         "energymargin.notebook",
         "energymargin.regions",
+        "energymargin.searches",
     }
 
 
@@ -68,3 +74,17 @@ def test_every_public_name_is_there_and_no_other():
         assert getattr(energymargin, name) is getattr(energymargin, name)
         assert name in dir(energymargin)
     assert not hasattr(energymargin, "nothing")
+    lazy = {"plots", "report", "viewer", "__version__"}
+    assert {*energymargin.__all__, *lazy} == set(dir(energymargin))
+
+
+def test_own_errors_have_one_base_and_are_value_errors_still():
+    own = (
+        energymargin.ScoreError,
+        energymargin.tasks.TaskError,
+        StateError,
+        FileError,
+        OneLabelError,
+    )
+    assert all(issubclass(error, energymargin.EnergyMarginError) for error in own)
+    assert all(issubclass(error, ValueError) for error in own)

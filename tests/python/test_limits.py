@@ -266,7 +266,7 @@ def test_a_timeout_that_cannot_be_is_refused_by_value(task, problem, timeout, tm
         lambda: em.datasets.generate(task, timeout=timeout),
         lambda: world.rollout(problem.state, np.zeros(6), 0.1, timeout=timeout),
         lambda: world.simulate(problem.state, 1, timeout=timeout),
-        lambda: em.Mesh(tmp_path / "no.stl", timeout=timeout),
+        lambda: em.mesh(tmp_path / "no.stl", timeout=timeout),
     ):
         with pytest.raises(ValueError, match=r"timeout is .*, expected a"):
             call()

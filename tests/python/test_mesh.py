@@ -15,7 +15,7 @@ import trimesh
 import energymargin as em
 from energymargin import meshes
 from energymargin.convex import cache, corners, decomposition
-from energymargin.meshes import Mesh
+from energymargin.meshes import mesh
 
 DATA = Path(pybullet_data.getDataPath())
 # An L of two bars, 0.2 m long, 0.05 m wide and 0.04 m high.
@@ -67,7 +67,7 @@ def test_a_box_from_each_format_is_one_part_with_the_mass_properties_of_a_box(tm
     box = trimesh.creation.box((0.1, 0.2, 0.3))
     box.apply_translation((1.0, 2.0, 3.0))
     box.export(tmp_path / f"box.{suffix}", file_type=suffix.lower())
-    compound = Mesh(tmp_path / f"box.{suffix}")
+    compound = mesh(tmp_path / f"box.{suffix}")
     (part,) = compound.parts
     assert len(part.shape.points) == 8
     expected = em.mass_properties(em.Box((0.1, 0.2, 0.3)))
@@ -77,7 +77,7 @@ def test_a_box_from_each_format_is_one_part_with_the_mass_properties_of_a_box(tm
 
 
 def test_an_angle_is_taken_apart_so_that_its_inside_corner_is_empty(tmp_path):
-    parts = Mesh(angle(tmp_path)).parts
+    parts = mesh(angle(tmp_path)).parts
     assert len(parts) >= 2
     assert not any(has_inside(part, np.array([0.08, 0.08, 0.02])) for part in parts)
     for inside in ((0.15, 0.025, 0.02), (0.025, 0.15, 0.02), (0.02, 0.02, 0.02)):
@@ -85,18 +85,18 @@ def test_an_angle_is_taken_apart_so_that_its_inside_corner_is_empty(tmp_path):
 
 
 def test_the_mass_properties_are_those_of_the_mesh_and_not_of_its_parts(tmp_path):
-    solid = Mesh(angle(tmp_path)).solid
+    solid = mesh(angle(tmp_path)).solid
     first, second = 0.2 * 0.05, 0.15 * 0.05  # areas of the bars
     along = (first * 0.1 + second * 0.025) / (first + second)
     across = (first * 0.025 + second * 0.125) / (first + second)
     assert solid.volume == pytest.approx((first + second) * 0.04)
     assert solid.center == pytest.approx([along, across, 0.02])
-    hull = Mesh(angle(tmp_path), decompose=False)
+    hull = mesh(angle(tmp_path), decompose=False)
     assert hull.solid.moments == pytest.approx(solid.moments)
 
 
 def test_without_decomposition_the_hull_of_it_all_is_the_one_part(tmp_path):
-    (part,) = Mesh(angle(tmp_path), decompose=False).parts
+    (part,) = mesh(angle(tmp_path), decompose=False).parts
     assert has_inside(part, np.array([0.08, 0.08, 0.02]))
 
 
@@ -104,7 +104,7 @@ def test_a_ball_falls_through_a_ring_but_not_through_its_hull(tmp_path):
     ring = written(tmp_path, trimesh.creation.annulus(0.03, 0.05, 0.02, sections=12))
     for decompose, falls in ((True, True), (False, False)):
         scene = em.Scene()
-        scene.add_body("ring", Mesh(ring, decompose=decompose), mass=0)
+        scene.add_body("ring", mesh(ring, decompose=decompose), mass=0)
         scene.add_body("ball", em.Sphere(0.02), mass=0.1, position=(0, 0, 0.05), role="object")
         state = em.World(scene).rollout(scene.pack(), np.zeros(6), 0.5).state
         assert (scene.unpack(state)["ball"]["position"][2] < -0.1) == falls
@@ -120,7 +120,7 @@ def test_a_ball_falls_through_a_ring_but_not_through_its_hull(tmp_path):
     ],
 )
 def test_files_of_others_become_few_parts_in_metres(file, most, size):
-    compound = Mesh(DATA / file)
+    compound = mesh(DATA / file)
     points = np.concatenate([part.shape.points for part in compound.parts])
     assert len(compound.parts) <= most
     assert np.ptp(points, axis=0) == pytest.approx(size, rel=0.02)
@@ -129,10 +129,10 @@ def test_files_of_others_become_few_parts_in_metres(file, most, size):
 
 def test_a_scale_is_one_number_or_one_for_each_axis_and_may_mirror(tmp_path):
     file = angle(tmp_path)
-    plain, double = Mesh(file).solid, Mesh(file, scale=2.0).solid
+    plain, double = mesh(file).solid, mesh(file, scale=2.0).solid
     assert double.volume == pytest.approx(8.0 * plain.volume)
     assert double.moments == pytest.approx(4.0 * plain.moments)
-    mirrored = Mesh(file, scale=(-1.0, 1.0, 3.0)).solid
+    mirrored = mesh(file, scale=(-1.0, 1.0, 3.0)).solid
     assert mirrored.volume == pytest.approx(3.0 * plain.volume)
     assert mirrored.center == pytest.approx(plain.center * [-1.0, 1.0, 3.0])
 
@@ -140,8 +140,8 @@ def test_a_scale_is_one_number_or_one_for_each_axis_and_may_mirror(tmp_path):
 def test_a_surface_that_faces_inwards_bounds_the_same_solid(tmp_path):
     turned = bars()
     turned.invert()
-    solid = Mesh(written(tmp_path, turned)).solid
-    assert solid.volume == pytest.approx(Mesh(angle(tmp_path)).solid.volume)
+    solid = mesh(written(tmp_path, turned)).solid
+    assert solid.volume == pytest.approx(mesh(angle(tmp_path)).solid.volume)
 
 
 def test_a_surface_in_several_groups_is_one_surface(tmp_path):
@@ -152,30 +152,30 @@ def test_a_surface_in_several_groups_is_one_surface(tmp_path):
             [*lines[: faces[0]], "g a", *lines[faces[0] : faces[6]], "g b", *lines[faces[6] :]]
         )
     )
-    assert Mesh(tmp_path / "box.obj").solid.volume == pytest.approx(1.0)
+    assert mesh(tmp_path / "box.obj").solid.volume == pytest.approx(1.0)
 
 
 def test_objects_that_touch_are_solids_of_their_own():
-    assert Mesh(DATA / "objects/mug_col.obj").solid.volume == pytest.approx(5.30e-4, rel=1e-3)
+    assert mesh(DATA / "objects/mug_col.obj").solid.volume == pytest.approx(5.30e-4, rel=1e-3)
 
 
 def test_a_hole_of_one_triangle_is_filled(tmp_path):
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     box.update_faces(np.arange(len(box.faces)) > 0)
-    assert Mesh(written(tmp_path, box)).solid.volume == pytest.approx(1e-3)
+    assert mesh(written(tmp_path, box)).solid.volume == pytest.approx(1e-3)
 
 
 def test_an_open_mesh_has_the_mass_properties_of_its_parts(tmp_path):
     tube = trimesh.creation.cylinder(0.05, 0.1, sections=8)
     tube.update_faces(tube.face_normals[:, 2] < 0.5)
-    compound = Mesh(written(tmp_path, tube), threshold=1.0)
+    compound = mesh(written(tmp_path, tube), threshold=1.0)
     assert compound.solid is None
     assert volume(compound) == pytest.approx(0.05**2 * 4 * 2**0.5 / 2 * 0.1, rel=0.1)
 
 
 def test_a_ball_of_many_points_becomes_one_of_few_that_is_as_round(tmp_path):
     ball = written(tmp_path, trimesh.creation.icosphere(4, radius=0.1))
-    (part,) = Mesh(ball).parts
+    (part,) = mesh(ball).parts
     assert len(part.shape.points) == 128
     center, reach = np.zeros(3), trimesh.convex.convex_hull(part.shape.points).triangles_center
     assert np.linalg.norm(reach - center, axis=1).min() > 0.096
@@ -184,34 +184,34 @@ def test_a_ball_of_many_points_becomes_one_of_few_that_is_as_round(tmp_path):
 
 def test_parts_are_kept_so_that_a_mesh_is_taken_apart_once(tmp_path, monkeypatch):
     file = angle(tmp_path)
-    first = Mesh(file)
+    first = mesh(file)
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("taken apart again"))
-    for again, was in zip(Mesh(file).parts, first.parts, strict=True):
+    for again, was in zip(mesh(file).parts, first.parts, strict=True):
         assert np.array_equal(again.shape.points, was.shape.points)
 
 
 def test_the_same_mesh_gives_the_same_parts_wherever_they_are_kept(tmp_path, monkeypatch):
-    first = Mesh(angle(tmp_path), threshold=0.2)
+    first = mesh(angle(tmp_path), threshold=0.2)
     monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path / "other"))
-    for again, was in zip(Mesh(angle(tmp_path), threshold=0.2).parts, first.parts, strict=True):
+    for again, was in zip(mesh(angle(tmp_path), threshold=0.2).parts, first.parts, strict=True):
         assert np.array_equal(again.shape.points, was.shape.points)
 
 
 @pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda _: b"", lambda _: b"no zip"])
 def test_a_damaged_file_of_parts_is_written_anew(tmp_path, monkeypatch, damage):
     monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path / "own"))
-    first = Mesh(angle(tmp_path))
+    first = mesh(angle(tmp_path))
     (file,) = (tmp_path / "own" / "convex").iterdir()
     whole = file.read_bytes()
     file.write_bytes(damage(whole))
-    assert len(Mesh(angle(tmp_path)).parts) == len(first.parts)
+    assert len(mesh(angle(tmp_path)).parts) == len(first.parts)
     assert len(file.read_bytes()) == len(whole)
 
 
 def test_a_cache_that_cannot_be_written_to_is_a_warning(tmp_path, monkeypatch, caplog):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path / "file"))
-    assert len(Mesh(angle(tmp_path)).parts) >= 2
+    assert len(mesh(angle(tmp_path)).parts) >= 2
     assert "not kept" in caplog.text
 
 
@@ -226,7 +226,7 @@ def test_parts_are_kept_in_the_users_cache_folder(monkeypatch):
 def test_a_long_wait_is_told_of_in_the_log_and_nowhere_else(tmp_path, monkeypatch, caplog, capfd):
     monkeypatch.setattr(decomposition, "PATIENCE", 0.0)
     with caplog.at_level(logging.WARNING, logger="energymargin"):
-        Mesh(angle(tmp_path), threshold=0.3)
+        mesh(angle(tmp_path), threshold=0.3)
     assert [r.levelname for r in caplog.records] == ["WARNING"]
     assert "angle.stl is still being taken apart" in caplog.text
     assert capfd.readouterr().out == ""
@@ -252,7 +252,7 @@ def test_ctrl_c_ends_a_decomposition_at_once_and_leaves_no_process(tmp_path, mon
 
     threading.Thread(target=press).start()
     with pytest.raises(KeyboardInterrupt):
-        Mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01)  # a minute
+        mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01)  # a minute
     assert time.monotonic() - pressed[0] < 0.2
     assert started[0].poll() == -signal.SIGKILL
 
@@ -272,14 +272,14 @@ def test_a_decomposition_ends_at_its_limit_without_a_process_or_a_mesh(how, monk
     limit = {"timeout": 0.5} if how == "timeout" else {"cancel": cancel}
     error = TimeoutError if how == "timeout" else em.Cancelled
     with pytest.raises(error, match=r"wheel\.stl was taken apart"):
-        Mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01, **limit)  # a minute
+        mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01, **limit)  # a minute
     assert started[-1].poll() == -signal.SIGKILL
 
 
 # Says its child's number before it takes a mesh apart, which takes a minute.
 PARENT = """
 import subprocess, sys
-from energymargin.meshes import Mesh
+from energymargin.meshes import mesh
 
 run = subprocess.Popen
 
@@ -289,7 +289,7 @@ def told(*args, **kwargs):
     return process
 
 subprocess.Popen = told
-Mesh(sys.argv[1], threshold=0.01)
+mesh(sys.argv[1], threshold=0.01)
 """
 
 
@@ -317,7 +317,7 @@ def test_a_killed_parent_leaves_no_process_and_no_folder(tmp_path):
 def test_a_failure_of_the_decomposition_names_the_file_and_the_way_out(tmp_path, monkeypatch):
     monkeypatch.setitem(decomposition.SEARCH, "no_such_setting", 1)
     with pytest.raises(RuntimeError, match=r"angle\.stl.*no_such_setting.*decompose=False"):
-        Mesh(angle(tmp_path))
+        mesh(angle(tmp_path))
 
 
 def spoiled(tmp_path, name, text):
@@ -342,7 +342,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 )
 def test_a_file_that_is_no_solid_is_refused_by_name(tmp_path, name, text, message):
     with pytest.raises(ValueError, match=message):
-        Mesh(spoiled(tmp_path, name, text))
+        mesh(spoiled(tmp_path, name, text))
 
 
 @pytest.mark.parametrize(
@@ -360,19 +360,19 @@ def test_a_file_that_is_no_solid_is_refused_by_name(tmp_path, name, text, messag
 )
 def test_a_bad_argument_is_refused_by_name(tmp_path, argument):
     with pytest.raises(ValueError, match=f"{next(iter(argument))} is "):
-        Mesh(angle(tmp_path), **argument)
+        mesh(angle(tmp_path), **argument)
 
 
 def test_a_missing_file_is_an_error_that_says_so():
     with pytest.raises(FileNotFoundError, match=r"path is 'none\.stl'"):
-        Mesh("none.stl")
+        mesh("none.stl")
 
 
 def test_without_the_extra_the_error_says_what_to_install(tmp_path, monkeypatch):
     file = angle(tmp_path)
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(ImportError, match=r"pip install 'energymargin\[urdf\]"):
-        Mesh(file)
+        mesh(file)
 
 
 # Cavities
@@ -398,7 +398,7 @@ def quick(monkeypatch):
 
 @pytest.mark.usefixtures("quick")
 def test_a_closed_mesh_with_a_cavity_is_a_shell_with_its_mass_and_a_ball_stays_inside(tmp_path):
-    shell = Mesh(several(tmp_path, box(0.1), box(0.06, inwards=True)), threshold=0.5)
+    shell = mesh(several(tmp_path, box(0.1), box(0.06, inwards=True)), threshold=0.5)
     assert shell.solid.volume == pytest.approx(0.1**3 - 0.06**3)
     moment = (0.1**5 - 0.06**5) / 6.0  # of one kg in a cubic metre
     assert shell.solid.moments == pytest.approx([moment / (0.1**3 - 0.06**3)] * 3, rel=1e-5)
@@ -408,7 +408,7 @@ def test_a_closed_mesh_with_a_cavity_is_a_shell_with_its_mass_and_a_ball_stays_i
     scene.add_body("ball", em.Sphere(0.01), mass=0.1, role="object")
     state = em.World(scene).rollout(scene.pack(), np.zeros(6), 0.5).state
     assert scene.unpack(state)["ball"]["position"][2] == pytest.approx(-0.02, abs=2e-3)
-    turned = Mesh(several(tmp_path, box(0.1, inwards=True), box(0.06)), decompose=False)
+    turned = mesh(several(tmp_path, box(0.1, inwards=True), box(0.06)), decompose=False)
     assert turned.solid.volume == pytest.approx(shell.solid.volume)
 
 
@@ -419,7 +419,7 @@ def test_a_cavity_that_the_parts_fill_is_refused_with_the_way_out(tmp_path, monk
     with pytest.raises(
         ValueError, match=r"solid\.stl has a cavity .* fill .*em\.Compound of boxes"
     ):
-        Mesh(several(tmp_path, box(0.1), box(0.06, inwards=True)), threshold=0.5)
+        mesh(several(tmp_path, box(0.1), box(0.06, inwards=True)), threshold=0.5)
 
 
 @pytest.mark.parametrize(
@@ -434,8 +434,8 @@ def test_a_cavity_that_the_parts_fill_is_refused_with_the_way_out(tmp_path, monk
 def test_surfaces_that_contradict_each_other_are_refused(tmp_path, surfaces, message):
     (tmp_path / "solid.obj").write_text(objects(*surfaces))
     with pytest.raises(ValueError, match=message):
-        Mesh(tmp_path / "solid.obj")
-    (hull,) = Mesh(tmp_path / "solid.obj", decompose=False).parts
+        mesh(tmp_path / "solid.obj")
+    (hull,) = mesh(tmp_path / "solid.obj", decompose=False).parts
     assert len(hull.shape.points) == 8 or len(hull.shape.points) == 12
 
 
@@ -451,7 +451,7 @@ def objects(*surfaces):
 
 @pytest.mark.parametrize("inwards", [False, True])
 def test_two_bodies_in_one_file_are_two_parts_whichever_way_one_faces(tmp_path, inwards):
-    both = Mesh(several(tmp_path, box(0.1), box(0.1, (0.5, 0, 0), inwards=inwards)))
+    both = mesh(several(tmp_path, box(0.1), box(0.1, (0.5, 0, 0), inwards=inwards)))
     assert len(both.parts) == 2
     assert both.solid.volume == pytest.approx(2e-3)
     assert both.solid.center == pytest.approx([0.25, 0, 0])
@@ -463,7 +463,7 @@ def test_a_cavity_in_a_mesh_with_holes_is_refused(tmp_path):
     inner = trimesh.creation.icosphere(2, radius=0.04)
     inner.invert()
     with pytest.raises(ValueError, match="has a cavity and holes"):
-        Mesh(several(tmp_path, outer, inner))
+        mesh(several(tmp_path, outer, inner))
 
 
 # A face of many corners
@@ -480,7 +480,7 @@ def test_a_face_of_too_many_corners_is_refused_before_it_is_read(tmp_path, conti
     face = "f " + continued.join(str(i + 1) for i in range(count))
     path = spoiled(tmp_path, "disc.obj", "\n".join([*points, face]))
     with pytest.raises(ValueError, match=rf"has a face of {count} corners, expected at most 10000"):
-        Mesh(path)
+        mesh(path)
 
 
 @pytest.mark.parametrize(
@@ -492,7 +492,7 @@ def test_a_face_of_too_many_corners_is_refused_before_it_is_read(tmp_path, conti
 )
 def test_a_face_of_too_many_corners_in_a_dae_file_is_refused(tmp_path, primitive):
     with pytest.raises(ValueError, match="has a face of 10001 corners"):
-        Mesh(spoiled(tmp_path, "disc.dae", f"<COLLADA xmlns='http://c'>{primitive}</COLLADA>"))
+        mesh(spoiled(tmp_path, "disc.dae", f"<COLLADA xmlns='http://c'>{primitive}</COLLADA>"))
 
 
 def test_a_prism_whose_caps_have_many_corners_is_read(tmp_path):
@@ -505,4 +505,4 @@ def test_a_prism_whose_caps_have_many_corners_is_read(tmp_path):
     low = "f " + " ".join(str(i) for i in range(count, 0, -1))
     high = "f " + " ".join(str(i) for i in range(count + 1, 2 * count + 1))
     path = spoiled(tmp_path, "prism.obj", "\n".join([*points, *sides, low, high]))
-    assert Mesh(path).solid.volume == pytest.approx(np.pi, rel=1e-3)
+    assert mesh(path).solid.volume == pytest.approx(np.pi, rel=1e-3)

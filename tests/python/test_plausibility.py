@@ -116,7 +116,7 @@ def test_what_looks_wrong_warns_with_its_value_and_how_to_say_that_it_is_meant(w
 
 def test_a_mesh_that_is_a_building_names_its_scale(tmp_path):
     with pytest.warns(em.PlausibilityWarning, match=r"scale is 1000, which makes .* 100 m long"):
-        em.Mesh(tetrahedron(tmp_path, 0.1), scale=1000)
+        em.mesh(tetrahedron(tmp_path, 0.1), scale=1000)
 
 
 RIGHT = {

@@ -19,6 +19,7 @@ from energymargin.closing import Closing
 from energymargin.datasets import digests, files
 from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
 from energymargin.datasets.future import Future
+from energymargin.errors import EnergyMarginError
 from energymargin.notebook import shown_by
 from energymargin.tasks.base import Task, Trajectory
 
@@ -28,7 +29,7 @@ Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
 
 
-class StateError(ValueError):
+class StateError(EnergyMarginError, ValueError):
     """A recorded state makes no problem; says which, and why."""
 
 

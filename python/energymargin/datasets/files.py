@@ -37,6 +37,7 @@ from energymargin.datasets.columns import (
     starts,
 )
 from energymargin.datasets.disk import written
+from energymargin.errors import EnergyMarginError
 from energymargin.tasks.base import Trajectory
 
 __all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
@@ -52,7 +53,7 @@ _PACKED = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletc
 _BLOCKS_KEPT = 4  # of those that were read last
 
 
-class FileError(ValueError):
+class FileError(EnergyMarginError, ValueError):
     """A file that is whole, but not one that can be read here."""
 
 

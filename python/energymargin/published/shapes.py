@@ -20,12 +20,12 @@ LEAST_WIDTH = 0.004  # m; thinner parts are slivers, less than the tags' error
 @cache
 def outlines(folder: Path, name: str) -> tuple[NDArray[np.float64], ...]:
     """Of the convex parts of a body, such as "jaw-gripper", seen from above: corners, (N, 2) [m],
-    about the tag. Slivers are left out. Errors as `em.Mesh`, which needs the extra [urdf]."""
-    from energymargin import Mesh
+    about the tag. Slivers are left out. Errors as `em.mesh`, which needs the extra [urdf]."""
+    from energymargin.meshes import mesh
 
     with np.errstate(divide="ignore", invalid="ignore"):  # of flat faces in the authors' meshes
-        mesh = Mesh(folder / name / f"{name}.obj", scale=SCALE, threshold=THRESHOLD)
-    found = [_hull(_corners(part)) for part in mesh.parts]
+        solid = mesh(folder / name / f"{name}.obj", scale=SCALE, threshold=THRESHOLD)
+    found = [_hull(_corners(part)) for part in solid.parts]
     return tuple(outline for outline in found if _width(outline) >= LEAST_WIDTH)
 
 

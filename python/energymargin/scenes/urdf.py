@@ -81,7 +81,7 @@ def from_urdf(
     damping acts there, and its limits have to hold wherever the other joint may go.
 
     inertia: "file", or "shapes" to spread the file's masses evenly over the collision shapes.
-    decompose, threshold, timeout, cancel: as in `Mesh`. A link without mass is a frame: what it
+    decompose, threshold, timeout, cancel: as in `em.mesh`. A link without mass is a frame: what it
     carries is part of the link it is fixed to, and it is no body; a root without mass is a body
     only if it is fixed.
 
@@ -96,8 +96,8 @@ def from_urdf(
     in a namespace that the file does not declare is left out with a warning.
 
     Raises FileNotFoundError, ValueError that names what is wrong, TimeoutError or Cancelled at the
-    limit, and for its meshes as `Mesh` does, which need the extra [urdf]; a given scene is then as
-    it was.
+    limit, and for its meshes as `em.mesh` does, which need the extra [urdf]; a given scene is then
+    as it was.
     """
     limit = Limit(timeout, cancel)
     _check_choices(base, inertia, ignore=ignore, packages=packages)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from energymargin import meshes
 from energymargin._core import Compound, Inertial
 from energymargin.limits import Limit
-from energymargin.meshes import Mesh
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place
 from energymargin.scenes.urdf_model import Geometry, Link, MeshFile
@@ -72,7 +72,7 @@ def _placed(geometry: Geometry, how: Shaping) -> Compound:
     if not isinstance(shape, MeshFile):
         return moved(Compound([shape]), geometry.pose)
     file = found(shape.filename, how.path, how.packages)
-    mesh = Mesh(
+    mesh = meshes.mesh(
         file,
         scale=shape.scale,
         decompose=how.decompose,

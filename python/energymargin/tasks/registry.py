@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar, cast
 
+from energymargin.errors import EnergyMarginError
 from energymargin.tasks.base import Task, parameters_of
 
 __all__ = ["Registered", "TaskError", "is_installed", "make", "names", "overview", "register"]
@@ -26,7 +27,7 @@ Constructor = TypeVar("Constructor", bound=Callable[..., Task])
 _registered_here: dict[str, Callable[..., Task]] = {}
 
 
-class TaskError(ValueError):
+class TaskError(EnergyMarginError, ValueError):
     """A registered task that cannot be used; says of which package it is."""
 
 
