@@ -83,7 +83,7 @@ def measure_cores(cores: Cores, tell: Tell) -> None:
         em.score(pushes[:1], nodes=many, threads=threads)
 
     def grow_trees(threads: int) -> None:
-        em.capture_score(pushes[0], few, trees=8, threads=threads, warn=False)
+        em.capture_score(pushes[0], nodes=few, trees=8, threads=threads, warn=False)
 
     jobs = {
         f"`em.score`: {len(batch)} states, {few:,} nodes, all metrics": score_batch,

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
 from energymargin.evaluation import Among, LabelledScores
 from energymargin.evaluation.bootstrap import auc_ap, ranked
@@ -30,13 +32,17 @@ __all__ = [
     "OneLabelError",
     "PrecisionRecall",
     "Roc",
+    "Target",
     "metrics_against",
     "precision_recall",
     "roc",
     "target_name",
 ]
 
-CAPTURED, SUCCESS = TARGETS = ("captured", "success")
+Target = Literal["captured", "success"]
+CAPTURED: Target = "captured"
+SUCCESS: Target = "success"
+TARGETS: tuple[Target, ...] = (CAPTURED, SUCCESS)
 """What a score can be held against: that a state stays captured over a horizon of frames, or that
 its trajectory succeeds."""
 
@@ -98,13 +104,14 @@ class OneLabelError(EnergyMarginError, ValueError):
         self.brief = brief
 
 
+@once_positional("target", "horizon", "last", after=2)
 def roc(
     labelled: LabelledScores,
     metric: str,
-    target: str = CAPTURED,
+    *,
+    target: Target = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
-    *,
     among: Among = "all",
 ) -> Roc:
     """The ROC of a metric.
@@ -130,13 +137,14 @@ def roc(
     )
 
 
+@once_positional("target", "horizon", "last", after=2)
 def precision_recall(
     labelled: LabelledScores,
     metric: str,
-    target: str = CAPTURED,
+    *,
+    target: Target = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
-    *,
     among: Among = "all",
 ) -> PrecisionRecall:
     """Precision over recall of a metric; arguments and errors as of `roc`."""
@@ -155,14 +163,14 @@ def precision_recall(
     )
 
 
-def metrics_against(labelled: LabelledScores, target: str = CAPTURED) -> list[str]:
+def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list[str]:
     """The metrics that `evaluate` holds against a target; ValueError on another target."""
     if one_of("target", target, TARGETS) == CAPTURED:
         return state_metrics(labelled)
     return [metric for metric in SUCCESSES if metric in labelled.scores]
 
 
-def target_name(target: str = CAPTURED, horizon: int = HORIZON, last: int = LAST_FRAMES) -> str:
+def target_name(target: Target = CAPTURED, horizon: int = HORIZON, last: int = LAST_FRAMES) -> str:
     """A target in words, for a title."""
     if target == SUCCESS:
         return f"success of a trajectory, by its last {last} frames"
@@ -172,7 +180,7 @@ def target_name(target: str = CAPTURED, horizon: int = HORIZON, last: int = LAST
 
 
 def _compared(
-    labelled: LabelledScores, metric: str, target: str, horizon: int, last: int, *, among: Among
+    labelled: LabelledScores, metric: str, target: Target, horizon: int, last: int, *, among: Among
 ) -> Compared:
     """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
     one_of("target", target, TARGETS)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.arguments import shown
+from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
@@ -20,8 +21,11 @@ from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
 from energymargin.notebook import shown_by
-from energymargin.settings import SearchSettings
+from energymargin.settings import LooseSettings, SearchSettings, chosen_settings
 from energymargin.tasks.base import whole_number
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 __all__ = [
     "ScoreError",
@@ -153,45 +157,38 @@ def run_all(
     return complete or (source.empty and not session.pending)
 
 
+@once_positional("nodes", "seed", "threads", after=2)
 def score(
     problems: Sequence[Problem],
     metrics: Sequence[str] | None = None,
-    nodes: int = 1000,
-    seed: int = 0,
-    threads: int | None = None,
     *,
+    settings: SearchSettings | None = None,
+    threads: int | None = None,
     executor: Executor | None = None,
-    nodes_per_edge: int = 1,
-    least_likelihood: float = 0.0,
-    search: str = "improved",
-    stop_at_escape: bool = False,
-    rollouts: int = 30,
-    strength: float = 1.0,
-    objects: int | None = None,
-    common_random_numbers: bool = False,
     progress: Callable[[int, int], None] | None = None,
     on_rows: Callable[[list[Row]], None] | None = None,
     indices: Sequence[int] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
+    **loose: Unpack[LooseSettings],
 ) -> ScoreTable:
     """Scores of every problem: the same bits for any number of threads, and on any executor.
 
-    `metrics` are of METRICS, None takes all that every problem has; `nodes` is the size of each
-    search tree, `threads` None takes all cores this process may use. `executor`, in place of
-    `threads`, is of `em.executors`: Processes, or Dask. `nodes_per_edge` and `least_likelihood` go
-    to `capture_score`, `search` and `stop_at_escape` to `escape_effort`, where they have the same
-    defaults, `rollouts` to `capture_probability`, whose disturbance is
-    `em.disturbances.Uniform(strength, objects)`. With `common_random_numbers`
-    every probability draws from `seed` itself, so that problems meet the same disturbances.
-    `progress(done, total)` and `on_rows(rows)` are called as scores come in; `row.curves` has the
-    curves of the probabilities. `indices` are the problems' stream indices, 0 to
-    N-1 if not given: a part of the problems with their own indices gets the scores it has in the
-    whole. Each index has a stream of its own: `capture_score(problem, seed=stream(seed, index))`
-    grows the tree of that problem here.
-
-    After `timeout` [s], or once `cancel` is set, the table has the rows that are finished, each
-    with the scores that it has in the whole; the others are missing.
+    Args:
+        problems: those that are scored.
+        metrics: of METRICS; None takes all that every problem has.
+        settings: of the searches and probabilities; None is SearchSettings().
+        threads: None takes all cores that this process may use.
+        executor: in place of threads, of `em.executors`: Processes, or Dask.
+        progress: progress(done, total) is called as scores come in.
+        on_rows: on_rows(rows) likewise; `row.curves` has the curves of the probabilities.
+        indices: the problems' stream indices, by default 0 to N-1: a part of the problems with
+            their own indices gets the scores it has in the whole. Each index has a stream of its
+            own: `capture_score(problem, seed=stream(seed, index))` grows the tree of that problem.
+        timeout: after so many seconds the table has the rows that are finished, each with the
+            scores that it has in the whole; the others are missing.
+        cancel: the same once it is set.
+        loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
 
     Ctrl-C stops within 0.2 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
@@ -202,10 +199,7 @@ def score(
         raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
     metrics = chosen_metrics(problems, metrics)
     check_metrics(metrics)
-    settings = SearchSettings(
-        *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        *(rollouts, strength, objects, common_random_numbers, search),
-    )
+    settings = chosen_settings(settings, **loose)
     require_objects(problems, metrics, settings)
     if executor is not None and threads is not None:
         raise ValueError(f"threads is {threads}, expected None with an executor")

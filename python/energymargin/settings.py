@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 
 from energymargin.metrics import TIMED
 from energymargin.tasks.base import not_negative_number, one_of, whole_number, yes_or_no
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 __all__ = [
     "ALGORITHM",
     "ALGORITHM_IMPROVED",
     "SEARCHES",
+    "LooseSettings",
+    "Search",
     "SearchSettings",
     "algorithm",
     "algorithm_of",
+    "chosen_settings",
 ]
 
 ALGORITHM = "0.10.0"
@@ -27,7 +33,9 @@ any score sets it to the version that has the change, together with the golden v
 ALGORITHM_IMPROVED = "0.10.0"
 """The same of the efforts of search="improved", which more changes may move than the others."""
 
-SEARCHES = ("improved", "published")
+Search = Literal["improved", "published"]
+"""Of the efforts, as of `escape_effort`."""
+SEARCHES: tuple[Search, ...] = ("improved", "published")
 
 MOST_NODES = 10**9
 
@@ -67,7 +75,7 @@ class SearchSettings:
     common_random_numbers: bool = False
     """Of the probabilities: every problem draws from the seed itself, and not from its own stream,
     so that problems are compared under the same disturbances."""
-    search: str = "improved"
+    search: Search = "improved"
     """Of the efforts, as of `escape_effort`: "improved", or "published", which is the paper's."""
 
     def __post_init__(self) -> None:
@@ -105,6 +113,37 @@ class SearchSettings:
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
+
+
+class LooseSettings(TypedDict, total=False):
+    """The fields of SearchSettings as keywords of a function."""
+
+    nodes: int
+    seed: int
+    nodes_per_edge: int
+    least_likelihood: float
+    stop_at_escape: bool
+    rollouts: int
+    strength: float
+    objects: int | None
+    common_random_numbers: bool
+    search: Search
+
+
+def chosen_settings(
+    settings: SearchSettings | None, **loose: Unpack[LooseSettings]
+) -> SearchSettings:
+    """`settings`, or those that are given one by one; ValueError on both, or on what cannot be."""
+    if settings is None:
+        return SearchSettings(**loose)
+    if not isinstance(settings, SearchSettings):
+        raise ValueError(f"settings is {settings!r}, expected SearchSettings(...)")
+    if loose:
+        raise ValueError(
+            f"settings and {next(iter(loose))} are given, expected one of them: "
+            "dataclasses.replace(settings, ...) changes some"
+        )
+    return settings
 
 
 def algorithm_of(question: Mapping[str, Any]) -> str:

@@ -48,9 +48,9 @@ def values(name: str, problem: em.Problem, threads: int = 1) -> dict[str, str]:
     for planner in ("est", "rrt"):
         for captured in ("all", "any") if several else ("all",):
             for search in SEARCHES:
-                found[f"effort/{planner}/{captured}/{search}"] = em.escape_effort(
-                    *(problem, planner, NODES, SEED, captured), search=search
-                ).effort
+                asked = {"planner": planner, "captured": captured, "search": search}
+                effort = em.escape_effort(problem, nodes=NODES, seed=SEED, **asked).effort
+                found[f"effort/{planner}/{captured}/{search}"] = effort
     bodies = json.loads(problem.to_json())["scene"]["bodies"]
     first = next(body["name"] for body in bodies if body.get("role") == "object")
     for planner in () if name in OF_SPEED else ("bit*", "rrt*"):

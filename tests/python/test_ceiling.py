@@ -225,6 +225,6 @@ def test_shares_and_scores_of_a_dataset_share_a_file(dataset, tmp_path):
     path = tmp_path / "s.db"
     score_dataset(dataset, path, ["force"])
     ceiling_dataset(dataset, path, CONTINUATIONS, SEED)
-    score_dataset(dataset, path, ["capture"], SearchSettings(nodes=1))
+    score_dataset(dataset, path, ["capture"], settings=SearchSettings(nodes=1))
     with ScoreStore(path) as store:
         assert [run.counts() for run in store.runs()] == [(dataset.size, dataset.size)] * 3

@@ -95,8 +95,8 @@ def test_against_success_auc_and_ap_are_those_of_the_trajectory_scores_of_evalua
     assert metrics_against(many, "success") == ["success", "success/any"]
     cells = {"success": result.success, "success/any": result.success_any}
     for metric, cell in cells.items():
-        assert roc(many, metric, "success", last=last).auc == cell.auc
-        assert precision_recall(many, metric, "success", last=last).ap == cell.ap
+        assert roc(many, metric, target="success", last=last).auc == cell.auc
+        assert precision_recall(many, metric, target="success", last=last).ap == cell.ap
 
 
 def test_the_area_below_the_curves_is_auc_and_ap(many):
@@ -137,7 +137,7 @@ def test_labels_of_one_kind_are_refused_with_what_they_are(four):
 def test_scores_that_are_all_missing_are_refused(four):
     four.scores["capture"][:] = np.nan
     with pytest.raises(OneLabelError, match="none of the trajectories has a score of 'capture'"):
-        roc(four, "capture", "success")
+        roc(four, "capture", target="success")
     with pytest.raises(OneLabelError) as raised:
         roc(four, "capture")
     assert raised.value.brief == "no scores yet"

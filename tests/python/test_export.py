@@ -80,7 +80,9 @@ def test_runs_of_any_settings_are_below_one_another(tmp_path):
     path = tmp_path / "s.db"
     dataset = em.datasets.generate("topple", trajectories=1, frames=2, seed=0)
     for seed in (2**64 - 1, 2**60 + 1):
-        em.store.score_dataset(dataset, path, ["capture"], em.SearchSettings(nodes=1, seed=seed))
+        em.store.score_dataset(
+            dataset, path, ["capture"], settings=em.SearchSettings(nodes=1, seed=seed)
+        )
     ceiling_dataset(dataset, path, continuations=1)
     frame = em.store.load(path)
     assert frame["seed"].tolist() == [*[str(2**64 - 1)] * 2, *[str(2**60 + 1)] * 2, "0", "0"]

@@ -38,7 +38,10 @@ def test_states_on_the_way_are_ends_of_shorter_rollouts_from_the_same_parent(pro
 def test_the_settings_of_a_batch_are_those_of_the_two_metrics(problem):
     table = em.score([problem], nodes=40, seed=5, nodes_per_edge=4, stop_at_escape=True)
     own = em.stream(5, 0)
-    assert table["capture"][0] == em.capture_score(problem, 40, own, nodes_per_edge=4).capture
+    assert (
+        table["capture"][0]
+        == em.capture_score(problem, nodes=40, seed=own, nodes_per_edge=4).capture
+    )
     escape = em.escape_effort(problem, nodes=40, seed=own, stop_at_escape=True)
     assert table["effort/est"][0] == escape.effort
 
@@ -76,8 +79,10 @@ def test_nothing_grows_where_the_likelihood_is_below_the_least():
 
 def test_other_nodes_an_edge_are_another_run_but_of_an_effort(dataset, tmp_path):
     path, settings = tmp_path / "s.db", em.SearchSettings(nodes=8)
-    score_dataset(dataset, path, ["capture", "effort/est"], settings)
-    score_dataset(dataset, path, ["capture", "effort/est"], replace(settings, nodes_per_edge=2))
+    score_dataset(dataset, path, ["capture", "effort/est"], settings=settings)
+    score_dataset(
+        dataset, path, ["capture", "effort/est"], settings=replace(settings, nodes_per_edge=2)
+    )
     with ScoreStore(path) as store:
         one, two = store.runs()
         assert one.asked["capture"] != two.asked["capture"]

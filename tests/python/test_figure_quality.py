@@ -57,7 +57,7 @@ def test_the_trees_that_are_drawn_are_those_of_the_scores(result, panels):
     problems = result.dataset.problems()
     for frame, ax in zip(result.frames, panels, strict=True):
         seed = em.stream(SMALL.seed, frame.state)
-        score = em.capture_score(problems[frame.state], SMALL.nodes, seed)
+        score = em.capture_score(problems[frame.state], nodes=SMALL.nodes, seed=seed)
         assert (score.capture, score.success) == (frame.capture, frame.success)
         (dots,) = (dots for dots in ax.collections if dots.get_gid() == "nodes")
         assert np.array_equal(dots.get_array(), score.tree.costs)

@@ -197,7 +197,7 @@ def test_a_file_keeps_several_questions_of_a_state_apart(dataset, tmp_path):
         [None, Future(1), Future(2), Future(1, "hold"), Future(1, None)],
     )
     for future in [*asked, *asked]:
-        score_dataset(dataset, path, ["effort/est"], SETTINGS, future=future)
+        score_dataset(dataset, path, ["effort/est"], settings=SETTINGS, future=future)
     assert rows(path, "runs") == 5 and rows(path, "posed") == 5 * 8 and rows(path, "questions") == 1
     for number, future in enumerate(asked, start=1):
         direct = em.score(dataset.problems(future=future), ["effort/est"], nodes=20, seed=3)
@@ -208,11 +208,12 @@ def test_a_file_keeps_several_questions_of_a_state_apart(dataset, tmp_path):
 
 def test_a_longer_dataset_computes_what_it_has_more(dataset, tmp_path):
     path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["probability"], SETTINGS, future=Future(1))
+    score_dataset(dataset, path, ["probability"], settings=SETTINGS, future=Future(1))
     longer = datasets.generate("topple", trajectories=3, frames=4, seed=0)
     counts = []
     score_dataset(
-        *(longer, path, ["probability"], SETTINGS),
+        *(longer, path, ["probability"]),
+        settings=SETTINGS,
         future=Future(1),
         progress=lambda *count: counts.append(count),
     )
@@ -225,7 +226,9 @@ def test_each_setting_of_a_disturbance_is_another_question(dataset, tmp_path):
     changes += [{"objects": 1}]
     for change in changes:
         for metrics in (["probability"], ["effort/est"]):
-            score_dataset(dataset, path, metrics, replace(SETTINGS, **change), future=Future(1))
+            score_dataset(
+                dataset, path, metrics, settings=replace(SETTINGS, **change), future=Future(1)
+            )
     assert rows(path, "scores") == (len(changes) + 1) * 8  # an effort knows no disturbance
     assert rows(path, "runs") == len(changes) + 1
 
@@ -248,7 +251,7 @@ def test_more_objects_than_there_are_is_said_before_anything_is_computed(dataset
         em.score(dataset.problems(future=Future(1)), ["probability"], objects=2)
     two = replace(SETTINGS, objects=2)
     with pytest.raises(ValueError, match=words):
-        score_dataset(dataset, tmp_path / "s.db", ["probability"], two, future=Future(1))
+        score_dataset(dataset, tmp_path / "s.db", ["probability"], settings=two, future=Future(1))
     assert not list(tmp_path.iterdir())
 
 
@@ -261,7 +264,7 @@ def test_more_objects_than_there_are_is_said_before_anything_is_computed(dataset
 )
 def test_metrics_of_another_kind_of_question_are_refused(dataset, tmp_path, metric, future, words):
     with pytest.raises(ValueError, match=words):
-        score_dataset(dataset, tmp_path / "s.db", [metric], SETTINGS, future=future)
+        score_dataset(dataset, tmp_path / "s.db", [metric], settings=SETTINGS, future=future)
     assert not list(tmp_path.iterdir())
 
 
@@ -272,7 +275,7 @@ def test_problems_that_cannot_be_written_down_are_known_by_their_place_and_quest
     monkeypatch.setattr(em.tasks, "make", lambda *_, **__: Unwritten())
     path, plain = tmp_path / "s.db", replace(dataset, parameters=parameters_of(Unwritten()))
     for future in (None, Future(1, None), Future(2, None)):
-        score_dataset(plain, path, ["effort/est"], SearchSettings(nodes=5), future=future)
+        score_dataset(plain, path, ["effort/est"], settings=SearchSettings(nodes=5), future=future)
     assert rows(path, "scores") == 3 * 8
 
 
@@ -287,7 +290,7 @@ class Unwritten(Plain):
 def test_a_change_of_the_task_is_noticed_by_the_run_of_each_future(dataset, tmp_path, monkeypatch):
     path = tmp_path / "s.db"
     for future in (None, Future(1)):
-        score_dataset(dataset, path, ["effort/est"], SETTINGS, future=future)
+        score_dataset(dataset, path, ["effort/est"], settings=SETTINGS, future=future)
     task = type(make("topple"))
     script = task.script
 
@@ -329,7 +332,9 @@ def test_a_curve_is_kept_to_the_last_bit(dataset, tmp_path):
 def test_a_curve_of_at_least_one_object_is_another_one(tmp_path):
     several = datasets.generate("scoop", trajectories=1, frames=3, seed=0)
     path, settings = tmp_path / "s.db", SearchSettings(rollouts=4, strength=3.0, objects=1)
-    score_dataset(several, path, ["probability", "probability/any"], settings, future=Future(1))
+    score_dataset(
+        several, path, ["probability", "probability/any"], settings=settings, future=Future(1)
+    )
     with ScoreStore(path) as store:
         run = store.run()
         for number in range(3):
@@ -345,7 +350,9 @@ def test_rows_carry_their_curves_on_any_executor(dataset, executor):
     for number, on in enumerate((em.executors.Threads(1), executor)):
         kept = []
         em.score(
-            *(problems, ["probability", "effort/est"], 20, 3),
+            *(problems, ["probability", "effort/est"]),
+            nodes=20,
+            seed=3,
             executor=on,
             rollouts=5,
             strength=0.7,
@@ -364,7 +371,7 @@ def test_an_export_has_the_curves_in_a_file_beside_it(dataset, tmp_path):
     path = tmp_path / "s.db"
     for future in (None, Future(1, None)):
         metrics = ["effort/est"] if future is None else ["probability"]
-        score_dataset(dataset, path, metrics, SETTINGS, future=future)
+        score_dataset(dataset, path, metrics, settings=SETTINGS, future=future)
     frame = em.store.load(path)
     assert frame["horizon"].isna().tolist() == [True] * 8 + [False] * 8
     assert frame["plan"].tolist()[8:] == ["none"] * 8

@@ -124,9 +124,9 @@ def test_after_a_timeout_the_file_has_the_first_and_the_same_call_goes_on(whole,
 def test_more_trajectories_go_on_from_the_parts_of_fewer(whole, tmp_path):
     path, cancel = tmp_path / "topple.h5", em.Cancel()
     stop = lambda done, total: done == 120 and cancel.set()  # noqa: E731
-    generate(path, 140, progress=stop, cancel=cancel)
+    generate(path, trajectories=140, progress=stop, cancel=cancel)
     assert trajectories_kept(path) == 120
-    assert generate(path, 110) == 110  # fewer than there are
+    assert generate(path, trajectories=110) == 110  # fewer than there are
     assert (
         datasets.load(path).digest()
         == datasets.generate("topple", trajectories=110, seed=4).digest()
@@ -148,9 +148,9 @@ def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
     with Parts(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
         parts.keep(0, next(dataset._blocks()))
     with pytest.raises(ValueError, match=r"\.topple\.h5\.parts holds .* seed: 4 there, 5 now"):
-        generate(path, 6, seed=5)
+        generate(path, trajectories=6, seed=5)
     assert trajectories_kept(path) == 3
-    assert generate(path, 6) == 6
+    assert generate(path, trajectories=6) == 6
 
 
 def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
@@ -186,13 +186,13 @@ class Here:
 
 def test_a_task_that_is_not_registered_is_made_in_this_process_alone(tmp_path):
     path = tmp_path / "here.h5"
-    assert generate(path, 60, task=Here(), seed=0, frames=2, processes=None) == 60
+    assert generate(path, trajectories=60, task=Here(), seed=0, frames=2, processes=None) == 60
     here = datasets.generate(Here(), trajectories=60, frames=2)
     assert datasets.load(path).digest() == here.digest()
     with pytest.raises(ValueError, match=r"processes is 2, .*'topple'.* or use processes=1"):
-        generate(path, 60, task=Here(), frames=2, processes=2)
+        generate(path, trajectories=60, task=Here(), frames=2, processes=2)
     with pytest.raises(ValueError, match="processes is 0"):
-        generate(path, 60, task=Here(), frames=2, processes=0)
+        generate(path, trajectories=60, task=Here(), frames=2, processes=0)
 
 
 MORTAL = '''
@@ -244,14 +244,14 @@ def mortal(tmp_path, monkeypatch):
 
 def test_a_shard_whose_worker_died_is_made_again_until_it_has_ended_three(mortal, tmp_path):
     task, give, lives = mortal
-    generate(tmp_path / "calm.h5", 120, task=task, frames=2)
+    generate(tmp_path / "calm.h5", trajectories=120, task=task, frames=2)
     give(2)
-    generate(tmp_path / "died.h5", 120, task=task, frames=2, processes=2)
+    generate(tmp_path / "died.h5", trajectories=120, task=task, frames=2, processes=2)
     assert not list(lives.iterdir())
     assert (tmp_path / "died.h5").read_bytes() == (tmp_path / "calm.h5").read_bytes()
     give(50)
     with pytest.raises(RuntimeError, match=r"3 workers died at .* killed by SIGKILL"):
-        generate(tmp_path / "fatal.h5", 120, task=task, frames=2, processes=2)
+        generate(tmp_path / "fatal.h5", trajectories=120, task=task, frames=2, processes=2)
 
 
 def test_a_pool_that_is_handed_in_does_the_work_and_stays_open(whole, tmp_path):

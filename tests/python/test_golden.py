@@ -46,7 +46,7 @@ def test_the_golden_values_are_those_of_the_algorithm_by_which_stores_know_score
 @pytest.mark.parametrize("search", SEARCHES)
 def test_the_effort_of_a_batch_is_that_of_escape_effort_of_either_search(search: str) -> None:
     asked = list(problems.values())[:3]
-    table = em.score(asked, ["effort/est"], make.NODES, make.SEED, search=search)
+    table = em.score(asked, ["effort/est"], nodes=make.NODES, seed=make.SEED, search=search)
     for i, problem in enumerate(asked):
         own = em.escape_effort(
             problem, nodes=make.NODES, seed=em.stream(make.SEED, i), search=search
@@ -59,7 +59,7 @@ def test_the_search_is_the_improved_one_by_default_alone_and_in_a_batch() -> Non
     effort = {s: em.escape_effort(problem, nodes=60, search=s).effort for s in SEARCHES}
     assert em.escape_effort(problem, nodes=60).effort == effort["improved"] != effort["published"]
     own = em.escape_effort(problem, nodes=60, seed=em.stream(0, 0)).effort
-    assert em.score([problem], ["effort/est"], 60)["effort/est"] == [own]
+    assert em.score([problem], ["effort/est"], nodes=60)["effort/est"] == [own]
 
 
 @pytest.mark.parametrize("name", problems)

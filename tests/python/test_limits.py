@@ -74,8 +74,8 @@ ROUNDS = {"nodes_per_round": 16, "threads": 2}
 LONG = {
     "capture": lambda problem, **limit: em.capture_score(problem, nodes=MANY, **limit),
     "rounds": lambda problem, **limit: em.capture_score(problem, nodes=MANY, **ROUNDS, **limit),
-    "est": lambda problem, **limit: em.escape_effort(problem, "est", nodes=MANY, **limit),
-    "rrt": lambda problem, **limit: em.escape_effort(problem, "rrt", nodes=MANY, **limit),
+    "est": lambda problem, **limit: em.escape_effort(problem, planner="est", nodes=MANY, **limit),
+    "rrt": lambda problem, **limit: em.escape_effort(problem, planner="rrt", nodes=MANY, **limit),
 }
 
 
@@ -94,7 +94,7 @@ def test_a_search_that_is_ended_gives_the_bits_of_one_of_so_many_nodes(resting, 
         whole = em.capture_score(resting, nodes=found.nodes, **rounds)
         assert (whole.capture, whole.success) == (found.capture, found.success)
     else:
-        whole = em.escape_effort(resting, search, nodes=found.nodes)
+        whole = em.escape_effort(resting, planner=search, nodes=found.nodes)
         assert whole.history == found.history and whole.effort == found.effort > 0
     assert whole.complete and whole.nodes == found.nodes
     for name in ("states", "costs", "parents", "controls", "durations"):
@@ -130,12 +130,12 @@ def test_the_escape_energy_is_the_best_so_far(planner):
                    linear_factor=(1, 0, 1), angular_factor=(0, 0, 0))  # fmt: skip
     problem = em.Problem(scene, scene.pack(), force=(0.3, 0, 0.3), torque=(0, 0, 0), duration=0.2,
                          captured=em.regions.Disc("ball", center=(0, 0), radius=0.15))  # fmt: skip
-    nothing = em.escape_energy(problem, planner, samples=MANY, cancel=cancelled())
+    nothing = em.escape_energy(problem, planner=planner, samples=MANY, cancel=cancelled())
     assert (nothing.samples, nothing.energy, nothing.complete) == (0, np.inf, False)
     found, seconds = nothing, 0.2
     while not found.history:
         with ends_within(seconds):
-            found = em.escape_energy(problem, planner, samples=MANY, timeout=seconds)
+            found = em.escape_energy(problem, planner=planner, samples=MANY, timeout=seconds)
         seconds *= 2
     assert found.energy == found.history[-1][1] < np.inf and len(found.path)
     assert not found.complete and 0 < found.samples < MANY
@@ -160,9 +160,11 @@ def test_a_table_has_the_rows_that_are_done_with_the_scores_of_the_whole(dataset
 def test_a_file_of_scores_goes_on_after_a_timeout(dataset, tmp_path):
     half, whole = tmp_path / "half.db", tmp_path / "whole.db"
     settings = em.SearchSettings(nodes=30)
-    assert not store.score_dataset(dataset, half, ["capture"], settings, cancel=cancelled())
-    assert store.score_dataset(dataset, half, ["capture"], settings, timeout=600)
-    assert store.score_dataset(dataset, whole, ["capture"], settings)
+    assert not store.score_dataset(
+        dataset, half, ["capture"], settings=settings, cancel=cancelled()
+    )
+    assert store.score_dataset(dataset, half, ["capture"], settings=settings, timeout=600)
+    assert store.score_dataset(dataset, whole, ["capture"], settings=settings)
     with store.ScoreStore(half) as a, store.ScoreStore(whole) as b:
         values = [s.run().labelled_scores().scores["capture"] for s in (a, b)]
     assert np.array_equal(*values)

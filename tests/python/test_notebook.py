@@ -170,7 +170,9 @@ def test_a_file_of_scores_shows_its_runs_and_a_run_its_settings_and_counts(tmp_p
     with ScoreStore(tmp_path / "push.db", create=True) as empty:
         assert "There are no runs." in shown(empty).text
     for seed in (0, 1):
-        score_dataset(dataset, tmp_path / "push.db", ["capture", "force"], SearchSettings(2, seed))
+        score_dataset(
+            dataset, tmp_path / "push.db", ["capture", "force"], settings=SearchSettings(2, seed)
+        )
     with ScoreStore(tmp_path / "push.db") as store:
         store.database.execute("DELETE FROM scores WHERE question = 3 AND stream = 2")
         assert shown(store).rows[1:] == [
@@ -218,7 +220,7 @@ def test_labelled_scores_count_what_is_missing_and_what_is_infinite(labelled):
 
 
 def test_an_evaluation_shows_auc_and_ap_or_that_there_is_one_label(labelled):
-    result = evaluation.evaluate(labelled, [0, 1], draws=20)
+    result = evaluation.evaluate(labelled, horizons=[0, 1], draws=20)
     cells = shown(result)
     assert cells.rows[0] == ["score", "h = 0", "h = 1"]
     assert cells.rows[1][1].startswith(result.states["capture"][0].value())

@@ -289,7 +289,7 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
 
 def test_the_roc_that_is_drawn_is_the_curve_and_its_legend_the_auc_of_evaluate(labelled, ax):
     assert plots.plot_roc(labelled, ax, horizon=1) is ax
-    for metric, cells in evaluate(labelled, [1], draws=2).states.items():
+    for metric, cells in evaluate(labelled, horizons=[1], draws=2).states.items():
         line, curve = named(ax, metric), roc(labelled, metric, horizon=1)
         assert np.array_equal(line.get_xdata(), curve.false_positive_rate)
         assert np.array_equal(line.get_ydata(), curve.true_positive_rate)

@@ -212,7 +212,7 @@ def test_a_curve_is_that_of_energymargin_curves(document, labelled):
     (figure, *_), (*_, last) = document.figures["roc"], document.figures["roc"]
     for metric, target, of in (("capture", CAPTURED, figure), ("success", SUCCESS, last)):
         (drawn,) = (trace for trace in of["data"] if trace["name"].startswith(f"{metric} "))
-        one = roc(labelled, metric, target)
+        one = roc(labelled, metric, target=target)
         assert np.array_equal(numbers(drawn["x"]), one.false_positive_rate)
         assert np.array_equal(numbers(drawn["y"]), one.true_positive_rate)
         assert f"AUC {one.auc:.3f}" in drawn["name"]
@@ -347,7 +347,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     path.unlink()
     asked = ["probability", "probability/success", "effort/est"]
     with datasets.open(own / "push.h5") as dataset:
-        score_dataset(dataset, path, asked, settings, future=future)
+        score_dataset(dataset, path, asked, settings=settings, future=future)
         grower, found = Grower(dataset, settings.all(), future), scores(path).scores
         for metric in asked:
             again = [grower.grow(number, metric).score for number in (0, 35, 71)]
@@ -391,7 +391,7 @@ def test_what_is_missing_is_said_with_the_command_that_completes_it(own):
 def test_scores_that_were_not_asked_for_are_named(own):
     (own / "push-scores.db").unlink()
     with datasets.open(own / "push.h5") as dataset:
-        score_dataset(dataset, own / "push-scores.db", ["capture", "force"], SETTINGS)
+        score_dataset(dataset, own / "push-scores.db", ["capture", "force"], settings=SETTINGS)
     found = written(own)
     assert "This run has no scores of success, effort/est, effort/rrt." in found.text
     assert "energymargin score" in found.text and "--metrics" not in found.text
@@ -717,7 +717,7 @@ def test_the_probability_of_success_is_judged_by_the_success_of_trajectories(ahe
     result = evaluate(labelled, draws=200)
     assert "probability/success" not in result.states
     compared = compared_trajectories(labelled, "probability/success", result.last)
-    assert result.probable_success.auc == roc(labelled, "probability/success", SUCCESS).auc
+    assert result.probable_success.auc == roc(labelled, "probability/success", target=SUCCESS).auc
     assert compared.labels.sum() == sum(
         labelled.success[states[-1]] for states in labelled.by_trajectory()
     )
@@ -751,7 +751,7 @@ def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
     (own / "push-scores.db").unlink()
     settings = SearchSettings(nodes=3, seed=3)  # one node of four has a quarter, at least
     with datasets.open(own / "push.h5") as dataset:
-        score_dataset(dataset, own / "push-scores.db", ["capture"], settings)
+        score_dataset(dataset, own / "push-scores.db", ["capture"], settings=settings)
         # so that there is a most wrong one
         changed(own / "push-scores.db", "UPDATE scores SET value = 1.0 - value")
         text = written(own, pictures=1).text

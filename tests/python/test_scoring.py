@@ -161,5 +161,5 @@ def test_a_search_goes_on_after_an_escape_that_a_finer_simulation_does_not_confi
     (problem,) = scoops.problems([20])
     escape = escape_effort(problem, nodes=100, seed=stream(0, 20))
     assert escape.discarded > 0 and escape.complete and escape.nodes == 100
-    table = scoring.score([problem], ["effort/est"], 100, indices=[20])
+    table = scoring.score([problem], ["effort/est"], nodes=100, indices=[20])
     assert table["effort/est"] == [escape.effort]

@@ -85,11 +85,11 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_scores(dataset, table, tmp_p
 
 def test_only_what_is_missing_is_computed(dataset, table, tmp_path):
     path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["capture", "force"], SETTINGS)
+    score_dataset(dataset, path, ["capture", "force"], settings=SETTINGS)
     with sqlite3.connect(path) as file:
         marked = "UPDATE scores SET value = value + 2, seconds = 0"
         file.execute(marked)
-    score_dataset(dataset, path, None, SETTINGS)
+    score_dataset(dataset, path, None, settings=SETTINGS)
     found = scores(path, 2)
     for metric in ("capture", "force"):
         assert np.array_equal(found[metric], table[metric] + 2)
@@ -99,9 +99,9 @@ def test_only_what_is_missing_is_computed(dataset, table, tmp_path):
 
 def test_other_settings_are_another_run_and_share_what_they_have_in_common(dataset, tmp_path):
     path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["effort/rrt", "force"], SETTINGS)
+    score_dataset(dataset, path, ["effort/rrt", "force"], settings=SETTINGS)
     for other in (replace(SETTINGS, nodes=200), replace(SETTINGS, seed=4)):
-        score_dataset(dataset, path, ["effort/rrt", "force"], other)
+        score_dataset(dataset, path, ["effort/rrt", "force"], settings=other)
     with ScoreStore(path) as store:
         settings = [(run.settings["nodes"], run.settings["seed"]) for run in store.runs()]
         assert settings == [(20, 3), (200, 3), (20, 4)]
@@ -130,7 +130,7 @@ def test_a_longer_dataset_computes_what_it_has_more(dataset, table, tmp_path):
 
 def test_a_task_whose_code_was_changed_is_scored_anew(dataset, table, tmp_path, monkeypatch):
     path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
+    score_dataset(dataset, path, ["effort/rrt"], settings=SETTINGS)
     made = em.tasks.make("topple")
     original = type(made).problem
 
@@ -147,12 +147,14 @@ def test_a_task_whose_code_was_changed_is_scored_anew(dataset, table, tmp_path, 
         )
 
     monkeypatch.setattr(type(made), "problem", problem)
-    score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
-    changed = em.score(dataset.problems(), ["effort/rrt"], NODES, SEED, search="published")
+    score_dataset(dataset, path, ["effort/rrt"], settings=SETTINGS)
+    changed = em.score(
+        dataset.problems(), ["effort/rrt"], nodes=NODES, seed=SEED, search="published"
+    )
     assert np.array_equal(scores(path)["effort/rrt"], changed["effort/rrt"])
     assert not np.array_equal(changed["effort/rrt"], table["effort/rrt"])
     monkeypatch.undo()
-    score_dataset(dataset, path, ["effort/rrt"], SETTINGS)
+    score_dataset(dataset, path, ["effort/rrt"], settings=SETTINGS)
     assert np.array_equal(scores(path)["effort/rrt"], table["effort/rrt"])
     assert rows(path, "scores") == 12  # nothing was computed a third time
 
@@ -214,14 +216,14 @@ def test_a_file_with_one_problem_a_state_is_migrated_and_goes_on(dataset, table,
 
 def test_efforts_of_a_file_that_names_no_search_are_of_the_published_one(dataset, table, tmp_path):
     path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["effort/est"], SETTINGS)
+    score_dataset(dataset, path, ["effort/est"], settings=SETTINGS)
     unnamed = json.dumps({k: v for k, v in SETTINGS.all().items() if k != "search"})
     with sqlite3.connect(path) as file:
         assert "search" not in file.execute("SELECT settings FROM questions").fetchone()[0]
         file.execute("UPDATE runs SET settings = ?", (unnamed,))
     improved = replace(SETTINGS, search="improved")
     for settings in (SETTINGS, improved):
-        score_dataset(dataset, path, ["effort/est"], settings)
+        score_dataset(dataset, path, ["effort/est"], settings=settings)
     with ScoreStore(path) as store:
         assert [run.settings for run in store.runs()] == [SETTINGS.all(), improved.all()]
         assert all(run.up_to_date for run in store.runs())
@@ -270,7 +272,7 @@ def test_scores_of_another_algorithm_are_kept_and_not_taken_for_those_of_this_on
 
 def test_the_algorithm_of_a_run_is_the_newest_and_not_the_last_of_the_alphabet(dataset, tmp_path):
     path = tmp_path / "s.db"
-    score_dataset(dataset, path, ["capture", "force"], SearchSettings(nodes=1))
+    score_dataset(dataset, path, ["capture", "force"], settings=SearchSettings(nodes=1))
     with sqlite3.connect(path) as file:
         file.execute("UPDATE questions SET algorithm = '0.10.0' WHERE metric = 'force'")
     with ScoreStore(path) as store:
@@ -280,7 +282,7 @@ def test_the_algorithm_of_a_run_is_the_newest_and_not_the_last_of_the_alphabet(d
 def test_an_infinite_effort_survives_the_file(dataset, tmp_path):
     expected = em.score(dataset.problems(), ["effort/est"], nodes=1)["effort/est"]
     assert np.isinf(expected).any()
-    score_dataset(dataset, tmp_path / "s.db", ["effort/est"], SearchSettings(nodes=1))
+    score_dataset(dataset, tmp_path / "s.db", ["effort/est"], settings=SearchSettings(nodes=1))
     assert scores(tmp_path / "s.db")["effort/est"].tolist() == expected.tolist()
 
 
@@ -303,14 +305,14 @@ def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
         )
 
     monkeypatch.setattr(task, "problem", problem)
-    assert score_dataset(dataset, tmp_path / "s.db", ["capture"], SearchSettings(nodes=5))
+    assert score_dataset(dataset, tmp_path / "s.db", ["capture"], settings=SearchSettings(nodes=5))
     assert scores(tmp_path / "s.db")["capture"].tolist() == [1.0] * 6
     with pytest.raises(ValueError, match=r"problem 0 cannot be sent .*: use threads"):
         score_dataset(
             dataset,
             tmp_path / "p.db",
             ["capture"],
-            SearchSettings(nodes=5),
+            settings=SearchSettings(nodes=5),
             executor=em.executors.Processes(1),
         )
 
@@ -318,7 +320,7 @@ def test_a_problem_that_cannot_be_written_down_is_known_by_where_it_stands(
 def test_the_same_settings_in_other_types_are_the_same_run(dataset, tmp_path):
     for nodes, least_likelihood in ((1, 0.0), (np.int64(1), 0), (1, np.float32(-0.0))):
         settings = SearchSettings(nodes, least_likelihood=least_likelihood)
-        score_dataset(dataset, tmp_path / "s.db", ["capture"], settings)
+        score_dataset(dataset, tmp_path / "s.db", ["capture"], settings=settings)
     assert rows(tmp_path / "s.db", "runs") == rows(tmp_path / "s.db", "questions") == 1
 
 
@@ -502,7 +504,7 @@ def test_equal_states_of_an_older_file_keep_a_score_each(dataset, tmp_path):
     path, counts = tmp_path / "s.db", []
     older_stores.write(path, twice, {"capture": capture}, {"nodes": NODES, "seed": SEED})
     progress = lambda *count: counts.append(count)  # noqa: E731
-    score_dataset(twice, path, ["capture"], SETTINGS, progress=progress)
+    score_dataset(twice, path, ["capture"], settings=SETTINGS, progress=progress)
     assert counts[0] == (6, 6) and scores(path)["capture"].tolist() == capture.tolist()
 
 
@@ -510,7 +512,7 @@ def test_an_older_file_of_another_dataset_keeps_its_scores(dataset, table, tmp_p
     path = tmp_path / "s.db"
     older_stores.write(path, dataset, table.scores, {"nodes": NODES, "seed": SEED})
     other = datasets.generate("topple", trajectories=2, frames=3, seed=9)
-    score_dataset(other, path, ["force"], SETTINGS)
+    score_dataset(other, path, ["force"], settings=SETTINGS)
     assert same(scores(path, 1), table) and list(scores(path, 2)) == ["force"]
 
 
@@ -582,12 +584,14 @@ def test_a_file_that_is_renamed_while_it_is_scored_is_said_and_has_all_scores(
 
     words = rf"was renamed to {re.escape(str(new))} while it was written"
     with pytest.raises(FileNotFoundError, match=words) as said:
-        score_dataset(dataset, path, ["capture"], SearchSettings(nodes=20), progress=progress)
+        score_dataset(
+            dataset, path, ["capture"], settings=SearchSettings(nodes=20), progress=progress
+        )
     assert said.value.filename == str(path)
     with ScoreStore(new) as store:
         assert store.run().counts()[0] >= done >= count
     os.rename(new, path)
-    assert score_dataset(dataset, path, ["capture"], SearchSettings(nodes=20))
+    assert score_dataset(dataset, path, ["capture"], settings=SearchSettings(nodes=20))
     expected = em.score(dataset.problems(), ["capture"], nodes=20)
     assert np.array_equal(scores(path)["capture"], expected["capture"])
 

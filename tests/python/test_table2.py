@@ -34,7 +34,9 @@ def test_the_table_has_the_scores_of_the_recorded_states(folder):
     settings = SearchSettings(table2.QUICK.nodes, 0)
     for number in (5, 777):
         (problem,) = row.dataset.problems([number])
-        score = em.capture_score(problem, settings.nodes, em.stream(settings.seed, number))
+        score = em.capture_score(
+            problem, nodes=settings.nodes, seed=em.stream(settings.seed, number)
+        )
         assert score.capture == row.labelled.scores["capture"][number]
         assert score.success == row.labelled.scores["success"][number]
 

@@ -218,7 +218,7 @@ def test_live_scores_are_those_of_the_dataset(tmp_path):
     path = tmp_path / "push.h5"
     dataset.save(path)
     em.store.score_dataset(
-        path, tmp_path / "s.db", ("capture", "success"), em.SearchSettings(40, 5)
+        path, tmp_path / "s.db", ("capture", "success"), settings=em.SearchSettings(40, 5)
     )
     with view(path, trajectory=1, frame=2, scores=tmp_path / "s.db") as viewer:  # its settings
         viewer.page.score()
@@ -234,7 +234,10 @@ def test_live_scores_of_a_problem_are_those_of_its_own(problem, tmp_path):
     with view(tmp_path / "p.json", nodes=50, seed=7) as viewer:
         viewer.page.score()
         viewer.page.wait()
-        assert viewer.page.scored.capture.capture == em.capture_score(problem, 50, 7).capture
+        assert (
+            viewer.page.scored.capture.capture
+            == em.capture_score(problem, nodes=50, seed=7).capture
+        )
 
 
 def test_scores_of_another_dataset_are_refused(tmp_path):

@@ -257,7 +257,9 @@ def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
     settings = SearchSettings(
         nodes=20, seed=5, rollouts=12, strength=2.0, common_random_numbers=common
     )
-    score_dataset(dataset, path, ["probability", "probability/success"], settings, future=future)
+    score_dataset(
+        dataset, path, ["probability", "probability/success"], settings=settings, future=future
+    )
     with view(dataset, trajectory=0, frame=1, scores=path) as viewer:
         page = scored_page(viewer)
         stored = page._stored.at(1)
@@ -271,7 +273,7 @@ def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
 
 def test_another_future_than_that_of_the_scores_is_refused(dataset, tmp_path):
     path = tmp_path / "scores.db"
-    score_dataset(dataset, path, ["force"], SearchSettings(nodes=2))
+    score_dataset(dataset, path, ["force"], settings=SearchSettings(nodes=2))
     with pytest.raises(ValueError, match="the scores are about states as they are"):
         view(dataset, scores=path, future=Future(2))
 

@@ -241,17 +241,17 @@ def test_lambda_and_nodes_change_the_score_at_once(seen):
     viewer, page = seen
     problem, seed = viewer.page.scored.problem, em.stream(0, 2 * 5 + 1)
     slide(page, "lambda", 0.0)  # all nodes are as likely
-    expected = em.capture_score(problem, 150, seed, rate=0.0).capture
+    expected = em.capture_score(problem, nodes=150, seed=seed, rate=0.0).capture
     until(lambda: shown_score(page, "capture") == f"{expected:.3f}", "lambda 0")
     slide(page, "nodes", 0.03)
     until(lambda: viewer.page._panel.nodes.value < 150, "fewer nodes")
     nodes = viewer.page._panel.nodes.value
-    expected = em.capture_score(problem, nodes, seed, rate=0.0).capture
+    expected = em.capture_score(problem, nodes=nodes, seed=seed, rate=0.0).capture
     until(lambda: shown_score(page, "capture") == f"{expected:.3f}", "fewer nodes")
 
 
 def test_a_state_is_scored_live(dataset, chromium):
-    expected = em.capture_score(dataset.problems([0])[0], 60, em.stream(0, 0))
+    expected = em.capture_score(dataset.problems([0])[0], nodes=60, seed=em.stream(0, 0))
     with view(dataset, nodes=60) as viewer, opened(chromium, viewer.url) as page:
         ready(page)
         page.get_by_text("Not scored yet.").wait_for()

@@ -35,7 +35,7 @@ def test_no_search_gets_out_of_a_closed_cage(kind: str) -> None:
             continue
         problem = cages.random_cage(seed, made_of, object_kind).problem
         for planner in walls.PLANNERS if seed < len(ROOMS) else walls.PLANNERS[:1]:
-            effort = em.escape_effort(problem, planner, nodes=NODES, seed=seed).effort
+            effort = em.escape_effort(problem, planner=planner, nodes=NODES, seed=seed).effort
             if effort < math.inf:
                 out.append((seed, planner, object_kind, effort))
     assert out == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 from rich.markup import escape
@@ -17,7 +17,7 @@ from energymargin.terminal import TIMED_OUT, Nodes, Seed, Threads, Timeout, err,
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
-    from energymargin.settings import SearchSettings
+    from energymargin.settings import Search, SearchSettings
     from energymargin.store import Run
 
 __all__ = ["score", "scored_run"]
@@ -144,7 +144,7 @@ def score(
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        search=search,
+        search=cast("Search", search),  # which is checked there
         **given_settings(horizon, rollouts, strength, objects, common),
     )
     future = chosen_future(horizon, plan, check, dwell)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.deprecations import once_positional
 from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
 from energymargin.evaluation.cells import Cell, cell_of
 from energymargin.evaluation.labelled import (
@@ -27,12 +28,13 @@ from energymargin.tasks.base import whole_number
 __all__ = ["evaluate"]
 
 
+@once_positional("horizons", "draws", "seed", after=1)
 def evaluate(
     labelled: LabelledScores,
+    *,
     horizons: Sequence[int] = HORIZONS,
     draws: int = DRAWS,
     seed: int = 0,
-    *,
     last: int = LAST_FRAMES,
     among: Among = "all",
     clipped: bool = False,
@@ -40,12 +42,17 @@ def evaluate(
 ) -> Evaluation:
     """Compares every score with its label. States without a score are left out, and counted.
 
-    `horizons` [frames]: a state counts that has as many frames after it, or each state if
-    `clipped`, where a horizon ends with its trajectory. `among` "captured": only states that are
-    captured now, so there is nothing to tell at horizon 0, and whole trajectories are not compared.
-    `draws`: of the bootstrap, with `seed`. `last`: k-bar, the frames of a trajectory whose success
-    scores count. `progress(done, total)` counts the cells of the states: with 20,000 of these, each
-    takes half a second.
+    Args:
+        labelled: scores of states, with what happened.
+        horizons: in frames; a state counts that has as many frames after it.
+        draws: of the bootstrap; the intervals take time in proportion.
+        seed: of the bootstrap.
+        last: k-bar, the frames of a trajectory whose success scores count.
+        among: "all" states, or only those that are "captured" now; then there is nothing to tell at
+            horizon 0, and whole trajectories are not compared.
+        clipped: a horizon ends with its trajectory, so that every state counts.
+        progress: progress(done, total) counts the cells of the table: with 20,000 states, each
+            takes half a second.
 
     Raises ValueError on numbers out of range, and on `clipped` of scores with a clock.
     """

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from energymargin import curves
-from energymargin.curves import CAPTURED, OneLabelError, metrics_against, target_name
+from energymargin.curves import CAPTURED, OneLabelError, Target, metrics_against, target_name
 from energymargin.evaluation import Among, LabelledScores
 from energymargin.evaluation.cells import short
 from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
@@ -36,7 +36,7 @@ def plot_roc(
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
     *,
-    target: str = CAPTURED,
+    target: Target = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
@@ -61,7 +61,9 @@ def plot_roc(
         labelled,
         metrics,
         target,
-        lambda metric: curves.roc(labelled, metric, target, horizon, last, among=among),
+        lambda metric: curves.roc(
+            labelled, metric, target=target, horizon=horizon, last=last, among=among
+        ),
     )
     inside = None if ax is None else "lower right"
     ax = axes_or_new(ax, *SIZE)
@@ -81,7 +83,7 @@ def plot_precision_recall(
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
     *,
-    target: str = CAPTURED,
+    target: Target = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
     among: Among = "all",
@@ -98,7 +100,7 @@ def plot_precision_recall(
         metrics,
         target,
         lambda metric: curves.precision_recall(
-            labelled, metric, target, horizon, last, among=among
+            labelled, metric, target=target, horizon=horizon, last=last, among=among
         ),
     )
     inside = None if ax is None else "lower left"
@@ -119,7 +121,7 @@ def plot_precision_recall(
 def _curves(
     labelled: LabelledScores,
     metrics: Sequence[str] | None,
-    target: str,
+    target: Target,
     curve: Callable[[str], Curve],
 ) -> tuple[dict[str, Curve], dict[str, str]]:
     """The curve of each metric; of the metrics that have none, why."""
@@ -165,7 +167,7 @@ def _draw(
     )
 
 
-def _finish(ax: Axes, lacking: Mapping[str, str], target: str) -> None:
+def _finish(ax: Axes, lacking: Mapping[str, str], target: Target) -> None:
     for metric, why in lacking.items():
         ax.plot([], [], linestyle="", label=f"{metric}: {why}")
     if lacking and len(ax.get_lines()) <= len(lacking) + 1:

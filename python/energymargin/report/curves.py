@@ -15,6 +15,7 @@ from energymargin.curves import (
     OneLabelError,
     PrecisionRecall,
     Roc,
+    Target,
     metrics_against,
     precision_recall,
     roc,
@@ -44,7 +45,10 @@ def curves(labelled: LabelledScores, horizon: int, last: int) -> list[Plot]:
         if metrics:
             name = Choice("", target_name(target, h, last))
             pairs = [
-                (roc(labelled, m, target, h, last), precision_recall(labelled, m, target, h, last))
+                (
+                    roc(labelled, m, target=target, horizon=h, last=last),
+                    precision_recall(labelled, m, target=target, horizon=h, last=last),
+                )
                 for m in metrics
             ]
             found.append(
@@ -73,12 +77,12 @@ def curves(labelled: LabelledScores, horizon: int, last: int) -> list[Plot]:
     ]
 
 
-def _told_apart(labelled: LabelledScores, target: str, horizon: int, last: int) -> list[str]:
+def _told_apart(labelled: LabelledScores, target: Target, horizon: int, last: int) -> list[str]:
     """The metrics whose labels are of both kinds."""
     metrics = []
     for metric in metrics_against(labelled, target):
         with suppress(OneLabelError):
-            roc(labelled, metric, target, horizon, last)
+            roc(labelled, metric, target=target, horizon=horizon, last=last)
             metrics.append(metric)
     return metrics
 

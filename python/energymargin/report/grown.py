@@ -98,7 +98,7 @@ class Grower:
             )
         return escape_effort(
             problem,
-            metric.split("/")[1],
+            planner=metric.split("/")[1],
             **grown,
             captured="any" if metric.endswith(ANY) else "all",
             search=settings.search,

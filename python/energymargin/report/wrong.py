@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.curves import CAPTURED, SUCCESS, metrics_against
+from energymargin.curves import CAPTURED, SUCCESS, Target, metrics_against
 from energymargin.evaluation.labelled import Compared, compared_states, compared_trajectories
 from energymargin.metrics import ANY
 from energymargin.report.subject import Subject
@@ -72,7 +72,7 @@ class Judged:
     """A metric against its label: N states, or trajectories."""
 
     metric: str
-    target: str
+    target: Target
     """"captured" or "success"."""
     compared: Compared
     ranks: Ranks

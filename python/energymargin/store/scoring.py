@@ -6,7 +6,9 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from energymargin import datasets
 from energymargin._core import Cancel, Problem
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError
+from energymargin.deprecations import once_positional
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
@@ -21,12 +24,15 @@ from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
 from energymargin.scoring import ScoreError, chosen_metrics, require_objects, run_all
-from energymargin.settings import SearchSettings
+from energymargin.settings import LooseSettings, SearchSettings, chosen_settings
 from energymargin.store.claims import Scorer
 from energymargin.store.file import ScoreStore
 from energymargin.store.known import Digests, adopt, forget_if_changed
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 __all__ = ["begin_run", "dataset_metrics", "score_dataset", "score_run"]
 
@@ -37,46 +43,49 @@ MAKE = 0.1  # s; how long problems are made before their workers are looked afte
 AGAIN = 0.5  # s; how long others are left alone with what they have claimed
 
 
+@once_positional("settings", after=3)
 def score_dataset(
     dataset: Dataset | str | os.PathLike[str],
     path: str | os.PathLike[str],
     metrics: Sequence[str] | None = None,
-    settings: SearchSettings | None = None,
     *,
+    settings: SearchSettings | None = None,
     future: Future | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
+    **loose: Unpack[LooseSettings],
 ) -> bool:
     """Scores every state of a dataset that lacks a score in the store at `path`, and keeps each
-    as soon as it is there. Returns whether all are scored now: False if `timeout` [s] was over, or
-    `cancel` was set, before.
+    as soon as it is there. Returns whether all are scored now.
 
-    Then, or on KeyboardInterrupt, or any other error, all that was finished is in the store, and
-    the same call goes on from it: the scores are those of an undisturbed run, to the last bit. So
-    they are on any executor, and with several such calls at once, in one process or in several:
-    they share the work. If the file is renamed meanwhile, FileNotFoundError says so, and the file
-    of the new name has all that was finished.
+    Args:
+        dataset: it, or its file, which is read in blocks.
+        path: the store, which is made if there is none.
+        metrics: None takes all that there are.
+        settings: of the searches and probabilities; None is SearchSettings().
+        future: the scores ask about the frames to come, in a run of its own; those without a
+            clock, as "capture", are for a call without a future.
+        executor: of `em.executors`; None is Threads().
+        progress: progress(done, total) counts all states.
+        timeout: False is returned if so many seconds were over before all are scored.
+        cancel: the same if it was set before.
+        loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
 
-    `dataset`, or its file, is read in blocks; `metrics` None takes all that there are; `settings`
-    None is SearchSettings(), `executor` None is Threads(). With a `future` the scores ask about the
-    frames to come, in a run of its own; those without a clock, as "capture", are for a call without
-    one. `progress(done, total)` counts all states. Errors: as `em.score`, and ScoreStore.
+    After a timeout, a cancel, KeyboardInterrupt or any other error, all that was finished is in the
+    store, and the same call goes on from it: the scores are those of an undisturbed run, to the
+    last bit. So they are on any executor, and with several such calls at once, in one process or in
+    several: they share the work. If the file is renamed meanwhile, FileNotFoundError says so, and
+    the file of the new name has all that was finished. Other errors: as `em.score`, and ScoreStore.
     """
     limit = Limit(timeout, cancel)
-    if not isinstance(dataset, Dataset):
-        with datasets.open(dataset) as opened:
-            return score_dataset(
-                *(opened, path, metrics, settings),
-                future=future,
-                executor=executor,
-                progress=progress,
-                **limit.rest(),
-            )
-    settings, executor = _settings(settings), chosen_executor(executor)
-    metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
-    with ScoreStore(path, create=True) as store:
+    settings, executor = chosen_settings(settings, **loose), chosen_executor(executor)
+    with ExitStack() as opened:
+        if not isinstance(dataset, Dataset):
+            dataset = opened.enter_context(datasets.open(dataset))
+        metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
+        store = opened.enter_context(ScoreStore(path, create=True))
         run = begin_run(store, dataset, metrics, settings, future)
         return score_run(dataset, run, executor=executor, progress=progress, **limit.rest())
 
@@ -133,14 +142,6 @@ def score_run(
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
-
-
-def _settings(settings: SearchSettings | None) -> SearchSettings:
-    if settings is None:
-        return SearchSettings()
-    if not isinstance(settings, SearchSettings):
-        raise ValueError(f"settings is {settings!r}, expected SearchSettings(...)")
-    return settings
 
 
 def dataset_metrics(
