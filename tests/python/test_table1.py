@@ -129,7 +129,7 @@ def test_a_folder_with_other_trajectories_is_refused_and_so_are_bad_options(fold
     assert "tasks has 'push', expected some of push" in refused("--tasks", "push,push")
     assert "threads is 0" in refused("--threads", "0")
     for option in ("--nodes", "--trajectories", "--continuations"):
-        assert f"{option[2:]} is 0" in refused(option, "0", "--out", "none")
+        assert f"{option[2:]} is 0" in refused(option, "0", "-o", "none")
     assert not (folder / "none").exists()
 
 

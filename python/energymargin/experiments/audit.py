@@ -140,7 +140,7 @@ def reproduce(
     total = len(made) * rollouts * len(SETTINGS)
     for task in made:
         random = np.random.default_rng(seed)
-        recorded = datasets.generate(task, trajectories, seed=seed).problems()
+        recorded = datasets.generate(task, trajectories=trajectories, seed=seed).problems()
         problems = [recorded[i] for i in random.integers(len(recorded), size=rollouts)]
         wrenches = [_wrench(problem, random) for problem in problems]
         for step, iterations in SETTINGS:

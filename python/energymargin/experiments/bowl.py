@@ -25,7 +25,8 @@ from energymargin._core import (
     World,
     escape_energy,
 )
-from energymargin.meshes import Mesh, needs_extra
+from energymargin.meshes import mesh as solid_of
+from energymargin.meshes import needs_extra
 
 __all__ = ["PLANNERS", "Bowl", "Run", "problem", "reproduce", "write_mesh"]
 
@@ -149,7 +150,7 @@ def reproduce(
     """
     mesh = folder / "bowl.obj"
     write_mesh(mesh)
-    shape = Mesh(mesh)
+    shape = solid_of(mesh)
     made = problem(shape)
     made.save(folder / "problem.json")
     height = RIM + BALL_RADIUS - made.state[made.scene.slice("ball")][2]

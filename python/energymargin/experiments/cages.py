@@ -185,7 +185,7 @@ def mesh_of(plates: list[tuple[Vector, Vector]]) -> Compound:
     """Boxes of these centres and sizes along the axes, as one mesh that is read from a file."""
     import trimesh
 
-    from energymargin.meshes import Mesh
+    from energymargin.meshes import mesh as solid_of
 
     whole: Any = trimesh.util.concatenate(
         [trimesh.creation.box(bounds=corners(*plate)[[0, -1]]) for plate in plates]
@@ -193,7 +193,7 @@ def mesh_of(plates: list[tuple[Vector, Vector]]) -> Compound:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walls.stl"
         whole.export(path)
-        return Mesh(path)
+        return solid_of(path)
 
 
 def random_object(kind: str, size: float, random: np.random.Generator) -> Any:

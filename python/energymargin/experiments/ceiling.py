@@ -21,13 +21,8 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Cancel, World, stream
 from energymargin.datasets import Dataset
-from energymargin.evaluation import (
-    HORIZONS,
-    SUCCESS,
-    Evaluation,
-    LabelledScores,
-    evaluate,
-)
+from energymargin.evaluation import Evaluation, LabelledScores, evaluate
+from energymargin.evaluation.labelled import HORIZONS, SUCCESS
 from energymargin.executors.chunks import POLL
 from energymargin.executors.threads import thread_count
 from energymargin.interrupts import held_interrupts

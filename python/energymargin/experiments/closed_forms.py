@@ -266,7 +266,7 @@ def _effort(
 def _search(known: KnownAnswer, job: Job, cancel: Cancel | None = None) -> EscapeEffort:
     options = SEARCHES[job.search]
     return escape_effort(
-        known.problem, job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
+        known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
     )
 
 

@@ -16,13 +16,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import datasets, tasks
-from energymargin.evaluation import HORIZON, LAST_FRAMES
+from energymargin import tasks
+from energymargin.datasets.generation import load_or_generate
+from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.executors.threads import Threads, thread_count
 from energymargin.experiments.quality import check_labels, quality
 from energymargin.settings import SearchSettings
 from energymargin.store import Run as StoredRun
-from energymargin.store import ScoreStore, begin_run, score_run
+from energymargin.store import ScoreStore
+from energymargin.store.scoring import begin_run, score_run
 from energymargin.tasks.base import whole_number
 
 __all__ = ["PAPER", "QUANTITIES", "QUICK", "Efficiency", "Run", "Settings", "reproduce"]
@@ -169,7 +171,7 @@ def reproduce(
     executor = Threads(thread_count(threads))
     advance = progress or (lambda _done, _total: None)
     folder.mkdir(parents=True, exist_ok=True)
-    dataset = datasets.load_or_generate(
+    dataset = load_or_generate(
         folder / f"{TASK}.h5", tasks.make(TASK), settings.trajectories, FRAMES, seed=0
     )
     check_labels(dataset)

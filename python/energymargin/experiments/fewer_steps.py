@@ -22,10 +22,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import datasets, tasks
+from energymargin import tasks
 from energymargin._core import stream
 from energymargin.datasets import Dataset
-from energymargin.evaluation import HORIZON, LabelledScores
+from energymargin.datasets.generation import load_or_generate
+from energymargin.evaluation import LabelledScores
+from energymargin.evaluation.labelled import HORIZON
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.fewer_steps_options import OPTIONS, PLAIN
 from energymargin.experiments.quality import quality
@@ -243,7 +245,7 @@ def _jobs(settings: Settings) -> Iterator[Job]:
 
 def _dataset(folder: Path, task: str, trajectories: int) -> Dataset:
     path = folder / f"{task}.h5"
-    return datasets.load_or_generate(path, tasks.make(task), trajectories, FRAMES, seed=0)
+    return load_or_generate(path, tasks.make(task), trajectories, FRAMES, seed=0)
 
 
 def _kept(job: Job, folder: Path) -> Run | None:

@@ -122,8 +122,8 @@ def _grown(
 ) -> CaptureScore:
     return capture_score(
         problem,
-        nodes_per_edge * rollouts,
-        seed,
+        nodes=nodes_per_edge * rollouts,
+        seed=seed,
         nodes_per_edge=nodes_per_edge,
         least_likelihood=least_likelihood,
         warn=False,

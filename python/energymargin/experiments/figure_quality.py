@@ -8,9 +8,10 @@ from collections.abc import Callable
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
-from energymargin import datasets, tasks
+from energymargin import tasks
 from energymargin.datasets import Dataset
-from energymargin.evaluation import HORIZON, captured_labels
+from energymargin.datasets.generation import load_or_generate
+from energymargin.evaluation.labelled import HORIZON, captured_labels
 from energymargin.experiments.pictures import one_of_each
 from energymargin.experiments.quality import check_labels
 from energymargin.scoring import score
@@ -128,7 +129,7 @@ def reproduce(
     on trajectories that all have the same label.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    dataset = datasets.load_or_generate(
+    dataset = load_or_generate(
         folder / f"{TASK}.h5", tasks.make(TASK), settings.trajectories, FRAMES, seed=0
     )
     check_labels(dataset)
@@ -139,9 +140,9 @@ def reproduce(
     table = score(
         dataset.problems(rising),
         ("capture", "success"),
-        settings.nodes,
-        settings.seed,
-        threads,
+        nodes=settings.nodes,
+        seed=settings.seed,
+        threads=threads,
         indices=rising,
         progress=progress,
     )

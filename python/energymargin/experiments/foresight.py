@@ -22,9 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import datasets, tasks
+from energymargin import tasks
 from energymargin._core import Cancel, World, capture_probability, disturbances, stream
 from energymargin.datasets import Dataset
+from energymargin.datasets.generation import load_or_generate
 from energymargin.executors.threads import Threads, thread_count
 from energymargin.experiments.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted
 from energymargin.experiments.foresight_text import (
@@ -96,7 +97,7 @@ def reproduce(
     advance = progress or (lambda _done, _total: None)
     threads = thread_count(threads)
     parts = {
-        name: datasets.load_or_generate(
+        name: load_or_generate(
             folder / f"{name}.h5", tasks.make(name), settings.trajectories, FRAMES, settings.seed
         )
         for name in settings.tasks
@@ -140,7 +141,9 @@ def _score(
     """The paper's scores, as published."""
     search = SearchSettings(settings.nodes, settings.seed, search="published")
     path = folder / f"{dataset.task}-scores.db"
-    score_dataset(dataset, path, PUBLISHED, search, executor=Threads(threads), progress=progress)
+    score_dataset(
+        dataset, path, PUBLISHED, settings=search, executor=Threads(threads), progress=progress
+    )
 
 
 def _continue(
@@ -331,7 +334,7 @@ def _tree_steps(dataset: Dataset, settings: Settings, metric: str) -> float:
                 "seed": settings.seed,
                 "search": "published",
             }
-            tree = escape_effort(problem, "est", **search).tree
+            tree = escape_effort(problem, planner="est", **search).tree
         total += float(tree.durations.sum()) / problem.scene.step
     return total / len(np.unique(numbers))
 

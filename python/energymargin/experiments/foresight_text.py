@@ -12,8 +12,8 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.evaluation import DASH, DRAWS, Cell, Compared, csv_fields, short
-from energymargin.evaluation.bootstrap import bootstrap_weights
+from energymargin.evaluation import Cell
+from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
 from energymargin.evaluation.calibration import (
     BINS,
     Reliability,
@@ -21,7 +21,9 @@ from energymargin.evaluation.calibration import (
     calibration_error,
     reliability,
 )
-from energymargin.evaluation.cells import cell_of
+from energymargin.evaluation.cells import cell_of, csv_fields, short
+from energymargin.evaluation.labelled import Compared
+from energymargin.evaluation.paper import DASH
 from energymargin.tasks.base import Following, positive_number, whole_number
 
 __all__ = [

@@ -29,7 +29,8 @@ from energymargin._core import (
     force_score,
     stream,
 )
-from energymargin.evaluation import LabelledScores, compared_states
+from energymargin.evaluation import LabelledScores
+from energymargin.evaluation.labelled import compared_states
 from energymargin.executors.threads import thread_count
 from energymargin.experiments.foresight import learned, share_by_frame
 from energymargin.experiments.jobs import pairs, resumed
@@ -146,7 +147,7 @@ def _clockless(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> dict[
     for planner in ("est", "rrt"):
         scores[f"effort/{planner}"] = escape_effort(
             problem,
-            planner,
+            planner=planner,
             nodes=nodes,
             seed=seed,
             search="published",

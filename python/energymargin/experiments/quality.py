@@ -3,14 +3,8 @@
 from __future__ import annotations
 
 from energymargin.datasets import Dataset
-from energymargin.evaluation import (
-    HORIZON,
-    SUCCESS,
-    Cell,
-    LabelledScores,
-    captured_labels,
-    evaluate,
-)
+from energymargin.evaluation import Cell, LabelledScores, evaluate
+from energymargin.evaluation.labelled import HORIZON, SUCCESS, captured_labels
 
 __all__ = ["check_labels", "quality"]
 

@@ -14,16 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from energymargin import datasets, tasks
+from energymargin import tasks
 from energymargin._core import Problem
 from energymargin.datasets import Dataset
-from energymargin.evaluation import (
-    HORIZONS,
-    PAPER,
-    LabelledScores,
-    compared_states,
-    evaluate,
-)
+from energymargin.datasets.generation import load_or_generate
+from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.evaluation.labelled import HORIZONS, compared_states
+from energymargin.evaluation.paper import PAPER
 from energymargin.executors.threads import Threads, thread_count
 from energymargin.experiments.ceiling import (
     CAPTURED,
@@ -41,7 +38,8 @@ from energymargin.experiments.table1_text import (
     Table1,
     TaskResult,
 )
-from energymargin.store import Run, ScoreStore, begin_run, score_dataset
+from energymargin.store import Run, ScoreStore, score_dataset
+from energymargin.store.scoring import begin_run
 from energymargin.tasks.base import EFFECTORS
 
 __all__ = [
@@ -139,9 +137,7 @@ class _Part:
     def prepare(cls, name: str, settings: Settings, folder: Path) -> _Part:
         """Generates the trajectories if they are not there, and opens every file once."""
         path, task = folder / f"{name}.h5", tasks.make(name)
-        dataset = datasets.load_or_generate(
-            path, task, settings.trajectories, FRAMES, settings.seed
-        )
+        dataset = load_or_generate(path, task, settings.trajectories, FRAMES, settings.seed)
         part = cls(dataset, settings, folder)
         for effector in part.effectors():
             with part.scores(effector):
@@ -196,7 +192,7 @@ class _Part:
                     self.reading(effector),
                     self._path(f"{effector}-scores"),
                     METRICS,
-                    settings.search,
+                    settings=settings.search,
                     executor=Threads(threads),
                     progress=progress,
                 ),

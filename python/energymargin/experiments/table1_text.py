@@ -12,18 +12,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from energymargin.evaluation import (
-    CSV_COLUMNS,
-    DASH,
-    HORIZONS,
-    PAPER,
-    PAPER_HORIZON,
-    SUCCESS,
-    Cell,
-    Evaluation,
-    csv_fields,
-    paper_text,
-)
+from energymargin.evaluation import Cell, Evaluation
+from energymargin.evaluation.cells import csv_fields
+from energymargin.evaluation.labelled import HORIZONS, PAPER_HORIZON, SUCCESS
+from energymargin.evaluation.paper import DASH, PAPER, paper_text
+from energymargin.evaluation.table import CSV_COLUMNS
 from energymargin.experiments.ceiling import (
     CEILING,
     CONTINUATIONS,

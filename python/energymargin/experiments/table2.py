@@ -20,19 +20,15 @@ from numpy.typing import NDArray
 
 from energymargin import recordings, tasks
 from energymargin.datasets import Dataset
-from energymargin.evaluation import (
-    CSV_COLUMNS,
-    PAPER_HORIZON,
-    Cell,
-    Evaluation,
-    LabelledScores,
-    csv_fields,
-    evaluate,
-)
+from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation.cells import csv_fields
+from energymargin.evaluation.labelled import PAPER_HORIZON
+from energymargin.evaluation.table import CSV_COLUMNS
 from energymargin.executors.threads import Threads, thread_count
 from energymargin.scenes.files import data_file
 from energymargin.settings import SearchSettings
-from energymargin.store import Run, ScoreStore, begin_run, score_run
+from energymargin.store import Run, ScoreStore
+from energymargin.store.scoring import begin_run, score_run
 from energymargin.tasks.printed import OBJECTS, TOOLS
 
 __all__ = [
@@ -252,7 +248,7 @@ def recorded(combination: str, count: int = RECORDINGS) -> Dataset:
 
 def _row(combination: str, dataset: Dataset, run: Run) -> Row:
     labelled = run.labelled_scores()
-    evaluation = evaluate(labelled, HORIZONS, last=K_BAR)
+    evaluation = evaluate(labelled, horizons=HORIZONS, last=K_BAR)
     return Row(combination, dataset, labelled, evaluation, run.seconds())
 
 

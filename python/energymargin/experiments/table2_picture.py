@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energymargin import plots
 from energymargin._core import capture_score, stream
-from energymargin.evaluation import captured_labels
+from energymargin.evaluation.labelled import captured_labels
 from energymargin.experiments.table2 import FRAME_RATE, LONG_HORIZON, Row, Settings, Table2
 from energymargin.tasks.printed import TOOLS
 

@@ -217,7 +217,7 @@ def run(job: Job, cancel: Cancel | None = None) -> Row:
         cage = cages.random_cage(job.seed)
         about = ("cage", cage.walls, cage.object, cage.thickness, cage.weights)
         search = escape_effort(
-            cage.problem, job.kind, nodes=job.nodes, seed=job.seed, cancel=cancel
+            cage.problem, planner=job.kind, nodes=job.nodes, seed=job.seed, cancel=cancel
         )
         result = search.effort
     return Row(job.kind, job.seed, job.nodes, *about, result, time.perf_counter() - begun)

@@ -38,7 +38,9 @@ def bowl(
     *,
     samples: Annotated[int, typer.Option(help="Poses of the ball that each search draws.")] = 2000,
     seeds: Annotated[int, typer.Option(help="How many searches with each planner.")] = 10,
-    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path("out/bowl"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
+        "out/bowl"
+    ),
 ) -> None:
     """The escape energy of a ball in a bowl (Definition 2), beside its closed form.
 
@@ -79,7 +81,7 @@ def closed_forms(
         int, typer.Option(help="Of each planner without one or all of our changes.")
     ] = 8,
     threads: Threads = None,
-    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
         "out/closed-forms"
     ),
 ) -> None:
@@ -133,7 +135,7 @@ def audit(
         str | None, typer.Option(help="Which tasks, with commas between; all if not given.")
     ] = None,
     seed: Seed = 0,
-    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
         "out/audit"
     ),
     quick: Annotated[
@@ -181,7 +183,7 @@ def uncertainty(
     trees: Annotated[int, typer.Option(help="How many trees of each state.")] = 200,
     seed: Seed = 0,
     threads: Threads = None,
-    output: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
         "out/uncertainty"
     ),
 ) -> None:
@@ -239,7 +241,8 @@ def fewer_steps(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--out",
+            "--output",
+            "-o",
             help="Folder for all files.",
             show_default="out/fewer-steps, or out/fewer-steps-quick",
         ),

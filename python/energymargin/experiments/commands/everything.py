@@ -113,7 +113,10 @@ def everything(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--out", help="Folder for all folders.", show_default="out/all, or out/all-quick"
+            "--output",
+            "-o",
+            help="Folder for all folders.",
+            show_default="out/all, or out/all-quick",
         ),
     ] = None,
     pages: Annotated[

@@ -45,7 +45,10 @@ def table1(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--out", help="Folder for all files.", show_default="out/table1, or out/table1-quick"
+            "--output",
+            "-o",
+            help="Folder for all files.",
+            show_default="out/table1, or out/table1-quick",
         ),
     ] = None,
     quick: Annotated[

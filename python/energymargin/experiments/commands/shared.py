@@ -22,7 +22,10 @@ __all__ = ["Folder", "Quick", "app", "changed", "folder_of", "picture", "run", "
 Folder = Annotated[
     Path | None,
     typer.Option(
-        "--out", help="Folder for all files.", show_default="out/COMMAND, or out/COMMAND-quick"
+        "--output",
+        "-o",
+        help="Folder for all files.",
+        show_default="out/COMMAND, or out/COMMAND-quick",
     ),
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="A first picture in seconds: less of all.")]
@@ -46,7 +49,7 @@ Settings = TypeVar("Settings", bound="DataclassInstance")
 
 
 def folder_of(output: Path | None, study: str, quick: bool) -> Path:
-    """Where a study's files go, if --out does not say it."""
+    """Where a study's files go, if --output does not say it."""
     return output or Path("out", f"{study}-quick" if quick else study)
 
 
