@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import sqlite3
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from traceback import format_exception
 from typing import Annotated, Any
 
+import click
 import typer
 from rich.markup import escape
 from typer.core import TyperGroup
@@ -24,9 +26,10 @@ from energymargin.commands.report import report
 from energymargin.commands.score import score
 from energymargin.commands.tasks import tasks
 from energymargin.commands.view import view_command
+from energymargin.deprecations import REMOVED_IN
 from energymargin.experiments.commands import app as reproduce
 from energymargin.interrupts import interrupted, remembered_interrupts
-from energymargin.terminal import BAD_INPUT, INTERRUPTED, leave, say, say_stopped
+from energymargin.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, say_stopped
 
 __all__ = ["app", "main"]
 
@@ -35,8 +38,24 @@ __all__ = ["app", "main"]
 ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
 
 
+OUTPUT, TRACEBACK = "--output", "--traceback"
+# Options that have another name since 0.11, by command.
+RENAMED = {
+    "evaluate": {"--markdown": OUTPUT, "--csv": OUTPUT},
+    "reproduce": {"--out": OUTPUT},
+    "view": {"--screenshot": OUTPUT},
+}
+
+
 class _Commands(TyperGroup):
-    """Says what went wrong in one line, without a traceback, and stops on Ctrl-C without one."""
+    """Says what went wrong in one line, and stops on Ctrl-C without a traceback."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Takes --traceback anywhere, and the old names of options."""
+        if TRACEBACK in args:
+            args = [TRACEBACK, *(word for word in args if word != TRACEBACK)]
+        command = next((word for word in args if not word.startswith("-")), "")
+        return super().parse_args(ctx, [_renamed(RENAMED.get(command, {}), word) for word in args])
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         with remembered_interrupts():
@@ -52,6 +71,8 @@ class _Commands(TyperGroup):
                 say_stopped()
                 raise typer.Exit(INTERRUPTED) from None
             if isinstance(error, ERRORS):
+                if ctx.params["traceback"]:
+                    err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
                 say(f"[red]error:[/] {escape(_one_line(error))}")
                 raise typer.Exit(BAD_INPUT) from None
             raise
@@ -78,6 +99,15 @@ app = typer.Typer(
 )
 
 
+def _renamed(names: Mapping[str, str], word: str) -> str:
+    """A word of the command line with the new name of its option, of which the user is told."""
+    name, equals, value = word.partition("=")
+    if name not in names:
+        return word
+    say(f"[yellow]{name} is called {names[name]}[/]; the old name goes in {REMOVED_IN}.")
+    return names[name] + equals + value
+
+
 def _show_version(wanted: bool) -> None:
     if wanted:
         from energymargin import __version__
@@ -92,6 +122,12 @@ def _options(
         bool,
         typer.Option(
             "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+    traceback: Annotated[
+        bool,
+        typer.Option(
+            TRACEBACK, help="Show where an error comes from, line by line; after a command too."
         ),
     ] = False,
 ) -> None:

@@ -39,7 +39,7 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     done = run("score", "push.h5", "-o", "steps.db", "--nodes", 10, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "24 states are scored in steps.db" in done.stderr
-    done = run("evaluate", "steps.db", "--markdown", "t.md", "--csv", "t.csv", cwd=folder)
+    done = run("evaluate", "steps.db", "-o", "t.md", "-o", "t.csv", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "capture" in done.stdout and ".97/.99" in done.stdout
     assert "| effort/rrt |" in (folder / "t.md").read_text()
@@ -60,7 +60,7 @@ def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(f
     assert (folder / "scoop.png").stat().st_size > 10_000
     done = run("score", "scoop.h5", "--nodes", 5, cwd=folder)
     assert done.returncode == 0, done.stderr
-    shown = run("evaluate", "scoop-scores.db", "--csv", "s.csv", cwd=folder).stdout
+    shown = run("evaluate", "scoop-scores.db", "-o", "s.csv", cwd=folder).stdout
     assert "All objects" in shown and "At least one object" in shown
     rows = (folder / "s.csv").read_text().splitlines()
     assert len(rows) == 1 + 2 * (4 * 6 + 1) + 2 * 4 * 5

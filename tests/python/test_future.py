@@ -426,7 +426,7 @@ def test_the_command_scores_the_future_and_what_has_no_clock_in_two_runs(folder,
         found = scores(folder / "two.db", run)
         assert found.keys() == table.scores.keys()
         assert all(np.array_equal(found[metric], table[metric]) for metric in found)
-    done = command("evaluate", "two.db", "--run", 1, "--csv", "t.csv", cwd=folder)
+    done = command("evaluate", "two.db", "--run", 1, "-o", "t.csv", cwd=folder)
     assert done.returncode == 0, done.stderr
     with (folder / "t.csv").open() as file:
         lines = [line for line in csv.DictReader(file) if line["score"] == "probability"]

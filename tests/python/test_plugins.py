@@ -59,7 +59,7 @@ def test_an_installed_task_is_generated_scored_and_evaluated_like_our_own(folder
     assert {trajectory.success for trajectory in dataset.trajectories} == {True, False}
 
     run(folder, "score", "shelf.h5", "--nodes", 10)
-    files = ["--markdown", "t.md", "--csv", "t.csv"]
+    files = ["-o", "t.md", "-o", "t.csv"]
     shown = run(folder, "evaluate", "shelf-scores.db", *files)
     for text in (shown, (folder / "t.md").read_text(), (folder / "t.csv").read_text()):
         assert "effort/rrt" in text and "success" in text

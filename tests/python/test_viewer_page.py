@@ -345,7 +345,7 @@ def test_the_command_says_where_it_serves_until_ctrl_c(chromium):
 
 def test_ctrl_c_ends_a_screenshot_in_the_middle_of_its_search(tmp_path):
     path = tmp_path / "push.png"
-    process = run("push", "--nodes", "1000000", "--screenshot", str(path))
+    process = run("push", "--nodes", "1000000", "-o", str(path))
     try:
         while "Generating" not in process.stderr.readline():
             pass
@@ -372,7 +372,7 @@ def test_another_address_than_this_machines_own_is_warned_of():
 
 def test_a_screenshot_has_the_size_and_the_scene(tmp_path):
     path = tmp_path / "push.png"
-    process = run("push", "--nodes", "50", "--screenshot", str(path), "--size", "900x600")
+    process = run("push", "--nodes", "50", "-o", str(path), "--size", "900x600")
     _, said = process.communicate(timeout=3 * PATIENCE)
     assert process.returncode == 0, said
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
@@ -385,10 +385,10 @@ def test_a_screenshot_has_the_size_and_the_scene(tmp_path):
     ("arguments", "message"),
     [
         (("nothing",), "is neither a problem file"),
-        (("push", "--size", "big", "--screenshot", "x.png"), "--size is 'big', expected"),
+        (("push", "--size", "big", "-o", "x.png"), "--size is 'big', expected"),
         (("push", "--size", "9x9"), "expected 100 to 8192 pixels"),
-        (("push", "--screenshot", "no/where.png"), "there is no folder no"),
-        (("push", "--screenshot", "push.jpg"), "expected a file that ends in .png"),
+        (("push", "-o", "no/where.png"), "there is no folder no"),
+        (("push", "-o", "push.jpg"), "expected a file that ends in .png"),
         (("push", "-p", "colour=1"), "colour"),
         (("push", "--port", "0"), "port is 0, expected 1 to 65535"),
         (("push", "--plan", "hold"), "there is no horizon over which it would be followed"),

@@ -47,7 +47,7 @@ def demo(
     settings, executor = SearchSettings(nodes, seed, search="published"), Threads(threads)
     with scored_run(dataset, database, settings, executor=executor) as run:
         labelled = run.labelled_scores()
-    print_evaluation(labelled, output / "table.md", output / "table.csv", seed)
+    print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=seed)
     from energymargin.experiments import pictures  # slow to load, which Ctrl-C would wait for
 
     pictures.figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,13 +19,23 @@ __all__ = ["evaluate", "print_evaluation"]
 def evaluate(
     scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
     *,
-    markdown: Annotated[
-        Path | None, typer.Option(help="Write the table to this file as well.")
-    ] = None,
-    csv: Annotated[
-        Path | None, typer.Option(help="Write every number to this file as well.")
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the table to a .md file, or every number to a .csv file; may be repeated.",
+        ),
     ] = None,
     run: RunNumber = None,
+    horizon: Annotated[
+        list[int] | None,
+        typer.Option(
+            help="How many frames the label looks ahead; may be repeated.",
+            metavar="FRAMES",
+            show_default="0 to 5",
+        ),
+    ] = None,
     last: Annotated[
         int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
     ] = 5,
@@ -44,6 +54,10 @@ def evaluate(
             help="Let a horizon end with its trajectory, instead of leaving such states out.",
         ),
     ] = False,
+    draws: Annotated[
+        int,
+        typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster."),
+    ] = 1000,
     seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
@@ -51,56 +65,73 @@ def evaluate(
     Twice: among all states, of which many are lost already, and among those that are captured now,
     which is what foresight means.
 
-    Example: `energymargin evaluate push-scores.db --markdown table.md`
+    Example: `energymargin evaluate push-scores.db -o table.md`
     """
-    from energymargin.evaluation.labelled import AMONG
+    from energymargin.evaluation.labelled import AMONG, HORIZONS
     from energymargin.store import ScoreStore
     from energymargin.tasks.base import one_of, whole_number
 
+    outputs = output or []
+    for path in outputs:
+        if path.suffix not in WRITERS:
+            raise ValueError(f"--output is {path}, expected a name with {' or '.join(WRITERS)}")
     whole_number("last", last, 1)
     if among is not None:
         one_of("among", among, AMONG)
     which = [choice for choice in AMONG if among in (None, choice)]
     with ScoreStore(scores) as store:
         labelled = store.run(run).labelled_scores()
-    print_evaluation(labelled, markdown, csv, seed, last, among=which, clipped=clipped)
+    print_evaluation(
+        labelled,
+        outputs,
+        among=which,
+        horizons=horizon or HORIZONS,
+        draws=draws,
+        seed=seed,
+        last=last,
+        clipped=clipped,
+    )
 
 
 def print_evaluation(
     labelled: LabelledScores,
-    markdown: Path | None,
-    csv: Path | None,
-    seed: int,
-    last: int = 5,
+    outputs: Sequence[Path],
     *,
     among: Sequence[Among] = ("all", "captured"),
-    clipped: bool = False,
+    **options: Any,
 ) -> None:
-    """AUC and AP, on the terminal and into files: a table for each of `among`."""
-    results = [_evaluated(labelled, which, last, seed, clipped=clipped) for which in among]
+    """AUC and AP, on the terminal and into files: a table for each of `among`.
+
+    `options` are those of `evaluation.evaluate`.
+    """
+    results = [_evaluated(labelled, among=choice, **options) for choice in among]
     for number, result in enumerate(results):
         if number:
             out.print()
         out.print(result.render())
-    if markdown is not None:
-        markdown.write_text("\n".join(result.to_markdown() for result in results))
-    if csv is not None:
-        first, *more = (result.to_csv() for result in results)
-        csv.write_text(first + "".join(text.split("\n", 1)[1] for text in more))
+    for path in outputs:
+        path.write_text(WRITERS[path.suffix](results))
 
 
-def _evaluated(
-    labelled: LabelledScores, among: Among, last: int, seed: int, *, clipped: bool
-) -> Evaluation:
+def _evaluated(labelled: LabelledScores, **options: Any) -> Evaluation:
     from energymargin import evaluation
     from energymargin.progress import share_bar
 
     with share_bar(err) as told:
         return evaluation.evaluate(
             labelled,
-            seed=seed,
-            last=last,
-            among=among,
-            clipped=clipped,
             progress=lambda done, total: told("AUC and AP", done / total),
+            **options,
         )
+
+
+def _markdown(results: Sequence[Evaluation]) -> str:
+    return "\n".join(result.to_markdown() for result in results)
+
+
+def _csv(results: Sequence[Evaluation]) -> str:
+    first, *more = (result.to_csv() for result in results)
+    return first + "".join(text.split("\n", 1)[1] for text in more)
+
+
+WRITERS = {".md": _markdown, ".csv": _csv}

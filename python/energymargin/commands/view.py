@@ -74,23 +74,26 @@ def view_command(
     open_browser: Annotated[
         bool, typer.Option("--open", help="Open the page in your browser.")
     ] = False,
-    screenshot: Annotated[
-        Path | None, typer.Option(help="Draw the page into this PNG file instead of serving it.")
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Draw the page into this PNG file instead of serving it."
+        ),
     ] = None,
-    size: Annotated[str, typer.Option(help="Of the screenshot: WIDTHxHEIGHT in pixels.")] = SIZE,
+    size: Annotated[str, typer.Option(help="Of the picture: WIDTHxHEIGHT in pixels.")] = SIZE,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.
 
     Example: `energymargin view push`, then open the address that it prints
 
-    A picture: `energymargin view push --trajectory 3 --frame 8 --screenshot push.png`
+    A picture: `energymargin view push --trajectory 3 --frame 8 -o push.png`
 
     What is to come: `energymargin view push --horizon 5 --plan script`
     """
     pixels = _size(size)
-    if screenshot is not None:
-        _check_place(screenshot)
+    if output is not None:
+        _check_place(output)
     with loading():
         from energymargin.progress import progress_bar
         from energymargin.viewer import view
@@ -114,8 +117,8 @@ def view_command(
                     progress=progress,
                 )
             )
-        if screenshot is not None:
-            _draw(viewer, screenshot, pixels)
+        if output is not None:
+            _draw(viewer, output, pixels)
             return
         if not is_local(host):
             say(
@@ -153,13 +156,11 @@ def _check_place(path: Path) -> None:
     """Raises ValueError unless a picture can be written there, ImportError without a browser's
     driver: said now, not after the search."""
     if path.suffix.lower() != ".png" or path.is_dir():
-        raise ValueError(f"--screenshot is {path}, expected a file that ends in .png")
+        raise ValueError(f"--output is {path}, expected a file that ends in .png")
     if not path.parent.is_dir():
-        raise ValueError(f"--screenshot is {path}, but there is no folder {path.parent}")
+        raise ValueError(f"--output is {path}, but there is no folder {path.parent}")
     if find_spec("playwright") is None:
-        raise ImportError(
-            "--screenshot draws with Playwright: pip install 'energymargin[screenshot]'"
-        )
+        raise ImportError("--output draws with Playwright: pip install 'energymargin[screenshot]'")
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -167,7 +167,7 @@ def _draw(
     )
 
 
-def _finish(ax: Axes, lacking: Mapping[str, str], target: Target) -> None:
+def _finish(ax: Axes, lacking: Mapping[str, str], target: str) -> None:
     for metric, why in lacking.items():
         ax.plot([], [], linestyle="", label=f"{metric}: {why}")
     if lacking and len(ax.get_lines()) <= len(lacking) + 1:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from energymargin.curves import target_name
+from energymargin.curves import SUCCESS, target_name
 from energymargin.datasets import Future
 from energymargin.evaluation import Evaluation
-from energymargin.evaluation.labelled import SUCCESS, SUCCESSES
+from energymargin.evaluation.labelled import SUCCESSES
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.report.subject import Data, Subject
 from energymargin.settings import SearchSettings, algorithm
