@@ -53,6 +53,47 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     refused(run("evaluate", "steps.db", "--among", "lost", cwd=folder), "among is 'lost'", "'all'")
 
 
+def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):
+    few = ["--draws", 9, "--among", "all"]
+    assert run("score", "push.h5", "-o", "few.db", "--nodes", 5, cwd=folder).returncode == 0
+    done = run(
+        "evaluate", "few.db", *few, "--horizon", 1, "--horizon", 3, "-o", "h.csv", cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+    lines = (folder / "h.csv").read_text().splitlines()[1:]
+    assert {line.split(",")[2] for line in lines} == {"1", "3", ""}
+    refused(run("evaluate", "few.db", "-o", "h.txt", cwd=folder), "h.txt", ".md or .csv")
+    refused(run("evaluate", "few.db", "--draws", 0, cwd=folder), "draws is 0")
+    refused(run("evaluate", "few.db", "--horizon", -1, cwd=folder), "horizon is -1")
+
+
+def test_old_names_of_options_work_and_say_the_new_one(folder):
+    assert run("score", "push.h5", "-o", "old.db", "--nodes", 5, cwd=folder).returncode == 0
+    done = run("evaluate", "old.db", "--markdown", "o.md", "--csv=o.csv", "--draws", 9, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "--markdown is called --output; the old name goes in" in done.stderr
+    assert (folder / "o.md").exists() and (folder / "o.csv").exists()
+    refused_later = run("view", "push", "--screenshot", "no/where.png", cwd=folder)
+    assert "--screenshot is called --output" in refused_later.stderr
+    assert "there is no folder no" in refused_later.stderr
+
+
+@pytest.mark.parametrize("place", [0, 2])
+def test_an_error_shows_its_traceback_on_request(tmp_path, place):
+    words = ["score", "none.h5"]
+    words.insert(place, "--traceback")
+    done = run(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback (most recent call last)" in done.stderr and "loading.py" in done.stderr
+    assert done.stderr.strip().splitlines()[-1].startswith("error: none.h5")
+
+
+def test_the_package_is_the_command(tmp_path):
+    command = [sys.executable, "-m", "energymargin", "--version"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert done.stdout == f"energymargin {energymargin.__version__}\n"
+
+
 def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(folder):
     small = ["--trajectories", 6, "--frames", 4]
     done = run("generate", "scoop", *small, "--picture", "scoop.png", cwd=folder)

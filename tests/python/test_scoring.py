@@ -1,3 +1,4 @@
+import dataclasses
 import os
 import signal
 import threading
@@ -6,6 +7,8 @@ import numpy as np
 import pytest
 
 from energymargin import Problem, datasets, escape_effort, scoring, stream
+from energymargin.settings import LooseSettings, SearchSettings
+from energymargin.store import ScoreStore, score_dataset
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +22,7 @@ def table(problems):
 
 
 def same(table, other):
-    return all(np.array_equal(table[metric], other[metric]) for metric in table.scores)
+    return all(np.array_equal(table[metric], other.scores[metric]) for metric in table.scores)
 
 
 def test_a_table_has_a_row_a_problem_and_a_column_a_metric(table):
@@ -163,3 +166,38 @@ def test_a_search_goes_on_after_an_escape_that_a_finer_simulation_does_not_confi
     assert escape.discarded > 0 and escape.complete and escape.nodes == 100
     table = scoring.score([problem], ["effort/est"], nodes=100, indices=[20])
     assert table["effort/est"] == [escape.effort]
+
+
+def test_settings_are_given_one_by_one_or_as_one(problems, tmp_path):
+    settings = SearchSettings(nodes=20, seed=3)
+    loose = scoring.score(problems, ["capture"], nodes=20, seed=3)
+    assert same(loose, scoring.score(problems, ["capture"], settings=settings))
+    dataset = datasets.generate("push", trajectories=2, frames=4, seed=1)
+    score_dataset(dataset, tmp_path / "s.db", ["capture"], nodes=20, seed=3)
+    score_dataset(dataset, tmp_path / "s.db", ["capture"], settings=settings)
+    with ScoreStore(tmp_path / "s.db") as store:
+        (run,) = store.runs()  # the same question
+        assert same(loose, run.labelled_scores())
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "message"),
+    [
+        ({"settings": SearchSettings(), "nodes": 5}, ValueError, "settings and nodes are given"),
+        ({"settings": {"nodes": 5}}, ValueError, r"settings is \{'nodes': 5\}, expected Search"),
+        ({"seeds": 5}, TypeError, "seeds"),
+        ({"search": "best"}, ValueError, "search is 'best', expected 'improved' or 'published'"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(problems, tmp_path, given, error, message):
+    with pytest.raises(error, match=message):
+        scoring.score(problems, ["capture"], **given)
+    dataset = datasets.generate("push", trajectories=1, frames=2, seed=1)
+    with pytest.raises(error, match=message):
+        score_dataset(dataset, tmp_path / "s.db", ["capture"], **given)
+    assert not list(tmp_path.iterdir())
+
+
+def test_loose_settings_are_the_fields_of_search_settings():
+    fields = {field.name: field.type for field in dataclasses.fields(SearchSettings)}
+    assert {n: t.__forward_arg__ for n, t in LooseSettings.__annotations__.items()} == fields

@@ -129,7 +129,10 @@ def _entry(name: str) -> EntryPoint:
     """The one entry point of that name."""
     found = list(entry_points(group=GROUP, name=name))
     if not found:
-        raise ValueError(f"there is no task {name!r}; there are: {', '.join(names())}")
+        raise ValueError(
+            f"there is no task {name!r}; there are: {', '.join(names())}. One of your own is known "
+            "once its package is installed, or after em.tasks.register(...) in this process"
+        )
     if len({entry.value for entry in found}) > 1:
         owners = " and ".join(sorted(f"{_package(entry)} ({entry.value})" for entry in found))
         raise TaskError(
