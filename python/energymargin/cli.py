@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping
 from traceback import format_exception
 from typing import Annotated, Any
 
-import click
 import typer
 from rich.markup import escape
 from typer.core import TyperGroup
@@ -50,7 +49,9 @@ RENAMED = {
 class _Commands(TyperGroup):
     """Says what went wrong in one line, and stops on Ctrl-C without a traceback."""
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+    def parse_args(  # type: ignore[override]
+        self, ctx: typer.Context, args: list[str]
+    ) -> list[str]:
         """Takes --traceback anywhere, and the old names of options."""
         if TRACEBACK in args:
             args = [TRACEBACK, *(word for word in args if word != TRACEBACK)]
