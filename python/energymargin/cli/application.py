@@ -1,5 +1,5 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-report | view | reproduce. Each command has its file in `commands`.
+report | view | reproduce. Each command has its own file.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -15,18 +15,18 @@ import typer
 from rich.markup import escape
 from typer.core import TyperGroup
 
-from energymargin.commands.demo import demo
-from energymargin.commands.evaluate import evaluate
-from energymargin.commands.export import export
-from energymargin.commands.generate import generate
-from energymargin.commands.importing import import_recordings
-from energymargin.commands.report import report
-from energymargin.commands.score import score
-from energymargin.commands.tasks import tasks
-from energymargin.commands.view import view_command
+from energymargin.cli.demo import demo
+from energymargin.cli.evaluate import evaluate
+from energymargin.cli.export import export
+from energymargin.cli.generate import generate
+from energymargin.cli.importing import import_recordings
+from energymargin.cli.report import report
+from energymargin.cli.score import score
+from energymargin.cli.tasks import tasks
+from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, leave, say, say_stopped
+from energymargin.cli.view import view_command
 from energymargin.experiments.commands import app as reproduce
 from energymargin.interrupts import interrupted, remembered_interrupts
-from energymargin.terminal import BAD_INPUT, INTERRUPTED, leave, say, say_stopped
 
 __all__ = ["app", "main"]
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from energymargin.terminal import RunNumber, err, out
+from energymargin.cli.options import RunNumber
+from energymargin.cli.terminal import err, out
 
 if TYPE_CHECKING:
     from energymargin.evaluation import Among, Evaluation, LabelledScores
@@ -93,7 +94,7 @@ def _evaluated(
     labelled: LabelledScores, among: Among, last: int, seed: int, *, clipped: bool
 ) -> Evaluation:
     from energymargin import evaluation
-    from energymargin.progress import share_bar
+    from energymargin.cli.progress import share_bar
 
     with share_bar(err) as told:
         return evaluation.evaluate(

@@ -10,9 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.commands.futures import chosen_future, given_settings
-from energymargin.commands.workers import Scheduler, chosen_executor
-from energymargin.terminal import TIMED_OUT, Nodes, Seed, Threads, Timeout, err, say, split
+from energymargin.cli.options import (
+    Nodes,
+    Scheduler,
+    Seed,
+    Threads,
+    Timeout,
+    chosen_executor,
+    chosen_future,
+    given_settings,
+    split,
+)
+from energymargin.cli.terminal import TIMED_OUT, err, say
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset, Future
@@ -215,7 +224,7 @@ def scored_run(
     timeout: float | None = None,
 ) -> Iterator[Run]:
     """Scores what is missing, and has the run of all scores. Ctrl-C says what was kept."""
-    from energymargin.progress import progress_bar
+    from energymargin.cli.progress import progress_bar
     from energymargin.store import ScoreStore, begin_run, dataset_metrics, score_run
 
     metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before

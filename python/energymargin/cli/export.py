@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import RunNumber, out, say
+from energymargin.cli.options import RunNumber
+from energymargin.cli.terminal import out, say
 
 __all__ = ["export"]
 

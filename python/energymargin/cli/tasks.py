@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.markup import escape
 
-from energymargin.terminal import out
+from energymargin.cli.terminal import out
 
 __all__ = ["tasks"]
 

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.commands.workers import Scheduler, cluster, require_one
-from energymargin.terminal import (
+from energymargin.cli.options import (
     PICTURE_NODES,
-    TIMED_OUT,
     Parameters,
+    Scheduler,
     Seed,
     Timeout,
-    err,
+    cluster,
     parsed,
-    say,
+    require_one,
 )
+from energymargin.cli.terminal import TIMED_OUT, err, say
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -100,7 +100,7 @@ def _generate(
 ) -> int:
     """Makes the file; returns how many trajectories it has. What ends it says what was kept."""
     from energymargin import datasets
-    from energymargin.progress import progress_bar
+    from energymargin.cli.progress import progress_bar
 
     try:
         with (

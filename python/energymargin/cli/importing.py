@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import Parameters, err, parsed, say
+from energymargin.cli.options import Parameters, parsed
+from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
     from energymargin.recordings import Recording
@@ -144,7 +145,7 @@ def _summary(recording: Recording) -> str:
 def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
     """A dataset and a file of scores for each part of the authors' data."""
     from energymargin import published
-    from energymargin.progress import progress_bar
+    from energymargin.cli.progress import progress_bar
 
     parts = published.parts(data)
     folder.mkdir(parents=True, exist_ok=True)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.commands.evaluate import print_evaluation
-from energymargin.commands.score import scored_run
-from energymargin.terminal import Nodes, Seed, Threads, err, say
+from energymargin.cli.evaluate import print_evaluation
+from energymargin.cli.options import Nodes, Seed, Threads, chosen_executor
+from energymargin.cli.score import scored_run
+from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
@@ -36,7 +37,6 @@ def demo(
 
     Example: `energymargin demo -o out`
     """
-    from energymargin.executors import Threads
     from energymargin.settings import SearchSettings
 
     if find_spec("matplotlib") is None:  # said now, not after the scores
@@ -44,7 +44,7 @@ def demo(
     output.mkdir(parents=True, exist_ok=True)
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
     database = output / f"{TASK}-scores.db"
-    settings, executor = SearchSettings(nodes, seed, search="published"), Threads(threads)
+    settings, executor = SearchSettings(nodes, seed, search="published"), chosen_executor(threads)
     with scored_run(dataset, database, settings, executor=executor) as run:
         labelled = run.labelled_scores()
     print_evaluation(labelled, output / "table.md", output / "table.csv", seed)
@@ -60,7 +60,7 @@ def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
     """The demo's dataset: the one that is there, if it is the same."""
     from energymargin import datasets
     from energymargin import tasks as registry
-    from energymargin.progress import progress_bar
+    from energymargin.cli.progress import progress_bar
 
     task = registry.make(TASK)
     with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:

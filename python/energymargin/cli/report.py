@@ -11,7 +11,8 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.terminal import RunNumber, err, loading, say
+from energymargin.cli.options import RunNumber
+from energymargin.cli.terminal import err, loading, say
 
 __all__ = ["report"]
 
@@ -67,7 +68,7 @@ def report(
     Example: `energymargin report push-scores.db -o report.html`
     """
     with loading():
-        from energymargin.progress import share_bar
+        from energymargin.cli.progress import share_bar
         from energymargin.report import Options, write
 
     output = output or scores.with_suffix(".html")

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.commands.futures import chosen_future
-from energymargin.terminal import Parameters, err, leave, loading, parsed, say, whole
+from energymargin.cli.options import Parameters, chosen_future, parsed, whole
+from energymargin.cli.terminal import err, leave, loading, say
 
 if TYPE_CHECKING:
     from energymargin.viewer import Viewer
@@ -92,7 +92,7 @@ def view_command(
     if screenshot is not None:
         _check_place(screenshot)
     with loading():
-        from energymargin.progress import progress_bar
+        from energymargin.cli.progress import progress_bar
         from energymargin.viewer import view
         from energymargin.viewer.serving import is_local
 
@@ -131,7 +131,7 @@ def view_command(
 
 
 def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
-    from energymargin.progress import share_bar
+    from energymargin.cli.progress import share_bar
     from energymargin.viewer.browser import screenshot
 
     with share_bar(err) as told:
