@@ -6,7 +6,7 @@ import sys
 import energymargin
 
 HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
-OURS = (*energymargin.SUBPACKAGES, "cli", "convex", "meshes", "notebook.data", "scoring")
+OURS = (*energymargin.SUBPACKAGES, "cli", "meshes", "meshes.convex", "notebook.data", "scoring")
 SCORE = f"""
 import sys
 import energymargin as em

@@ -1,6 +1,7 @@
 """The elements of a URDF file: parsed, and checked against what the library simulates.
 
-What the library does not simulate is an error that names it; how things look is left out."""
+What the library does not simulate is an error that names it; how things look is left out.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """From a URDF file to a tree of links, their shapes and the joints between them.
 
-Links without mass are frames: what they carry becomes part of the link they are fixed to."""
+Links without mass are frames: what they carry becomes part of the link they are fixed to.
+"""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
 from energymargin.limits import Limit
+from energymargin.meshes.solids import Solid, solids, winding_numbers
 from energymargin.plausibility import warn
-from energymargin.solids import Solid, solids, winding_numbers
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -76,7 +76,7 @@ def Mesh(
     sizes = _scale(scale)
     _check(threshold, max_points, seed)
     with needs_extra():
-        from energymargin.convex import corners
+        from energymargin.meshes.convex import corners
     path = Path(path)
     pieces = _read(path, sizes)
     whole = _joined(pieces)
@@ -262,7 +262,7 @@ def _shells(pieces: Sequence[Trimesh], limit: Limit) -> list[Trimesh] | None:
 
 
 def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
-    from energymargin.convex import hull_volume
+    from energymargin.meshes.convex import hull_volume
 
     size = float(np.ptp(vertices, axis=0).max())
     if hull_volume(vertices) <= FLAT * size**3:
@@ -306,7 +306,7 @@ class _Cut:
 
     def parts(self, surface: Trimesh, *, closed: bool, hollow: bool = False) -> list[Corners]:
         """Corners (k, 3) of a surface's convex parts."""
-        from energymargin.convex import corners, decomposed, hull_volume
+        from energymargin.meshes.convex import corners, decomposed, hull_volume
 
         vertices = np.asarray(surface.vertices, float)
         solid = closed and not hollow
@@ -340,7 +340,7 @@ def _points_within(cavity: Trimesh) -> Corners:
 
 def _filled(points: Corners, parts: Sequence[Corners]) -> float:
     """The share of the points that lie in a convex part."""
-    from energymargin.convex import inside
+    from energymargin.meshes.convex import inside
 
     if not len(points):
         return 0.0
@@ -353,7 +353,7 @@ def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
     What closes the holes would fill the cavity. One is let pass if it is as small a share of the
     hull as a dent that a convex part may have: scans have such by mistake.
     """
-    from energymargin.convex import hull_volume
+    from energymargin.meshes.convex import hull_volume
 
     least = (1.0 - CONVEX) * hull_volume(np.asarray(surface.vertices, float))
     for piece in surface.split(only_watertight=True, repair=False):
