@@ -22,7 +22,7 @@ from energymargin.datasets.columns import as_block
 from energymargin.datasets.parts import Parts, folder_of, spans_in
 from energymargin.datasets.rollouts import Request, Shard, roll_out, rollout
 from energymargin.executors.jobs import Outcome, Pool
-from energymargin.executors.process_pool import ProcessPool
+from energymargin.executors.processes import ProcessPool
 from energymargin.executors.threads import core_count
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit

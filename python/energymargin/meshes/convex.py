@@ -28,13 +28,7 @@ from scipy.spatial import ConvexHull, QhullError
 from energymargin.limits import Limit
 from energymargin.replacing import replaced
 
-__all__ = [
-    "cache_folder",
-    "corners",
-    "decomposed",
-    "hull_volume",
-    "inside",
-]
+__all__ = ["cache_folder", "corners", "decomposed", "hull_volume", "inside"]
 
 log = logging.getLogger("energymargin")
 

@@ -18,9 +18,7 @@ from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
 from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
 
-__all__ = [
-    "from_urdf",
-]
+__all__ = ["from_urdf"]
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,7 @@ from xml.parsers import expat
 
 from energymargin.limits import Limit
 
-__all__ = [
-    "checked",
-]
+__all__ = ["checked"]
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,7 @@ from energymargin.limits import Limit
 from energymargin.scenes.poses import Pose
 from energymargin.scenes.urdf_elements import checked
 
-__all__ = [
-    "Geometry",
-    "Joint",
-    "Link",
-    "MeshFile",
-    "Robot",
-    "read",
-]
+__all__ = ["Geometry", "Joint", "Link", "MeshFile", "Robot", "read"]
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
