@@ -23,14 +23,13 @@ from command_line import COMMAND, run
 from PIL import Image
 
 from energymargin import datasets, report
-from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
 from energymargin.datasets import Future
 from energymargin.evaluation import HORIZON, LabelledScores, compared_trajectories, evaluate
+from energymargin.evaluation.curves import CAPTURED, SUCCESS, precision_recall, roc
+from energymargin.evaluation.wrongness import ranks
 from energymargin.report.along import chosen
 from energymargin.report.curves import seen
-from energymargin.report.grown import Grower
-from energymargin.report.pictures import picture
-from energymargin.report.wrong import ranks
+from energymargin.report.pictures import Grower, picture
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 

@@ -14,10 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.curves import CAPTURED, SUCCESS, metrics_against
-from energymargin.evaluation import Compared, compared_states, compared_trajectories
+from energymargin.evaluation import (
+    Compared,
+    LabelledScores,
+    compared_states,
+    compared_trajectories,
+)
+from energymargin.evaluation.curves import CAPTURED, SUCCESS, metrics_against
 from energymargin.metrics import ANY
-from energymargin.report.subject import Subject
 
 __all__ = ["Judged", "Ranks", "Words", "by_trajectory", "judged", "ranks"]
 
@@ -91,9 +95,8 @@ class Judged:
         return [int(place) for place in order[np.sort(first)][:count]]
 
 
-def judged(subject: Subject, horizon: int, last: int) -> list[Judged]:
+def judged(labelled: LabelledScores, horizon: int, last: int) -> list[Judged]:
     """Every metric against its label, as `evaluate` holds them against each other."""
-    labelled = subject.labelled
     of_states = [
         (metric, CAPTURED, compared_states(labelled, metric, horizon))
         for metric in metrics_against(labelled, CAPTURED)
