@@ -15,7 +15,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
 import energymargin as em
-from energymargin.viewer import serving, view
+from energymargin.viewer import guard as serving
+from energymargin.viewer import view
 from energymargin.viewer.guard import Guard, guarded_server
 
 PORT = 8080

@@ -94,7 +94,7 @@ def view_command(
     with loading():
         from energymargin.cli.progress import progress_bar
         from energymargin.viewer import view
-        from energymargin.viewer.serving import is_local
+        from energymargin.viewer.guard import is_local
 
     with ExitStack() as open_now:
         with progress_bar(err, f"Generating {what}", "trajectories") as progress:

@@ -15,7 +15,6 @@ from energymargin._core import EscapeEffort, Problem, Tree
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_bodies, draw_ghost
 from energymargin.plots.legends import draw_state_legend, state_legend, state_title
-from energymargin.plots.paths import Escape, Result, draw_escape, escape_of
 from energymargin.plots.sets import draw_set, sets_of
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
@@ -23,7 +22,16 @@ from energymargin.plots.styles import (
     axes_or_new,
     nodes_in_words,
 )
-from energymargin.plots.trees import draw_color_bar, draw_tree, in_view, most_cost
+from energymargin.plots.trees import (
+    Escape,
+    Result,
+    draw_color_bar,
+    draw_escape,
+    draw_tree,
+    escape_of,
+    in_view,
+    most_cost,
+)
 from energymargin.tasks.base import positive_number, whole_number, yes_or_no
 
 __all__ = ["plot_state"]

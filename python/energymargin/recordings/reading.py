@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.recordings import columns as layouts
-from energymargin.recordings.columns import Columns
-from energymargin.recordings.fields import BODIES, of_body
+from energymargin.recordings.columns import BODIES, Columns, of_body
 from energymargin.recordings.gaps import Clock, filled_clock, require_short_gaps
 from energymargin.recordings.outliers import LEAST_JUMP, LEAST_TURN, jumps
 from energymargin.recordings.plausible import require_agreement, require_clock, require_units
