@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from browsers import watch, watched_page
+from browsers import watch
 from futures import carried
 from PIL import Image
 
@@ -36,12 +36,6 @@ def ports_of_its_own():
 @pytest.fixture(scope="module")
 def dataset():
     return em.datasets.generate("push", trajectories=3, frames=5, seed=1)
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with watched_page() as (page, _):
-        yield page.context.browser
 
 
 @pytest.fixture(scope="module")
