@@ -14,7 +14,7 @@ import energymargin as em
 from energymargin import datasets, tasks
 from energymargin.datasets.parts import Parts, folder_of
 from energymargin.datasets.rollouts import Request
-from energymargin.executors.process_pool import ProcessPool
+from energymargin.executors.processes import ProcessPool
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file

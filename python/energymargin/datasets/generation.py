@@ -12,7 +12,7 @@ from energymargin._core import Cancel, Cancelled
 from energymargin.datasets.dataset import Dataset
 from energymargin.datasets.generation_to_file import generate_file
 from energymargin.datasets.loading import load
-from energymargin.datasets.rollouts import Request, rollout
+from energymargin.datasets.rollouts import Request, generate_trajectory
 from energymargin.limits import Limit
 from energymargin.tasks.base import Task, parameters_of, whole_number
 
@@ -58,7 +58,7 @@ def generate(
     for index in range(trajectories):
         try:
             limit.require("one trajectory was done")
-            recorded.append(rollout(made, request, index, limit))
+            recorded.append(generate_trajectory(made, request, index, limit))
         except (TimeoutError, Cancelled):
             if recorded and limit.reached:
                 break

@@ -12,8 +12,7 @@ against each.
 """
 
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked
-from energymargin.evaluation.cells import Cell, csv_fields, short
-from energymargin.evaluation.comparing import evaluate
+from energymargin.evaluation.cells import DASH, PAPER, Cell, csv_fields, paper_text, short
 from energymargin.evaluation.labelled import (
     AMONG,
     FORCE,
@@ -32,8 +31,7 @@ from energymargin.evaluation.labelled import (
     state_metrics,
     trajectory_score,
 )
-from energymargin.evaluation.paper import DASH, PAPER, paper_text
-from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Evaluation
+from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Evaluation, evaluate
 
 __all__ = [
     "ALL_TITLE",

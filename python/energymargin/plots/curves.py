@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from energymargin import curves
-from energymargin.curves import CAPTURED, OneLabelError, metrics_against, target_name
-from energymargin.evaluation import HORIZON, LAST_FRAMES, Among, LabelledScores, short
+from energymargin.evaluation import HORIZON, LAST_FRAMES, Among, LabelledScores, curves, short
+from energymargin.evaluation.curves import CAPTURED, OneLabelError, metrics_against, target_name
 from energymargin.metrics import ANY
-from energymargin.plots.sources import Scores, labelled_scores
+from energymargin.plots.series import Scores, labelled_scores
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     axes_or_new,
