@@ -16,8 +16,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from energymargin.progress import share_bar
-from energymargin.terminal import err, out
+from energymargin.cli.progress import share_bar
+from energymargin.cli.terminal import err, out
 from energymargin.viewer import view
 from energymargin.viewer.browser import headless_page
 from tables import markdown

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from energymargin.progress import share_bar
+from energymargin.cli.progress import share_bar
 from measurements import TASKS, Settings, Tell
 from report import report
 from speed_bodies import Bodies, measure_bodies

@@ -2,17 +2,17 @@
 
 from contextlib import contextmanager
 
-from energymargin.viewer.browser import headless_page
-
 LOCAL = ("http://127.0.0.1", "ws://127.0.0.1", "http://localhost", "file://", "data:", "blob:")
 
 
 @contextmanager
-def watched_page(size=(1280, 800)):
+def watched_page(chromium, size=(1280, 800)):
     """A page without a window, and a list that gets its errors and what it asks of the network."""
-    with headless_page(size) as page:
-        wrong = watch(page)
-        yield page, wrong
+    page = chromium.new_page(viewport={"width": size[0], "height": size[1]})
+    try:
+        yield page, watch(page)
+    finally:
+        page.close()
 
 
 def watch(page):

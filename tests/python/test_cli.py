@@ -252,9 +252,7 @@ def test_ctrl_c_ends_a_command_while_a_library_loads_that_swallows_it(tmp_path):
         "try:\n    signal.raise_signal(signal.SIGINT)\n    time.sleep(5)\n"
         "except BaseException:\n    pass\n"
     )
-    script = (
-        "from energymargin.terminal import loading\nwith loading():\n    import library\nprint(1)"
-    )
+    script = "from energymargin.cli.terminal import loading\nwith loading():\n    import library\n"
     done = subprocess.run(
         [sys.executable, "-c", script],
         cwd=tmp_path,

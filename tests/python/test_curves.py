@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from sklearn.metrics import auc
 
-from energymargin.curves import (
+from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.evaluation.curves import (
     OneLabelError,
     metrics_against,
     precision_recall,
     roc,
     target_name,
 )
-from energymargin.evaluation import LabelledScores, evaluate
 
 
 @pytest.fixture

@@ -1,3 +1,4 @@
+import importlib
 import pickle
 import warnings
 
@@ -74,6 +75,12 @@ MOVED = {
     "store": "begin_run curves_path dataset_metrics score_run",
     "tasks": "FrictionTask Registered drawn overview",
 }
+
+
+def test_the_curves_are_still_where_they_were():
+    curves = importlib.import_module("energymargin.curves")
+    with pytest.warns(DeprecationWarning, match=r"use energymargin\.evaluation\.curves\.roc"):
+        assert curves.roc is importlib.import_module("energymargin.evaluation.curves").roc
 
 
 @pytest.mark.parametrize("module", MOVED)

@@ -280,10 +280,11 @@ def test_all_draws_at_once_give_what_scikit_learn_gives_for_each():
     )
 
 
-def test_draws_with_one_label_left_are_dropped():
+def test_draws_with_one_label_left_have_no_auc_and_no_ap():
     weights = np.array([[1, 1], [2, 0], [0, 2]])
     auc, ap = weighted_auc_ap(np.array([True, False]), weights, first=np.array([0, 1]))
-    assert (auc.tolist(), ap.tolist()) == ([1.0], [1.0])
+    assert auc == pytest.approx([1.0, np.nan, np.nan], nan_ok=True)
+    assert ap == pytest.approx([1.0, np.nan, np.nan], nan_ok=True)
 
 
 def test_the_interval_does_not_shrink_when_every_state_counts_ten_times():

@@ -15,7 +15,7 @@ from energymargin import datasets, tasks
 from energymargin.datasets.generation_to_file import trajectories_kept
 from energymargin.datasets.parts import Parts, folder_of
 from energymargin.datasets.rollouts import Request
-from energymargin.executors.process_pool import ProcessPool
+from energymargin.executors.processes import ProcessPool
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file

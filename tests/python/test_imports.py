@@ -4,12 +4,12 @@ import subprocess
 import sys
 
 import energymargin
-from energymargin.curves import OneLabelError
 from energymargin.datasets.dataset import StateError
 from energymargin.datasets.files import FileError
+from energymargin.evaluation.curves import OneLabelError
 
 HEAVY = ("dask", "h5py", "matplotlib", "rich", "scipy", "sklearn", "sqlite3", "trimesh", "typer")
-OURS = (*energymargin.SUBPACKAGES, "cli", "convex", "meshes", "notebook.data", "scoring")
+OURS = (*energymargin.SUBPACKAGES, "cli", "meshes", "meshes.convex", "notebook.data", "scoring")
 SCORE = f"""
 import sys
 import energymargin as em
@@ -30,9 +30,11 @@ import energymargin as em
 em.tasks.make("grasp").rollout(0, frames=2)
 print([name for name in {HEAVY} if name in sys.modules])
 """
+FOREIGN = ("dask", "h5py", "matplotlib.pyplot", "pandas", "plotly.graph_objects", "rich", "viser")
 FIRST = f"""
 import os
-import numpy
+for name in {(*FOREIGN, "scipy.spatial", "skimage.measure", "sklearn.metrics", "trimesh", "typer")}:
+    __import__(name)  # once, not in each child: what is held here are our own modules
 for name in {OURS}:
     child = os.fork()
     if child == 0:

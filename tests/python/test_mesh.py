@@ -13,9 +13,9 @@ import pytest
 import trimesh
 
 import energymargin as em
-from energymargin import meshes
-from energymargin.convex import cache, corners, decomposition
-from energymargin.meshes import mesh
+from energymargin.meshes import convex, mesh
+from energymargin.meshes import files as mesh_files
+from energymargin.meshes.convex import cache_folder, corners
 
 DATA = Path(pybullet_data.getDataPath())
 # An L of two bars, 0.2 m long, 0.05 m wide and 0.04 m high.
@@ -218,13 +218,13 @@ def test_a_cache_that_cannot_be_written_to_is_a_warning(tmp_path, monkeypatch, c
 def test_parts_are_kept_in_the_users_cache_folder(monkeypatch):
     monkeypatch.delenv("ENERGYMARGIN_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
-    assert cache.cache_folder() == Path("/somewhere/energymargin")
+    assert cache_folder() == Path("/somewhere/energymargin")
     monkeypatch.delenv("XDG_CACHE_HOME")
-    assert cache.cache_folder() == Path.home() / ".cache" / "energymargin"
+    assert cache_folder() == Path.home() / ".cache" / "energymargin"
 
 
 def test_a_long_wait_is_told_of_in_the_log_and_nowhere_else(tmp_path, monkeypatch, caplog, capfd):
-    monkeypatch.setattr(decomposition, "PATIENCE", 0.0)
+    monkeypatch.setattr(convex, "PATIENCE", 0.0)
     with caplog.at_level(logging.WARNING, logger="energymargin"):
         mesh(angle(tmp_path), threshold=0.3)
     assert [r.levelname for r in caplog.records] == ["WARNING"]
@@ -315,7 +315,7 @@ def test_a_killed_parent_leaves_no_process_and_no_folder(tmp_path):
 
 
 def test_a_failure_of_the_decomposition_names_the_file_and_the_way_out(tmp_path, monkeypatch):
-    monkeypatch.setitem(decomposition.SEARCH, "no_such_setting", 1)
+    monkeypatch.setitem(convex.SEARCH, "no_such_setting", 1)
     with pytest.raises(RuntimeError, match=r"angle\.stl.*no_such_setting.*decompose=False"):
         mesh(angle(tmp_path))
 
@@ -393,7 +393,7 @@ def several(tmp_path, *surfaces):
 @pytest.fixture
 def quick(monkeypatch):
     """Other cuts than the best, in a part of the time."""
-    monkeypatch.setitem(decomposition.SEARCH, "mcts_iterations", 10)
+    monkeypatch.setitem(convex.SEARCH, "mcts_iterations", 10)
 
 
 @pytest.mark.usefixtures("quick")
@@ -414,8 +414,8 @@ def test_a_closed_mesh_with_a_cavity_is_a_shell_with_its_mass_and_a_ball_stays_i
 
 @pytest.mark.usefixtures("quick")
 def test_a_cavity_that_the_parts_fill_is_refused_with_the_way_out(tmp_path, monkeypatch):
-    monkeypatch.setattr(meshes, "LEAST_THRESHOLD", 0.5)
-    monkeypatch.setattr(meshes, "FILLED", -1.0)
+    monkeypatch.setattr(mesh_files, "LEAST_THRESHOLD", 0.5)
+    monkeypatch.setattr(mesh_files, "FILLED", -1.0)
     with pytest.raises(
         ValueError, match=r"solid\.stl has a cavity .* fill .*em\.Compound of boxes"
     ):
@@ -475,7 +475,7 @@ def disc(count):
 
 @pytest.mark.parametrize("continued", [" ", " \\\n"])
 def test_a_face_of_too_many_corners_is_refused_before_it_is_read(tmp_path, continued):
-    count = meshes.MAX_CORNERS + 1
+    count = mesh_files.MAX_CORNERS + 1
     points = [f"v {x} {y} 0" for x, y in disc(count)]
     face = "f " + continued.join(str(i + 1) for i in range(count))
     path = spoiled(tmp_path, "disc.obj", "\n".join([*points, face]))

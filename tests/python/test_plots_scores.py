@@ -7,8 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from energymargin import Problem, escape_effort, plots, tasks
-from energymargin.curves import precision_recall, roc
 from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.evaluation.curves import precision_recall, roc
 from energymargin.store import ScoreStore
 from energymargin.store.scoring import begin_run
 

@@ -14,9 +14,9 @@ from test_urdf import ARM
 
 import energymargin as em
 from energymargin import datasets
+from energymargin.cli.options import parsed
 from energymargin.scenes import from_urdf
 from energymargin.store import ScoreStore, score_dataset
-from energymargin.terminal import parsed
 
 settings.register_profile(
     "one folder", suppress_health_check=[HealthCheck.function_scoped_fixture]

@@ -18,7 +18,7 @@ from energymargin.evaluation import evaluate
 from energymargin.published.recorded import SLACK, PublishedRecorded
 from energymargin.published.recordings import recorded_dataset, recorded_task, steady, tracks
 from energymargin.store import ScoreStore
-from energymargin.viewer.stored import StoredScores
+from energymargin.viewer.sources import StoredScores
 
 pytest.importorskip("trimesh")
 COMBINATION = "jaw-pushes-rectangle"
@@ -64,7 +64,7 @@ def test_the_clock_of_a_topple_is_where_the_physics_meets_the_next_frame(folder)
     params = {"friction": 0.5}
     world = em.World(task.scene(params), task.plan(start, 0.0, params, 1.0))
     states = world.simulate(start, 4 * 31, record=range(0, 4 * 31 + 1, 31)).states
-    from energymargin.published.interval import matched_interval
+    from energymargin.published.reading import matched_interval
 
     assert matched_interval(task, params, states) == pytest.approx(31 / 240)
 

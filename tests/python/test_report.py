@@ -23,15 +23,14 @@ from command_line import COMMAND, run
 from PIL import Image
 
 from energymargin import datasets, report
-from energymargin.curves import CAPTURED, SUCCESS, precision_recall, roc
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.evaluation.curves import CAPTURED, SUCCESS, precision_recall, roc
 from energymargin.evaluation.labelled import HORIZON, compared_trajectories
+from energymargin.evaluation.wrongness import ranks
 from energymargin.report.along import chosen
 from energymargin.report.curves import seen
-from energymargin.report.grown import Grower
-from energymargin.report.pictures import picture
-from energymargin.report.wrong import ranks
+from energymargin.report.pictures import Grower, picture
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
@@ -599,8 +598,8 @@ def test_a_ctrl_c_that_is_swallowed_on_the_way_still_stops_it(own):
     assert sorted(path.name for path in own.iterdir()) == ["push-scores.db", "push.h5"]
 
 
-def test_the_page_works_in_a_browser_without_a_network(folder):
-    with watched_page() as (page, wrong):
+def test_the_page_works_in_a_browser_without_a_network(folder, chromium):
+    with watched_page(chromium) as (page, wrong):
         page.context.set_offline(True)
         page.goto((folder / "report.html").as_uri())
         page.wait_for_selector("#along .main-svg")
@@ -629,8 +628,8 @@ def boxes_apart(page, one, other):
 
 
 @pytest.mark.parametrize("width", [1400, 500])
-def test_the_tool_bar_is_beside_the_legend_and_no_tip_covers_a_picture(folder, width):
-    with watched_page((width, 900)) as (page, wrong):
+def test_the_tool_bar_is_beside_the_legend_and_no_tip_covers_a_picture(folder, chromium, width):
+    with watched_page(chromium, (width, 900)) as (page, wrong):
         page.goto((folder / "report.html").as_uri())
         page.locator("#roc").hover()
         page.wait_for_selector("#roc .modebar--hover .modebar-btn", state="visible")
@@ -645,13 +644,13 @@ def test_the_tool_bar_is_beside_the_legend_and_no_tip_covers_a_picture(folder, w
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_narrow_page_shows_that_a_table_goes_on_and_pictures_are_framed(folder, scheme):
+def test_a_narrow_page_shows_that_a_table_goes_on_and_pictures_are_framed(folder, chromium, scheme):
     def edge():
         """Brightness of the right edge of the table, between two of its rows."""
         with Image.open(io.BytesIO(table.screenshot())) as image:
             return image.convert("L").getpixel((image.width - 1, image.height // 2 + 3))
 
-    with watched_page((500, 900)) as (page, _):
+    with watched_page(chromium, (500, 900)) as (page, _):
         page.emulate_media(color_scheme=scheme)
         page.goto((folder / "report.html").as_uri())
         table = page.locator("#tables .scroll").first

@@ -12,17 +12,15 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.viewer import Viewer, serving, view
+from energymargin.viewer import Viewer, guard, view
 from energymargin.viewer.kept import MOST, Kept
 from energymargin.viewer.likelihoods import Memberships
-from energymargin.viewer.lines import lines_glb
+from energymargin.viewer.lines import MOST_POINTS, lines_glb, shown_points
 from energymargin.viewer.page import Page
 from energymargin.viewer.replay import replay
 from energymargin.viewer.search import score_state
-from energymargin.viewer.solids import shape_triangles
+from energymargin.viewer.solids import region_surface, shape_triangles
 from energymargin.viewer.sources import source_of
-from energymargin.viewer.surfaces import region_surface
-from energymargin.viewer.thinning import MOST_POINTS, shown_points
 from energymargin.viewer.views import View, view_around
 
 TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
@@ -37,7 +35,7 @@ def problem_of(name, seed=1, frame=3):
 @pytest.fixture(autouse=True)
 def ports_of_its_own(monkeypatch):
     """Other tests look for ports at the same time."""
-    monkeypatch.setattr(serving, "PORT", 9100)
+    monkeypatch.setattr(guard, "PORT", 9100)
 
 
 @pytest.fixture(scope="module")
@@ -299,10 +297,10 @@ def test_what_cannot_be_viewed_is_said(arguments, message):
 )
 def test_options_that_cannot_be_are_refused_and_no_port_is_kept(options, message):
     dataset = em.datasets.generate("push", trajectories=1, frames=4, seed=1)
-    free = serving.port_at("127.0.0.1", None)
+    free = guard.port_at("127.0.0.1", None)
     with pytest.raises(ValueError, match=message):
         view(dataset, **options)
-    assert serving.port_at("127.0.0.1", None) == free
+    assert guard.port_at("127.0.0.1", None) == free
 
 
 def test_a_problem_has_no_stored_scores(problem):

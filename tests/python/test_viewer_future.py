@@ -12,7 +12,7 @@ from energymargin.datasets import Future
 from energymargin.settings import SearchSettings
 from energymargin.store import score_dataset
 from energymargin.undisturbed import undisturbed
-from energymargin.viewer import serving, view
+from energymargin.viewer import guard, view
 from energymargin.viewer.replay import replay
 from energymargin.viewer.search import score_state
 from energymargin.viewer.texts import escape_text, future_text, score_table
@@ -21,7 +21,7 @@ from energymargin.viewer.texts import escape_text, future_text, score_table
 @pytest.fixture(autouse=True)
 def ports_of_its_own(monkeypatch):
     """Other tests look for ports at the same time."""
-    monkeypatch.setattr(serving, "PORT", 9500)
+    monkeypatch.setattr(guard, "PORT", 9500)
 
 
 def strong(problem):

@@ -7,7 +7,6 @@ import threading
 
 import pytest
 import viser
-from browsers import watched_page
 from viser import _messages
 from websockets.asyncio.client import connect
 from websockets.datastructures import Headers
@@ -15,7 +14,9 @@ from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
 import energymargin as em
-from energymargin.viewer import serving, view
+from energymargin.viewer import guard as serving
+from energymargin.viewer import view
+from energymargin.viewer.browser import headless_page
 from energymargin.viewer.guard import Guard, guarded_server
 
 PORT = 8080
@@ -223,7 +224,7 @@ def test_a_hostile_page_in_the_same_browser_gets_no_websocket(viewer, tmp_path):
         socket.onerror = () => done("refused")
     })"""
     protocol = f"viser-v{viser.__version__}"
-    with watched_page() as (browser_page, _):
+    with headless_page() as browser_page:
         browser_page.goto(hostile.as_uri())
         for path in ("", f"/{token_of(viewer)}"):
             url = f"ws://127.0.0.1:{viewer.port}{path}"

@@ -11,12 +11,12 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from browsers import watch, watched_page
+from browsers import watch
 from futures import carried
 from PIL import Image
 
 import energymargin as em
-from energymargin.viewer import serving, view
+from energymargin.viewer import guard, view
 from energymargin.viewer.replay import Replay
 
 SLIDERS = ("trajectory", "frame", "nodes", "lambda", "moment")  # from the top of the panel
@@ -28,20 +28,14 @@ PATIENCE = 60.0  # s; a busy machine draws a frame in seconds
 @pytest.fixture(autouse=True, scope="module")
 def ports_of_its_own():
     """Other tests look for ports at the same time."""
-    before, serving.PORT = serving.PORT, 9300
+    before, guard.PORT = guard.PORT, 9300
     yield
-    serving.PORT = before
+    guard.PORT = before
 
 
 @pytest.fixture(scope="module")
 def dataset():
     return em.datasets.generate("push", trajectories=3, frames=5, seed=1)
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with watched_page() as (page, _):
-        yield page.context.browser
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,12 @@
-"""Recorded trajectories of a task, with their labels: in memory, or in an open file."""
+"""Recorded trajectories of a task, with their labels: in memory, or in an open file.
+
+A dataset's digest says all that can change a score or a label, whatever the file.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,10 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Problem
+from energymargin._core import Contact, Problem
 from energymargin.closing import Closing
-from energymargin.datasets import digests, files
-from energymargin.datasets.columns import NO_LABEL, Block, any_column, any_label, as_blocks
+from energymargin.datasets import files
+from energymargin.datasets.columns import (
+    COLUMNS,
+    NO_LABEL,
+    ROW,
+    Block,
+    Bodies,
+    any_column,
+    any_label,
+    as_blocks,
+)
 from energymargin.datasets.future import Future
 from energymargin.errors import EnergyMarginError
 from energymargin.notebook import shown_by
@@ -27,6 +41,9 @@ __all__ = ["Dataset", "Label", "StateError"]
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
+
+# A seed tells where a trajectory is from, and changes none of its numbers.
+_HASHED = [name for name in (*(ROW.names or ()), *COLUMNS) if name != "seed"]
 
 
 class StateError(EnergyMarginError, ValueError):
@@ -113,14 +130,14 @@ class Dataset(Closing):
 
     def digest(self) -> str:
         """A fingerprint of all that can change a score or a label, whatever the file."""
-        return digests.digest(self.task, self.parameters, self._blocks())
+        return _digest(self.task, self.parameters, self._blocks())
 
     def digest_of_version_2(self) -> str:
         """The fingerprint of the formats 1 and 2, by which older files of scores name theirs.
 
         Slower by far, and not for large datasets.
         """
-        return digests.digest_of_version_2(self.task, self.parameters, self.trajectories)
+        return _digest_of_version_2(self.task, self.parameters, self.trajectories)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file in one go: it is there whole, or as it was.
@@ -191,3 +208,52 @@ class Dataset(Closing):
             )
         except ValueError as error:
             raise StateError(f"trajectory {t}, frame {k}: {error}") from error
+
+
+def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
+    """Of trajectories in any blocks: each column is a stream of bytes of its own."""
+    streams = {name: hashlib.sha256() for name in _HASHED}
+    bodies = Bodies()
+    for block in blocks:
+        columns = {**block.columns, "contacts": bodies.renumbered(block)}
+        for name, stream in streams.items():
+            column = columns[name] if name in columns else block.rows[name]
+            stream.update(np.ascontiguousarray(column).data.cast("B"))
+    parts = {name: stream.hexdigest() for name, stream in streams.items()}
+    text = json.dumps([task, parameters, bodies.names, parts], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _digest_of_version_2(
+    task: str, parameters: dict[str, Any], trajectories: Iterable[Trajectory]
+) -> str:
+    """The one of the formats 1 and 2, by which older files of scores name their dataset."""
+    sha = hashlib.sha256()
+    sha.update(json.dumps([task, parameters], sort_keys=True).encode())
+    for trajectory in trajectories:
+        sha.update(json.dumps([trajectory.params, trajectory.success], sort_keys=True).encode())
+        sha.update(
+            repr([_contact_values(c) for frame in trajectory.contacts for c in frame]).encode()
+        )
+        arrays = [trajectory.times, trajectory.states, trajectory.captured]
+        if trajectory.captured_any is not None:
+            arrays.append(trajectory.captured_any)
+        if trajectory.success_any is not None:
+            arrays.append(np.array(trajectory.success_any))
+        for array in arrays:
+            sha.update(f"{array.shape}".encode() + np.ascontiguousarray(array).tobytes())
+    return sha.hexdigest()
+
+
+def _contact_values(contact: Contact) -> tuple[Any, ...]:
+    return (
+        0,
+        contact.body_a,
+        contact.body_b,
+        tuple(np.asarray(contact.position).tolist()),
+        tuple(np.asarray(contact.normal).tolist()),
+        float(contact.distance),
+        float(contact.normal_force),
+        tuple(np.asarray(contact.tangential_force).tolist()),
+        float(contact.friction),
+    )

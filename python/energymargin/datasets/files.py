@@ -12,13 +12,16 @@ trajectories alone say.
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, overload
+from typing import IO, Any, overload
 
 import h5py
 import numpy as np
@@ -36,8 +39,8 @@ from energymargin.datasets.columns import (
     joined,
     starts,
 )
-from energymargin.datasets.disk import written
 from energymargin.errors import EnergyMarginError
+from energymargin.replacing import replaced
 from energymargin.tasks.base import Trajectory
 
 __all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
@@ -52,6 +55,12 @@ _PACKED = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletc
 
 _BLOCKS_KEPT = 4  # of those that were read last
 
+_LIBRARY = ("v110", "v110")  # whose metadata has checksums
+_CACHE = 2**19  # bytes of chunks of a column that are not _written yet; two chunks
+# Room for what HDF5 still has to write when it gives up a file; without it, it says long words and
+# never closes it.
+_RESERVE = 2**22  # bytes
+
 
 class FileError(EnergyMarginError, ValueError):
     """A file that is whole, but not one that can be read here."""
@@ -62,9 +71,9 @@ def write(
 ) -> None:
     """Writes the file in one go: it is there whole, or as it was.
 
-    Raises OSError if it cannot be written.
+    Raises OSError if it cannot be _written.
     """
-    with written(path) as file:
+    with _written(path) as file:
         file.attrs.update(
             format=FORMAT,
             version=VERSION,
@@ -221,7 +230,7 @@ def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
 
 
 def _cut(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The same trajectories, in the blocks in which they are always written."""
+    """The same trajectories, in the blocks in which they are always _written."""
     waiting: list[Block] = []
     for block in blocks:
         waiting.append(block)
@@ -278,3 +287,41 @@ def _check_format(path: Path, file: h5py.File) -> None:
 
 def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[h5py.File]:
+    """A new file, which is at `path` once the `with` block has ended well, whole.
+
+    Raises OSError if it cannot be _written; what is at `path` stays.
+    """
+    if not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
+    with (
+        replaced(path, named=True) as new,  # HDF5 needs a name
+        _reserved(path) as reserve,
+        h5py.File(new, "w", libver=_LIBRARY, rdcc_nbytes=_CACHE) as file,
+    ):
+        try:
+            yield file
+            file.flush()
+        except BaseException as error:
+            reserve.close()
+            if os.strerror(errno.ENOSPC) in str(error):
+                raise _full(path) from error
+            raise
+
+
+@contextmanager
+def _reserved(path: Path) -> Iterator[IO[bytes]]:
+    """Room beside `path`, which is free again once this file without a name is closed."""
+    with tempfile.TemporaryFile(dir=path.parent) as reserve:
+        try:
+            os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
+        except OSError as error:
+            raise _full(path) if error.errno == errno.ENOSPC else error from None
+        yield reserve
+
+
+def _full(path: Path) -> OSError:
+    return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))

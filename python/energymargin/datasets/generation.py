@@ -12,7 +12,7 @@ from energymargin._core import Cancel, Cancelled
 from energymargin.datasets.dataset import Dataset
 from energymargin.datasets.generation_to_file import generate_file
 from energymargin.datasets.loading import load, open
-from energymargin.datasets.rollouts import Request, rollout
+from energymargin.datasets.rollouts import Request, generate_trajectory
 from energymargin.deprecations import once_positional
 from energymargin.executors.jobs import Pool
 from energymargin.limits import Limit
@@ -89,7 +89,7 @@ def _in_memory(
     for index in range(trajectories):
         try:
             limit.require("one trajectory was done")
-            recorded.append(rollout(task, request, index, limit))
+            recorded.append(generate_trajectory(task, request, index, limit))
         except (TimeoutError, Cancelled):
             if recorded and limit.reached:
                 break

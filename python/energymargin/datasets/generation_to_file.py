@@ -20,9 +20,9 @@ from energymargin._core import Cancel, Cancelled
 from energymargin.datasets import files
 from energymargin.datasets.columns import as_block
 from energymargin.datasets.parts import Parts, folder_of, spans_in
-from energymargin.datasets.rollouts import Request, Shard, roll_out, rollout
+from energymargin.datasets.rollouts import Request, Shard, generate_shard, generate_trajectory
 from energymargin.executors.jobs import Outcome, Pool
-from energymargin.executors.process_pool import ProcessPool
+from energymargin.executors.processes import ProcessPool
 from energymargin.executors.threads import core_count
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
@@ -139,7 +139,7 @@ def _work_here(task: Task, work: _Work) -> None:
             for index in range(shard.first, shard.last):
                 if work.limit.reached:
                     return
-                recorded.append(rollout(task, work.request, index, work.limit))
+                recorded.append(generate_trajectory(task, work.request, index, work.limit))
                 work.advance(1)
                 if time.monotonic() - kept > KEEP_EVERY:
                     work.parts.keep(first, as_block(recorded))
@@ -164,7 +164,7 @@ def _work_in(pool: Pool, work: _Work) -> None:
                 while waiting and len(running) < AHEAD * max(1, pool.slots):
                     shard = waiting.pop()
                     running[shard.first] = shard
-                    pool.submit(shard.first, roll_out, shard)
+                    pool.submit(shard.first, generate_shard, shard)
                 for outcome in sorted(pool.take(TAKE), key=_went_wrong):
                     shard = running.pop(outcome.job)
                     if outcome.died:

@@ -1,4 +1,4 @@
-"""What is asked for, trajectory by trajectory, here or in a worker."""
+"""What a dataset is generated from: one trajectory, or a shard of them in a worker."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from energymargin.executors.jobs import Stopped
 from energymargin.limits import Limit
 from energymargin.tasks.base import ScriptedTask, Task, Trajectory, parameters_of, whole_number
 
-__all__ = ["Request", "Shard", "roll_out", "rollout"]
+__all__ = ["Request", "Shard", "generate_shard", "generate_trajectory"]
 
 STOP_ASKED = 0.01  # s between two looks at whether a job is to stop
 
@@ -54,15 +54,15 @@ class Shard:
     last: int
 
 
-def rollout(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
-    """One trajectory."""
+def generate_trajectory(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
+    """The trajectory of this index."""
     seed = _stream(request.seed, index)
     if isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout:
         return task.rollout(seed, request.frames, **limit.rest())
     return task.rollout(seed, request.frames)
 
 
-def roll_out(shard: Shard, stopped: Stopped) -> Block | None:
+def generate_shard(shard: Shard, stopped: Stopped) -> Block | None:
     """The job of a worker: the trajectories of a shard, the first of them if it is stopped."""
     task = _made(json.dumps(asdict(shard.request)))
     recorded: list[Trajectory] = []
@@ -72,7 +72,7 @@ def roll_out(shard: Shard, stopped: Stopped) -> Block | None:
             for index in range(shard.first, shard.last):
                 if limit.reached:
                     break
-                recorded.append(rollout(task, shard.request, index, limit))
+                recorded.append(generate_trajectory(task, shard.request, index, limit))
         except Cancelled:
             if not limit.reached:  # the task's own
                 raise

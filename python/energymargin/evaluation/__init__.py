@@ -15,21 +15,19 @@ from typing import TYPE_CHECKING
 
 from energymargin.deprecations import moved_names
 from energymargin.evaluation.cells import Cell
-from energymargin.evaluation.comparing import evaluate
 from energymargin.evaluation.labelled import Among, LabelledScores
-from energymargin.evaluation.table import Evaluation
+from energymargin.evaluation.table import Evaluation, evaluate
 
 __all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
 
 MOVED = {
     "bootstrap": ("DRAWS", "auc_ap", "ranked"),
-    "cells": ("csv_fields", "short"),
+    "cells": ("DASH", "PAPER", "csv_fields", "paper_text", "short"),
     "labelled": (
         *("AMONG", "FORCE", "HORIZON", "HORIZONS", "LAST_FRAMES", "PAPER_HORIZON", "SUCCESS"),
         *("SUCCESSES", "Compared", "captured_labels", "compared_states", "compared_trajectories"),
         *("state_metrics", "trajectory_score"),
     ),
-    "paper": ("DASH", "PAPER", "paper_text"),
     "table": ("ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS"),
 }
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 __all__ = [
     "DRAWS",
     "auc_ap",
+    "auc_ap_draws",
     "auc_draws",
     "bootstrap_weights",
     "intervals",
@@ -44,24 +45,17 @@ def intervals(
     trajectory: NDArray[np.int64],
     weights: NDArray[np.int64],
 ) -> tuple[Interval | None, Interval | None]:
-    """Of AUC and AP, over draws of whole trajectories.
+    """Bootstrap intervals of AUC and AP; arguments as of `auc_ap_draws`.
 
-    Each of N samples takes the column of its trajectory, (N,), of the (draws, T) weights. None if
-    there are not two trajectories to draw from, or no draw has both labels. Where no draw has an
-    error, as of a perfect score, draws say nothing of how rare errors are: then the other end is
-    the least share that so many trajectories without an error leave possible (`_error_free`).
+    None if there are not two trajectories to draw from, or no draw has both labels. Where no draw
+    has an error, as of a perfect score, draws say nothing of how rare errors are: then the other
+    end is the least share that so many trajectories without an error leave possible
+    (`_error_free`).
     """
     if len(np.unique(trajectory)) < 2:
         return None, None
-    order, first = thresholds(ranks)
-    labels, trajectory = labels[order], trajectory[order]
-    small = weights.astype(np.int32)  # what takes the time is memory
-    block = max(1, MOST_WEIGHTS // len(trajectory))
-    drawn = [
-        weighted_auc_ap(labels, small[start : start + block].take(trajectory, axis=1), first)
-        for start in range(0, len(weights), block)
-    ]
-    aucs, aps = (np.concatenate(values) for values in zip(*drawn, strict=True))
+    draws = auc_ap_draws(ranks, labels, trajectory, weights)
+    aucs, aps = (values[~np.isnan(values)] for values in draws)
     trials = min(len(np.unique(trajectory[labels == kind])) for kind in (False, True))
     return _interval(aucs, trials), _interval(aps, trials)
 
@@ -72,19 +66,36 @@ def auc_draws(
     trajectory: NDArray[np.int64],
     weights: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """AUC over draws of whole trajectories, shape (draws,); NaN where a draw has one label alone.
+    """AUC of scores, shape (N,), that may be infinite, for each draw of `auc_ap_draws`.
 
-    With the same weights two scores of the same states are compared pair by pair. Shapes as of
-    `intervals`; scores may be infinite.
+    With the same weights two scores of the same states are compared pair by pair.
     """
-    aucs = np.full(len(weights), np.nan)
-    if not len(scores):
-        return aucs
-    order, first = thresholds(ranked(scores))
-    labels, of_state = labels[order], weights[:, trajectory[order]]
-    both = ((of_state * labels).sum(axis=1) > 0) & ((of_state * ~labels).sum(axis=1) > 0)
-    aucs[both] = weighted_auc_ap(labels, of_state[both], first)[0]
-    return aucs
+    return auc_ap_draws(ranked(scores), labels, trajectory, weights)[0]
+
+
+def auc_ap_draws(
+    ranks: NDArray[np.int64],
+    labels: NDArray[np.bool_],
+    trajectory: NDArray[np.int64],
+    weights: NDArray[np.int64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """AUC and AP for each draw of whole trajectories, shape (draws,); NaN where a draw has one
+    label alone.
+
+    Each of N samples takes the column of its trajectory, (N,), of the (draws, T) weights.
+    """
+    if not len(ranks):
+        return np.full(len(weights), np.nan), np.full(len(weights), np.nan)
+    order, first = thresholds(ranks)
+    labels, trajectory = labels[order], trajectory[order]
+    small = weights.astype(np.int32)  # what takes the time is memory
+    block = max(1, MOST_WEIGHTS // len(trajectory))
+    draws = [
+        weighted_auc_ap(labels, small[start : start + block].take(trajectory, axis=1), first)
+        for start in range(0, len(weights), block)
+    ]
+    aucs, aps = (np.concatenate(values) for values in zip(*draws, strict=True))
+    return aucs, aps
 
 
 def thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -100,21 +111,20 @@ def weighted_auc_ap(
     counts; labels (N,) and weights from the best score down, as `thresholds` orders them.
 
     The numbers of scikit-learn with `sample_weight`, for all draws at once: one by one they take a
-    minute for a table. Draws in which only one label is left are dropped.
+    minute for a table. NaN for draws in which only one label is left.
     """
     positive, every = weights * labels, weights
     if len(first) < len(labels):
         positive, every = (np.add.reduceat(each, first, axis=1) for each in (positive, every))
     true, above = (each.cumsum(axis=1, dtype=each.dtype) for each in (positive, every))
-    false = (above[:, -1] - true[:, -1]).astype(np.float64)
-    both = (true[:, -1] > 0) & (false > 0)
-    if not both.all():
-        each = (positive, every, true, above, false)
-        positive, every, true, above, false = (values[both] for values in each)
-
-    pairs = ((every - positive) * (true - 0.5 * positive)).sum(axis=1)  # a tie counts half
-    auc = pairs / (true[:, -1] * false)
-    ap = (positive * (true / np.maximum(above, 1))).sum(axis=1) / true[:, -1]
+    positives = true[:, -1]
+    negatives = (above[:, -1] - positives).astype(np.float64)
+    one_label = (positives == 0) | (negatives == 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pairs = ((every - positive) * (true - 0.5 * positive)).sum(axis=1)  # a tie counts half
+        auc = pairs / (positives * negatives)
+        ap = (positive * (true / np.maximum(above, 1))).sum(axis=1) / positives
+    auc[one_label] = ap[one_label] = np.nan
     return auc, ap
 
 

@@ -1,4 +1,4 @@
-"""One comparison of a score with a label."""
+"""One comparison of a score with a label, and what the paper reports to be seen beside it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,42 @@ from numpy.typing import NDArray
 
 from energymargin.evaluation.bootstrap import auc_ap, intervals, ranked
 from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.paper import DASH
 
-__all__ = ["Cell", "cell_of", "csv_fields", "short"]
+__all__ = ["DASH", "PAPER", "Cell", "cell_of", "csv_fields", "paper_text", "short"]
+
+DASH = "—"
+
+# AUC and AP of the paper's Table I.
+PAPER: dict[str, dict[str, tuple[float, float]]] = {
+    "push": {
+        "capture": (0.97, 0.99),
+        "effort/est": (0.92, 0.98),
+        "effort/rrt": (0.92, 0.99),
+        "force": (0.86, 0.95),
+        "success": (0.98, 0.98),
+    },
+    "balance": {
+        "capture": (0.98, 0.99),
+        "effort/est": (0.93, 0.98),
+        "effort/rrt": (0.94, 0.98),
+        "force": (0.94, 0.96),
+        "success": (0.93, 0.95),
+    },
+    "topple": {
+        "capture": (0.94, 0.93),
+        "effort/est": (0.93, 0.91),
+        "effort/rrt": (0.93, 0.92),
+        "force": (0.77, 0.62),
+        "success": (0.89, 0.92),
+    },
+    "grasp": {
+        "capture": (1.00, 1.00),
+        "effort/est": (0.99, 0.99),
+        "effort/rrt": (0.97, 0.99),
+        "force": (0.73, 0.88),
+        "success": (0.99, 0.99),
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -72,3 +105,8 @@ def _span(interval: tuple[float, float] | None) -> str:
 def short(value: float) -> str:
     """Three decimals without the leading zero: .981, 1.00."""
     return "1.00" if value >= 0.9995 else f"{value:.3f}"[1:]
+
+
+def paper_text(value: tuple[float, float] | None) -> str:
+    """AUC/AP as it is shown; a dash for None."""
+    return DASH if value is None else f"{value[0]:.2f}/{value[1]:.2f}".replace("0.", ".")

@@ -21,9 +21,8 @@ from energymargin.evaluation.calibration import (
     calibration_error,
     reliability,
 )
-from energymargin.evaluation.cells import cell_of, csv_fields, short
+from energymargin.evaluation.cells import DASH, cell_of, csv_fields, short
 from energymargin.evaluation.labelled import Compared
-from energymargin.evaluation.paper import DASH
 from energymargin.tasks.base import Following, positive_number, whole_number
 
 __all__ = [

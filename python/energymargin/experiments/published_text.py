@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from energymargin.evaluation import Among, LabelledScores
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, auc_draws, bootstrap_weights
-from energymargin.evaluation.cells import short
+from energymargin.evaluation.cells import DASH, short
 from energymargin.evaluation.labelled import AMONG, compared_states
-from energymargin.evaluation.paper import DASH
 from energymargin.published.folder import SIMULATED
 from energymargin.tasks.base import whole_number
 

@@ -19,8 +19,8 @@ from energymargin._core import Problem
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import LabelledScores, evaluate
+from energymargin.evaluation.cells import PAPER
 from energymargin.evaluation.labelled import HORIZONS, compared_states
-from energymargin.evaluation.paper import PAPER
 from energymargin.executors.threads import Threads, thread_count
 from energymargin.experiments.ceiling import (
     CAPTURED,

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from energymargin.evaluation import Cell, Evaluation
-from energymargin.evaluation.cells import csv_fields
+from energymargin.evaluation.cells import DASH, PAPER, csv_fields, paper_text
 from energymargin.evaluation.labelled import HORIZONS, PAPER_HORIZON, SUCCESS
-from energymargin.evaluation.paper import DASH, PAPER, paper_text
 from energymargin.evaluation.table import CSV_COLUMNS
 from energymargin.experiments.ceiling import (
     CEILING,

@@ -27,7 +27,7 @@ __all__ = ["attach", "shown_by"]
 
 METHOD = "_repr_html_"  # which a notebook asks for
 OF_CORE: dict[type, str] = {
-    CaptureProbability: "probabilities.capture_probability",
+    CaptureProbability: "results.capture_probability",
     CaptureScore: "results.capture_score",
     EscapeEffort: "results.escape_effort",
     EscapeEnergy: "results.escape_energy",

@@ -7,8 +7,7 @@ from typing import Any
 
 from energymargin._core import Plan, Problem, Scene
 from energymargin.future_text import future_rows, plan_rows
-from energymargin.notebook.pictures import beside, drawn
-from energymargin.notebook.tables import Row, grid, table
+from energymargin.notebook.tables import Row, beside, drawn, grid, table
 
 __all__ = ["plan", "problem", "scene"]
 

@@ -1,15 +1,21 @@
-"""Small tables in HTML; all text is escaped."""
+"""Small tables in HTML, beside a picture if matplotlib is there; all text is escaped."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import base64
+import io
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
+from importlib.util import find_spec
+from typing import Any
 
-__all__ = ["MOST_ROWS", "Row", "grid", "note", "table"]
+__all__ = ["MOST_ROWS", "Row", "beside", "drawn", "grid", "note", "table"]
 
 Row = tuple[str, object]
 MOST_ROWS = 12  # of a long table
 CELL = "text-align:left;padding:0.1em 1em 0.1em 0"
+
+RESOLUTION = 80  # dots an inch
 
 
 def table(title: str, rows: Iterable[Row], said: str = "") -> str:
@@ -47,3 +53,29 @@ def grid(
 def note(text: str) -> str:
     """A line of small text; nothing for no text."""
     return f"<small>{escape(text)}</small><br>" if text else ""
+
+
+def drawn(draw: Callable[[Any], None], size: tuple[float, float]) -> bytes | None:
+    """What `draw` puts on an Axes of so many inches, as a PNG; None without matplotlib, or if it
+    cannot be drawn."""
+    if find_spec("matplotlib") is None:
+        return None
+    try:
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=size, dpi=RESOLUTION, layout="constrained")
+        draw(figure.subplots())
+        image = io.BytesIO()
+        figure.savefig(image, format="png")
+    except Exception:  # the table says it all: a picture must not be in its way
+        return None
+    return image.getvalue()
+
+
+def beside(table: str, image: bytes | None, shows: str, said: str = "") -> str:
+    """A table with a PNG to its right, if there is one, and what is said below that."""
+    if image is None:
+        return table
+    source = f"data:image/png;base64,{base64.b64encode(image).decode()}"
+    picture = f'<div><img alt="{shows}" src="{source}"><br>{note(said)}</div>'
+    return f'<div style="display:flex;flex-wrap:wrap;gap:1em">{table}{picture}</div>'

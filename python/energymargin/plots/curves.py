@@ -9,13 +9,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from energymargin import curves
-from energymargin.curves import CAPTURED, OneLabelError, Target, metrics_against, target_name
-from energymargin.evaluation import Among, LabelledScores
+from energymargin.evaluation import Among, LabelledScores, curves
 from energymargin.evaluation.cells import short
+from energymargin.evaluation.curves import (
+    CAPTURED,
+    OneLabelError,
+    Target,
+    metrics_against,
+    target_name,
+)
 from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.metrics import ANY
-from energymargin.plots.sources import Scores, labelled_scores
+from energymargin.plots.series import Scores, labelled_scores
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     axes_or_new,

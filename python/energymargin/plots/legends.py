@@ -15,7 +15,6 @@ from matplotlib.patches import Patch
 from matplotlib.transforms import ScaledTranslation
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
-from energymargin.plots.paths import Escape, Result, escape_in_words, escape_line
 from energymargin.plots.styles import (
     BODY_COLORS,
     CAPTURED_COLOR,
@@ -23,6 +22,7 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
+from energymargin.plots.trees import Escape, Result, escape_in_words, escape_line
 
 __all__ = ["Notes", "draw_state_legend", "score_title", "state_legend", "state_title"]
 

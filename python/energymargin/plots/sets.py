@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -84,13 +82,14 @@ def _in_words(
 def lost_objects(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which object is outside of its capture set in which of M states, shape (M, k).
 
-    If there is one set for all, none of them is in it or all are. Sets of their own that cannot be
-    told apart, as those of a Predicate, leave uncrossed an object that may be in its own.
+    Where there is one set for all objects, all of them are in it or none is. Where their sets
+    cannot be told apart, as in a file with any sets of all and of any, all are lost once the state
+    is in no set of any.
     """
-    own = _own_sets(problem)
-    if own is None:
-        return _surely_lost(problem, states)
-    return np.stack([~np.asarray(each.contains(problem.scene, states)) for each in own], axis=1)
+    objects = [body.name for body in problem.scene.bodies if body.role == "object"]
+    of_each = problem.captured_by_object or dict.fromkeys(objects, sets_of(problem)[0])
+    inside = [of_each[name].contains(problem.scene, states) for name in objects]
+    return ~np.stack([np.asarray(captured) for captured in inside], axis=1)
 
 
 def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
@@ -101,36 +100,6 @@ def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
         return np.zeros(sum(body.role == "object" for body in problem.scene.bodies), dtype=bool)
     lost = lost_objects(problem, future.states[[moment]])[0]
     return lost if lost.any() else np.ones_like(lost)
-
-
-def _own_sets(problem: Problem) -> list[Region] | None:
-    """The capture set of each object; None if they cannot be told apart."""
-    objects = sum(body.role == "object" for body in problem.scene.bodies)
-    if problem.captured_any is None:
-        return [problem.captured] * objects
-    try:
-        text = json.loads(problem.to_json())
-    except ValueError:  # a Predicate has no text
-        return None
-    several = text.pop("captured_any")
-    if several["type"] != "or" or len(several["of"]) != objects:  # of a file, it may be any
-        return None
-    alone = [json.dumps(text | {"captured": each}) for each in several["of"]]
-    return [Problem.from_json(one).captured for one in alone]
-
-
-def _surely_lost(problem: Problem, states: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which object is in no object's set, or in a state in which none is in its own."""
-    scene, (captured, _) = problem.scene, sets_of(problem)
-    places = [scene.slice(body.name) for body in scene.bodies if body.role == "object"]
-    none = ~np.asarray(captured.contains(scene, states))
-    lost = []
-    for each in places:
-        alike = states.copy()
-        for other in places:  # with all objects where this one is, it is in any set or in none
-            alike[:, other] = states[:, each]
-        lost.append(none | ~np.asarray(captured.contains(scene, alike)))
-    return np.stack(lost, axis=1)
 
 
 def _inside(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,6 @@ from energymargin._core import EscapeEffort, Problem, Tree
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_bodies, draw_ghost
 from energymargin.plots.legends import draw_state_legend, state_legend, state_title
-from energymargin.plots.paths import Escape, Result, draw_escape, escape_of
 from energymargin.plots.sets import draw_set, sets_of
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
@@ -23,7 +24,16 @@ from energymargin.plots.styles import (
     axes_or_new,
     nodes_in_words,
 )
-from energymargin.plots.trees import draw_color_bar, draw_tree, in_view, most_cost
+from energymargin.plots.trees import (
+    Escape,
+    Result,
+    draw_color_bar,
+    draw_escape,
+    draw_tree,
+    escape_of,
+    in_view,
+    most_cost,
+)
 from energymargin.tasks.base import positive_number, whole_number, yes_or_no
 
 __all__ = ["plot_state"]
@@ -76,43 +86,91 @@ def plot_state(
     Returns `ax`, or the axes of a new figure. Raises ValueError on a result of another problem.
     """
     result, escaping = _checked(problem, result, escape)
-    scene = problem.scene
-    states = problem.state[np.newaxis] if result is None else result.tree.states
-    plane = plane_for(scene, states) if plane is None else _known(plane)
     way = escape_of(problem, escaping) if escaping is not None and path else None
-    if limits is None:
-        limits = view_of(scene, _telling(problem, states, way), plane, AROUND)
-    _check_looks(limits, most, ghosts, seed, detail)
+    view = _view(problem, None if result is None else result.tree, way, plane, limits)
+    _check_looks(view.limits, most, ghosts, seed, detail)
     legend = ax is None if legend is None else yes_or_no("legend", legend)
     title = state_title(result, escaping, way)
-    new = ax is None
-    ax = axes_or_new(ax, WIDTH, _height(limits, title))
+    own_figure = ax is None
+    ax = axes_or_new(ax, WIDTH, _height(view.limits, title))
 
-    seen = np.all(in_view(states[:, object_centers(scene, plane)], limits), axis=1)
-    captured, succeeded = _draw_sets(ax, problem, limits, plane, detail=detail, seen=states[seen])
-    draw_bodies(ax, scene, problem.state, plane, limits)
-    crosses = False
-    if result is not None:
-        costs = Normalize(0.0, _most(problem, result.tree, way) if most is None else most)
-        for node in _some(len(states), ghosts, seed):
-            draw_ghost(ax, scene, states[node], plane)
-        lost = draw_tree(ax, problem, result.tree, plane, costs)
-        crosses = bool(in_view(lost, limits).any())
+    costs = Normalize(0.0, view.most_cost if most is None else most)
+    notes = _draw_sets(ax, view, detail)
+    draw_bodies(ax, problem.scene, problem.state, view.plane, view.limits)
+    for node in _some(len(view.states), ghosts, seed):
+        draw_ghost(ax, problem.scene, view.states[node], view.plane)
+    crosses = _draw_tree(ax, view, costs)
     if way is not None:
-        draw_escape(ax, problem, way, plane)
-    _draw_centers(ax, problem, plane)
-    _name_axes(ax, plane, limits)
+        draw_escape(ax, problem, way, view.plane)
+    _draw_centers(ax, view)
+    _name_axes(ax, view)
     ax.set_title(title, fontsize=10)
     if legend:
-        notes = (captured, succeeded, _out_of_view(seen))
-        handles = state_legend(problem, notes, tree=crosses, escape=way)
-        draw_state_legend(ax, handles, own_figure=new)
-    # After the legend, which may make the axes smaller.
-    if result is not None and color_bar and result.tree.costs.max() > 0.0:
-        draw_color_bar(ax.figure, ax, costs, result.tree.costs.max(), shrink=0.85)
-    if legend and not new:  # else a layout sees what is below axes of equal scales too late
+        handles = state_legend(problem, (*notes, view.unseen), tree=crosses, escape=way)
+        draw_state_legend(ax, handles, own_figure=own_figure)
+    if color_bar and view.tree is not None:  # after the legend, which may make the axes smaller
+        _draw_color_bar(ax, view.tree, costs)
+    if legend and not own_figure:  # else a layout sees too late what is below axes of equal scales
         ax.set_anchor("SE" if color_bar else "S")
     return ax
+
+
+@dataclass(frozen=True)
+class _View:
+    """What of a problem is seen, and where."""
+
+    problem: Problem
+    tree: Tree | None
+    escape: Escape | None
+    plane: Plan
+    limits: Limits
+
+    @cached_property
+    def states(self) -> NDArray[np.float64]:
+        """The state, or those of the tree's nodes, shape (M, n)."""
+        return _states(self.problem, self.tree)
+
+    @cached_property
+    def inside(self) -> NDArray[np.bool_]:
+        """Whether each state has all its objects' centres within the limits, shape (M,)."""
+        centers = self.states[:, object_centers(self.problem.scene, self.plane)]
+        return np.asarray(np.all(in_view(centers, self.limits), axis=1))
+
+    @property
+    def unseen(self) -> str:
+        """What a legend says of the nodes that are not in view; the root is one of them."""
+        nodes = len(self.states)
+        unseen = nodes - int(self.inside.sum())
+        return f"{unseen} of {nodes_in_words(nodes)} out of view" if unseen else ""
+
+    @property
+    def most_cost(self) -> float:
+        """The cost [J] at the end of the colours: of what is in the capture set, and of the way
+        out."""
+        if self.tree is None:
+            return 0.0
+        most = most_cost(self.problem, self.tree)
+        way = self.escape
+        return max(most, way.effort) if way is not None and len(way.states) else most
+
+
+def _view(
+    problem: Problem,
+    tree: Tree | None,
+    escape: Escape | None,
+    plane: Plan | None,
+    limits: Limits | None,
+) -> _View:
+    """Plane and limits are chosen where they are not given."""
+    states = _states(problem, tree)
+    plane = plane_for(problem.scene, states) if plane is None else _known(plane)
+    if limits is None:
+        limits = view_of(problem.scene, _telling(problem, states, escape), plane, AROUND)
+    return _View(problem, tree, escape, plane, limits)
+
+
+def _states(problem: Problem, tree: Tree | None) -> NDArray[np.float64]:
+    return problem.state[np.newaxis] if tree is None else tree.states
 
 
 def _checked(
@@ -184,38 +242,37 @@ def _telling(
     return telling if escape is None else np.concatenate([telling, escape.states])
 
 
-def _most(problem: Problem, tree: Tree, escape: Escape | None) -> float:
-    """The cost [J] at the end of the colours: of what is in the capture set, and of the way out."""
-    most = most_cost(problem, tree)
-    return max(most, escape.effort) if escape is not None and len(escape.states) else most
+def _draw_sets(ax: Axes, view: _View, detail: int) -> tuple[str, str]:
+    """Success set below capture set; returns what a legend says of where capture and success set
+    are."""
+    captured, succeeded = sets_of(view.problem)
+    looks = (
+        (succeeded, {"color": SUCCEEDED_COLOR, "line": "dashed", "order": 0}),
+        (captured, {"color": CAPTURED_COLOR, "line": "solid", "order": 1}),
+    )
+    shown: dict[str, Any] = {"detail": detail, "seen": view.states[view.inside]}
+    of_succeeded, of_captured = (
+        ""
+        if region is None
+        else draw_set(ax, view.problem, region, view.limits, view.plane, **look, **shown)
+        for region, look in looks
+    )
+    return of_captured, of_succeeded
 
 
-def _out_of_view(seen: NDArray[np.bool_]) -> str:
-    """What a legend says of the nodes that are not all seen; the root is one of them."""
-    unseen = len(seen) - int(seen.sum())
-    return f"{unseen} of {nodes_in_words(len(seen))} out of view" if unseen else ""
+def _draw_tree(ax: Axes, view: _View, costs: Normalize) -> bool:
+    """Returns whether a cross is in view."""
+    if view.tree is None:
+        return False
+    lost = draw_tree(ax, view.problem, view.tree, view.plane, costs)
+    return bool(in_view(lost, view.limits).any())
 
 
-def _draw_sets(
-    ax: Axes,
-    problem: Problem,
-    limits: Limits,
-    plane: Plan,
-    **options: Any,
-) -> tuple[str, str]:
-    """Capture and success set; returns what is to be said of where they are."""
-    looks = [(SUCCEEDED_COLOR, "dashed"), (CAPTURED_COLOR, "solid")]
-    where = []
-    for order, (region, (color, line)) in enumerate(
-        zip(reversed(sets_of(problem)), looks, strict=True)
-    ):
-        look: dict[str, Any] = {"color": color, "line": line, "order": order}
-        where.append(
-            draw_set(ax, problem, region, limits, plane, **look, **options)
-            if region is not None
-            else ""
-        )
-    return where[1], where[0]
+def _draw_color_bar(ax: Axes, tree: Tree, costs: Normalize) -> None:
+    """None of a tree without costs."""
+    highest = tree.costs.max()
+    if highest > 0.0:
+        draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
 
 
 def _some(nodes: int, number: int, seed: int) -> list[int]:
@@ -223,15 +280,16 @@ def _some(nodes: int, number: int, seed: int) -> list[int]:
     return [int(row) for row in np.random.default_rng(seed).permutation(nodes - 1)[:number] + 1]
 
 
-def _draw_centers(ax: Axes, problem: Problem, plane: Plan) -> None:
+def _draw_centers(ax: Axes, view: _View) -> None:
     """Where the objects are."""
-    starts = problem.state[object_centers(problem.scene, plane)]
+    problem = view.problem
+    starts = problem.state[object_centers(problem.scene, view.plane)]
     ax.plot(*starts.T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
 
 
-def _name_axes(ax: Axes, plane: Plan, limits: Limits) -> None:
-    ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
-    ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
+def _name_axes(ax: Axes, view: _View) -> None:
+    ax.set(xlim=view.limits[0], ylim=view.limits[1], aspect="equal")
+    ax.set(xlabel=f"{view.plane[0]} [m]", ylabel=f"{view.plane[1]} [m]")
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,18 +14,18 @@ from energymargin import tasks
 from energymargin._core import World
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
-from energymargin.published.folder import SIMULATED, of_part
-from energymargin.published.interval import matched_interval
+from energymargin.published.folder import SIMULATED, Columns, of_part, read_columns, require_same
 from energymargin.published.recordings import recorded_dataset, recorded_scores
-from energymargin.published.tables import Columns, read_columns, require_same
 from energymargin.published.task import SimulatedTask
 from energymargin.store.given import add_scores as add_run
-from energymargin.tasks.base import Trajectory
+from energymargin.tasks.base import Params, Trajectory
 
-__all__ = ["add_scores", "dataset", "labelled_scores", "simulated_task"]
+__all__ = ["add_scores", "dataset", "labelled_scores", "matched_interval"]
 
 SOURCE = {"source": "published"}
 NAMES = ("num_traj", "data_id")
+
+LEAST, LONGEST = 10, 120  # steps; the longest trajectories have this interval
 
 
 def dataset(
@@ -148,3 +149,19 @@ def _trajectory(
         params=params,
         seed=number,
     )
+
+
+def matched_interval(task: SimulatedTask, params: Params, states: NDArray[np.float64]) -> float:
+    """The interval [s], in whole steps, after which the script's mean brings each state, shape
+    (K, n), nearest to the next recorded one, in the mean of the free bodies' distances."""
+    scene = task.scene(params)
+    bodies = [body.name for body in scene.bodies if body.mass > 0]
+    places = [scene.slice(name).start + axis for name in bodies for axis in range(3)]
+    steps = range(LEAST, LONGEST + 1)
+    distances = np.zeros(len(steps))
+    for state, after in pairwise(states):
+        plan = task.plan(state, 0.0, params, LONGEST * task.step)
+        reached = World(scene, plan).simulate(state, LONGEST, record=list(steps)).states
+        away = (reached - after)[:, places].reshape(len(steps), len(bodies), 3)
+        distances += np.linalg.norm(away, axis=2).sum(axis=1)
+    return (LEAST + int(distances.argmin())) * task.step

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from energymargin._core import Scene, World
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
+from energymargin.published.folder import read_columns, require_same
 from energymargin.published.planar import placed
 from energymargin.published.recorded import CLEARANCE, HEIGHT, PublishedRecorded
-from energymargin.published.tables import read_columns, require_same
 from energymargin.scenes import moved_apart
 from energymargin.tasks.base import Trajectory
 

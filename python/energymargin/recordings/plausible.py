@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.fields import of_body
+from energymargin.recordings.columns import of_body
 from energymargin.recordings.table import Source, Table
 
 __all__ = ["require_agreement", "require_clock", "require_units"]

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.recordings import columns as layouts
-from energymargin.recordings.columns import Columns
-from energymargin.recordings.fields import BODIES, of_body
+from energymargin.recordings.columns import BODIES, Columns, of_body
 from energymargin.recordings.gaps import Clock, filled_clock, require_short_gaps
 from energymargin.recordings.outliers import LEAST_JUMP, LEAST_TURN, jumps
 from energymargin.recordings.plausible import require_agreement, require_clock, require_units
@@ -45,6 +44,39 @@ class _Track:
     def good(self) -> NDArray[np.bool_]:
         """The rows that are used, shape (R,)."""
         return self.seen & ~self.jumped
+
+    def part(self, rows: slice) -> _Track:
+        """Over these rows alone."""
+        return _Track(
+            self.body,
+            self.poses[rows],
+            None if self.velocities is None else self.velocities[rows],
+            self.seen[rows],
+            self.jumped[rows],
+        )
+
+
+@dataclass(frozen=True)
+class _Sightings:
+    """The R rows of a file, and what the camera saw of both bodies in them."""
+
+    table: Table
+    tracks: tuple[_Track, ...]
+
+    def between_ends(self) -> _Sightings:
+        """Without the frames before both bodies are first seen, or after they are last seen."""
+        ends = [np.flatnonzero(track.good)[[0, -1]] for track in self.tracks]
+        first, last = max(first for first, _ in ends), min(last for _, last in ends)
+        rows = slice(first, last + 1)
+        table = Table(
+            self.table.source,
+            self.table.lines[rows],
+            {name: values[rows] for name, values in self.table.values.items()},
+        )
+        tracks = tuple(track.part(rows) for track in self.tracks)
+        for track in tracks:
+            _require_enough(table, int(track.good.sum()), f"rows with the {track.body} and both")
+        return _Sightings(table, tracks)
 
 
 def read_csv(
@@ -91,19 +123,14 @@ def read_csv(
         raise ValueError(
             f"smoothing is {smoothing:g}, expected at most the recording's {length:g} s"
         )
-    tracks = [_track(table, body, (least_jump, least_turn)) for body in BODIES]
-    whole, (table, tracks, left_out) = table, _between_ends(table, tracks)
-    for track in tracks:
-        require_short_gaps(table, track.body, track.good, longest_gap)
-    clock = filled_clock(table)
-    mended = Mended(
-        clock.missing,
-        {t.body: _frames(table, ~t.seen) for t in tracks if not t.seen.all()},
-        {t.body: _frames(table, t.jumped) for t in tracks if t.jumped.any()},
-        left_out,
-    )
-    _require_little(whole, mended, len(clock.times), mend=mend)
-    motions = _motions(table, tracks, clock, smoothing, smooth_poses=smooth_poses)
+    tracks = tuple(_track(table, body, (least_jump, least_turn)) for body in BODIES)
+    sightings = _Sightings(table, tracks).between_ends()
+    for track in sightings.tracks:
+        require_short_gaps(sightings.table, track.body, track.good, longest_gap)
+    clock = filled_clock(sightings.table)
+    mended = _mended(table, sightings, clock)
+    _require_little(table, mended, len(clock.times), mend=mend)
+    motions = _motions(sightings, clock, smoothing, smooth_poses=smooth_poses)
     place = layouts.origin(layout.origin if origin is None else origin)
     object_motion, effector_motion = (_moved(motion, place) for motion in motions)
     return Recording(
@@ -143,33 +170,15 @@ def _require_enough(table: Table, count: int, what: str) -> None:
         raise table.source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
 
 
-def _between_ends(
-    table: Table, tracks: list[_Track]
-) -> tuple[Table, list[_Track], tuple[int, ...]]:
-    """Without the frames before both bodies are first seen, or after they are last seen."""
-    ends = [np.flatnonzero(track.good)[[0, -1]] for track in tracks]
-    first, last = max(first for first, _ in ends), min(last for _, last in ends)
-    inside = slice(first, last + 1)
-    outside = np.ones(len(table.lines), dtype=bool)
-    outside[inside] = False
-    kept = Table(
-        table.source,
-        table.lines[inside],
-        {name: values[inside] for name, values in table.values.items()},
+def _mended(table: Table, sightings: _Sightings, clock: Clock) -> Mended:
+    """What becomes of the frames of a file, of which those between the ends are kept."""
+    kept, tracks = sightings.table, sightings.tracks
+    return Mended(
+        clock.missing,
+        {t.body: _frames(kept, ~t.seen) for t in tracks if not t.seen.all()},
+        {t.body: _frames(kept, t.jumped) for t in tracks if t.jumped.any()},
+        _frames(table, ~np.isin(table.lines, kept.lines)),
     )
-    for track in tracks:
-        _require_enough(kept, int(track.good[inside].sum()), f"rows with the {track.body} and both")
-    cut = [
-        _Track(
-            track.body,
-            track.poses[inside],
-            None if track.velocities is None else track.velocities[inside],
-            track.seen[inside],
-            track.jumped[inside],
-        )
-        for track in tracks
-    ]
-    return kept, cut, _frames(table, outside)
 
 
 def _frames(table: Table, rows: NDArray[np.bool_]) -> tuple[int, ...]:
@@ -193,14 +202,14 @@ def _require_little(table: Table, mended: Mended, frames: int, *, mend: bool) ->
 
 
 def _motions(
-    table: Table,
-    tracks: list[_Track],
+    sightings: _Sightings,
     clock: Clock,
     time_scale: float,
     *,
     smooth_poses: bool,
 ) -> list[Motion]:
     """Of each body at all frames; the velocities of a file agree with its poses."""
+    table, tracks = sightings.table, sightings.tracks
     times = table.values["time"]
     motions = []
     for track, other in zip(tracks, reversed(tracks), strict=True):

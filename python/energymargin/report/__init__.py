@@ -11,7 +11,7 @@ try:
 except ImportError as error:
     raise ImportError(f"a report needs {error.name}: pip install 'energymargin[report]'") from error
 
-from energymargin.report.options import Options
+from energymargin.report.subject import Options
 from energymargin.report.writing import write
 
 __all__ = ["Options", "write"]

@@ -1,24 +1,35 @@
-"""What was scored, how, and by which versions: the first tables of a report."""
+"""What was scored, how and by which versions; what the report lacks, and the command for it."""
 
 from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterator
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 
+from energymargin.datasets import Future
+from energymargin.evaluation import Evaluation
+from energymargin.evaluation.curves import SUCCESS, target_name
+from energymargin.evaluation.labelled import SUCCESSES
 from energymargin.future_text import disturbance_in_words
-from energymargin.metrics import TIMED
+from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.report.subject import Data, Subject
+from energymargin.settings import SearchSettings, algorithm
 
-__all__ = ["Fact", "facts", "time_facts", "version_facts"]
+__all__ = ["Fact", "Notice", "facts", "notices", "time_facts", "version_facts"]
 
 Fact = tuple[str, str]
 """What it is, and its value."""
 
 PACKAGES = ("numpy", "scikit-learn", "matplotlib", "plotly")
+
+# Of `energymargin score`, where they are not the names of the settings.
+OPTIONS = {"common_random_numbers": "--common"}
 
 
 def facts(subject: Subject, data: Data) -> list[Fact]:
@@ -86,3 +97,115 @@ def _duration(seconds: float) -> str:
     """ "1.03 s", "12.5 ms"; never as a power of ten."""
     value, unit = (seconds, "s") if seconds >= 1 else (1e3 * seconds, "ms")
     return f"{value:.3g} {unit}" if value < 999.5 else f"{value:.0f} {unit}"
+
+
+@dataclass(frozen=True)
+class Notice:
+    """One thing that is not there."""
+
+    text: str
+    command: str | None = None
+    """What would put it there."""
+
+
+def notices(subject: Subject, data: Data, result: Evaluation, output: Path) -> list[Notice]:
+    """All that is missing, for the top of the page, which will be at `output`."""
+    return [
+        *_unscored(subject, data),
+        *_unasked(subject, data),
+        *_one_label(subject, result),
+        *_no_dataset(subject, data, output),
+        *_other_algorithm(subject),
+    ]
+
+
+def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
+    missing = {m: int(np.isnan(values).sum()) for m, values in subject.labelled.scores.items()}
+    lacking = np.any([np.isnan(values) for values in subject.labelled.scores.values()], axis=0)
+    if not lacking.any():
+        return
+    text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
+    if len(set(missing.values())) > 1:
+        by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
+        text += f", or not in full: {by_metric}"
+    yield Notice(
+        f"{text}. This command scores them, and of those that cannot be simulated it says why:",
+        _command(subject, data, subject.metrics),
+    )
+
+
+def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
+    """Metrics that the run was not asked for."""
+    others = TIMED if subject.future is None else CLOCKLESS
+    asked = [m for m in METRICS if m not in others]
+    there = [m for m in asked if subject.several or not m.endswith(ANY)]
+    unasked = [metric for metric in there if metric not in subject.metrics]
+    if unasked:
+        yield Notice(
+            f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
+            "this adds a run with all scores, and computes only what is new:",
+            _command(subject, data, None),
+        )
+
+
+def _one_label(subject: Subject, result: Evaluation) -> Iterator[Notice]:
+    """Scores that have no AUC, for want of a second label."""
+    cells = {(score, h): cell for score, of in result.states.items() for h, cell in of.items()}
+    without: dict[str, list[str]] = {}  # by label
+    for (score, horizon), cell in cells.items():
+        if cell is None and not np.isnan(subject.scores(score)).all():
+            without.setdefault(target_name(horizon=horizon), []).append(score)
+    for score in SUCCESSES:
+        lacks = score in subject.metrics and score not in result.trajectories
+        if lacks and not np.isnan(subject.scores(score)).all():
+            without.setdefault(target_name(SUCCESS, last=result.last), []).append(score)
+    if without:
+        listed = "; ".join(f"{label}: {', '.join(scores)}" for label, scores in without.items())
+        yield Notice(
+            "No AUC and no AP where all that are scored are of one kind, for these compare two. "
+            f"So it is with {listed}."
+        )
+
+
+def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
+    if data.dataset is None:
+        words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
+        if subject.runs > 1:
+            words += ["--run", str(subject.number)]
+        if output != subject.path.with_suffix(".html"):
+            words += ["-o", str(output)]
+        yield Notice(
+            f"Without the dataset there are no pictures of states, and frames instead of times: "
+            f"{data.lacking}. With it:",
+            shlex.join(words),
+        )
+
+
+def _other_algorithm(subject: Subject) -> Iterator[Notice]:
+    if not subject.up_to_date:
+        yield Notice(
+            f"The scores are of algorithm {subject.algorithm}, and this energymargin has "
+            f"{algorithm()}: the trees in the pictures are grown anew and may differ."
+        )
+
+
+def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
+    """That scores the run's dataset with its settings; None if they are not of that command."""
+    known = {own.name: own.default for own in fields(SearchSettings)}
+    if not set(subject.settings) <= set(known):
+        return None
+    future = subject.future
+    if future is not None and future != Future(future.horizon, future.plan):
+        return None
+    words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
+    if metrics is not None:
+        words += ["--metrics", ",".join(metrics)]
+    if future is not None:
+        words += ["--horizon", str(future.horizon), "--plan", future.plan or "none"]
+    for name, value in subject.settings.items():
+        option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
+        if value is True:
+            words.append(option)
+        elif value != known[name]:
+            words += [option, str(value)]
+    return shlex.join(words)

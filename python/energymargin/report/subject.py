@@ -1,4 +1,4 @@
-"""What a report is about: a run of a file of scores, read once, and its dataset."""
+"""What a report is about: a run of a file of scores, read once, its dataset, and what is shown."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ from energymargin import datasets
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
-from energymargin.evaluation.labelled import FORCE
+from energymargin.evaluation.bootstrap import DRAWS
+from energymargin.evaluation.labelled import FORCE, HORIZON, LAST_FRAMES
 from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
 from energymargin.tasks.base import whole_number
 
-__all__ = ["Data", "Subject", "read_data", "read_subject"]
+__all__ = ["Data", "Options", "Subject", "read_data", "read_subject"]
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
+
+_LEAST = {"trajectories": 1, "pictures": 0, "last": 1, "draws": 1, "seed": 0}
 
 
 @dataclass(frozen=True)
@@ -158,3 +161,40 @@ def _other(dataset: Dataset, subject: Subject, path: Path) -> str:
     if subject.digest.startswith(dataset.digest()):  # some experiments name more after it
         return ""
     return f"{path} is not the dataset that run {subject.number} of {subject.path.name} scored"
+
+
+@dataclass(frozen=True)
+class Options:
+    """The choices of who writes a report. Raises ValueError on what cannot be."""
+
+    trajectories: int = 30
+    """At most so many are shown, half of them those that the scores get most wrong."""
+    pictures: int = 2
+    """So many states of each score and label, whose searches are grown again."""
+    horizon: int | None = None
+    """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
+    as far as the scores do, which is HORIZON for those without one of their own, or as far as the
+    longest trajectory goes."""
+    last: int = LAST_FRAMES
+    """As of `evaluate`; so are the next two."""
+    draws: int = DRAWS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Checks each of them."""
+        for name, least in _LEAST.items():
+            whole_number(name, getattr(self, name), least)
+        if self.horizon is not None:
+            whole_number("horizon", self.horizon, 0)
+
+    def horizon_of(self, ahead: int, scored: int | None = None) -> int:
+        """The horizon, where no state has more than `ahead` frames after its own, of scores that
+        look `scored` frames ahead. Raises ValueError if it is longer than that."""
+        if self.horizon is None:
+            return min(HORIZON if scored is None else scored, ahead)
+        if self.horizon > ahead:
+            raise ValueError(
+                f"horizon is {self.horizon}, expected 0 to {ahead}: the longest trajectory has "
+                f"{ahead + 1} frames"
+            )
+        return self.horizon

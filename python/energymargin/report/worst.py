@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from energymargin._core import CaptureScore
-from energymargin.curves import CAPTURED
+from energymargin.evaluation.curves import CAPTURED
+from energymargin.evaluation.wrongness import Judged
 from energymargin.metrics import with_unit
-from energymargin.report.grown import Grower, Grown
-from energymargin.report.pictures import picture
+from energymargin.report.pictures import Grower, Grown, picture
 from energymargin.report.subject import Data, Subject
-from energymargin.report.wrong import Judged
 
 __all__ = ["Card", "Mistakes", "Worst", "worst"]
 

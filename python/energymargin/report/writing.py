@@ -9,23 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from energymargin.curves import target_name
 from energymargin.evaluation import Among, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation.curves import target_name
 from energymargin.evaluation.labelled import AMONG
+from energymargin.evaluation.wrongness import by_trajectory, judged
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
-from energymargin.report.about import facts, time_facts, version_facts
+from energymargin.report.about import facts, notices, time_facts, version_facts
 from energymargin.report.along import along
-from energymargin.report.curves import curves
-from energymargin.report.distribution import distributions
-from energymargin.report.missing import notices
-from energymargin.report.options import Options
-from energymargin.report.page import Page, rendered
-from energymargin.report.subject import Data, Subject, read_data, read_subject
-from energymargin.report.tables import tables
+from energymargin.report.curves import curves, distributions
+from energymargin.report.page import Page, rendered, tables
+from energymargin.report.subject import Data, Options, Subject, read_data, read_subject
 from energymargin.report.worst import worst
-from energymargin.report.wrong import by_trajectory, judged
 
 __all__ = ["write"]
 
@@ -89,7 +85,7 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
     result, of_captured = (
         _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
     )
-    every = judged(subject, horizon, last)
+    every = judged(subject.labelled, horizon, last)
     wrong = by_trajectory(every, len(subject.members))
     lacking = {metric: int(np.isnan(own).sum()) for metric, own in labelled.scores.items()}
     return Page(

@@ -1,21 +1,23 @@
-"""Robots and objects from URDF files."""
+"""Robots and objects from URDF files: links become bodies, joints those of a scene."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from energymargin._core import Cancel, Scene
+import numpy as np
+
+from energymargin import meshes
+from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene, World
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
-from energymargin.scenes.poses import place, pose
-from energymargin.scenes.urdf_bodies import Shaping, body
-from energymargin.scenes.urdf_collisions import apart, require_no_overlap
-from energymargin.scenes.urdf_joints import joint_keywords
-from energymargin.scenes.urdf_model import Robot
-from energymargin.scenes.urdf_read import read
+from energymargin.scenes.files import found
+from energymargin.scenes.poses import moved, place, pose
+from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
 
 __all__ = ["from_urdf"]
 
@@ -187,3 +189,254 @@ def _empty(scene: Scene) -> Scene:
         scene.friction_directions,
         scene.margin,
     )
+
+
+@dataclass(frozen=True)
+class Shaping:
+    """How the links of a file become bodies."""
+
+    path: Path
+    inertia_from_shapes: bool
+    decompose: bool
+    threshold: float
+    packages: tuple[str | Path, ...]
+    limit: Limit
+
+
+def body(link: Link, how: Shaping, *, fixed: bool) -> dict[str, Any]:
+    """The keywords shape, mass and inertial of `Scene.add_body`, in the link's frame."""
+    shape = _shape(link, how)
+    keywords = {"shape": shape, "mass": 0.0 if fixed else link.mass}
+    empty = isinstance(shape, Compound) and not shape.parts
+    if not fixed and (empty or not how.inertia_from_shapes):
+        keywords["inertial"] = _inertial(link)
+    return keywords
+
+
+def _inertial(link: Link) -> Inertial:
+    if link.inertia is None:
+        raise ValueError(
+            f"link {link.name!r} has a mass and no <inertia>; inertia='shapes' takes it from the "
+            "collision shapes"
+        )
+    frame = place(link.center)
+    try:
+        return Inertial(frame["position"], inertia=link.inertia, axes=frame["orientation"])
+    except ValueError as error:
+        raise ValueError(
+            f"link {link.name!r}: {error}; inertia='shapes' takes it from the collision shapes"
+        ) from error
+
+
+def _shape(link: Link, how: Shaping) -> Any:
+    """One solid in the link's frame as itself, all else as a compound."""
+    if len(link.geometries) == 1 and not isinstance(link.geometries[0].shape, MeshFile):
+        shape, pose = link.geometries[0]
+        if np.array_equal(pose, np.eye(4)):
+            return shape
+    placed = [_placed(geometry, how) for geometry in link.geometries]
+    if len(placed) == 1:
+        return placed[0]
+    return Compound([part for compound in placed for part in compound.parts])
+
+
+def _placed(geometry: Geometry, how: Shaping) -> Compound:
+    shape = geometry.shape
+    if not isinstance(shape, MeshFile):
+        return moved(Compound([shape]), geometry.pose)
+    file = found(shape.filename, how.path, how.packages)
+    mesh = meshes.mesh(
+        file,
+        scale=shape.scale,
+        decompose=how.decompose,
+        threshold=how.threshold,
+        **how.limit.rest(),
+    )
+    return moved(mesh, geometry.pose)
+
+
+OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
+
+Pair = tuple[str, str]
+
+
+def apart(
+    robot: Robot, disabled: Iterable[Pair], prefix: str, *, self_collision: bool
+) -> list[Pair]:
+    """Pairs of bodies that never collide, besides those that a joint connects.
+
+    Links that fixed joints hold together cannot collide.
+    """
+    jointed = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
+    never = {frozenset(pair): pair for pair in disabled}
+    groups = _lumps(robot) if self_collision else [list(robot.links)]
+    for group in groups:
+        never.update((frozenset(pair), pair) for pair in combinations(group, 2))
+    return [(prefix + a, prefix + b) for links, (a, b) in never.items() if links not in jointed]
+
+
+def _lumps(robot: Robot) -> list[list[str]]:
+    """The links in groups that fixed joints hold together."""
+    up = {j.child: j.parent for j in robot.joints.values() if j.type == "fixed"}
+    tops: dict[str, str] = {}
+    for name in robot.links:
+        way = [name]
+        while way[-1] in up and way[-1] not in tops:
+            way.append(up[way[-1]])
+        top = tops.get(way[-1], way[-1])
+        tops.update(dict.fromkeys(way, top))
+    lumps: dict[str, list[str]] = {}
+    for name in robot.links:
+        lumps.setdefault(tops[name], []).append(name)
+    return list(lumps.values())
+
+
+def require_no_overlap(robot: Scene, prefix: str) -> None:
+    """Raises ValueError that lists the links which overlap at the start."""
+    if not robot.joints:
+        return
+    depths: dict[Pair, float] = {}
+    for contact in World(robot).contacts(robot.pack()):
+        pair = (contact.body_a.removeprefix(prefix), contact.body_b.removeprefix(prefix))
+        depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
+    deep = {pair: depth for pair, depth in sorted(depths.items()) if depth > OVERLAP}
+    if deep:
+        found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
+        raise ValueError(
+            f"links overlap at the start: {found}; another start, "
+            f"disable_collisions={list(deep)}, or self_collision=False avoids that"
+        )
+
+
+# What the caller may say of a joint; the rest is the file's.
+CONTROL = (
+    "start",
+    "start_velocity",
+    "held",
+    "target",
+    "target_velocity",
+    "stiffness",
+    "damping",
+    "torque_limit",
+    "limits",
+)
+UNLIMITED = (-math.inf, math.inf)
+SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
+
+Control = Mapping[str, Mapping[str, Any]]
+
+
+def joint_keywords(joints: Mapping[str, Joint], said: Control, prefix: str) -> list[dict[str, Any]]:
+    """Keywords of `Scene.add_joint`, in an order in which joints may be added.
+
+    What is `said` of a joint goes before the file. Raises ValueError on unknown joints and
+    keywords, and on limits that contradict each other.
+    """
+    _check_control(joints, said)
+    moving = [joint for joint in joints.values() if joint.mimic is None]
+    following = [joint for joint in joints.values() if joint.mimic is not None]
+    followers: dict[str, list[Joint]] = {joint.name: [] for joint in moving}
+    for joint in following:
+        if joint.mimic:
+            followers[joint.mimic[0]].append(joint)
+    keywords = {}
+    for joint in moving:
+        own = said.get(joint.name, {})
+        drive = _drive(joint, followers[joint.name], own)
+        keywords[joint.name] = {**_joint_frames(joint, prefix), **drive, **own}
+    for joint in following:
+        source, multiplier, offset = joint.mimic or ("", 1.0, 0.0)
+        _check_reach(joint, said.get(joint.name, {}), keywords[source]["limits"])
+        mimic = Mimic(prefix + source, multiplier, offset)
+        keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": mimic}
+    return list(keywords.values())
+
+
+def _check_control(joints: Mapping[str, Joint], said: Control) -> None:
+    for name, own in said.items():
+        if name not in joints:
+            raise ValueError(f"joints has {name!r}, expected one of {', '.join(joints)}")
+        joint = joints[name]
+        known: tuple[str, ...] = CONTROL
+        if joint.type == "fixed":
+            known = ()
+        elif joint.mimic is not None:
+            known = ("limits",)
+        for keyword in own:
+            if keyword not in known:
+                of = f" for one that follows {joint.mimic[0]!r}" if joint.mimic else ""
+                expected = ", ".join(known) or "none for a fixed joint"
+                raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}{of}")
+
+
+def _joint_frames(joint: Joint, prefix: str) -> dict[str, Any]:
+    """Which bodies a joint connects, where, and how they move."""
+    at = place(joint.origin)
+    keywords = {
+        "name": prefix + joint.name,
+        "parent": prefix + joint.parent,
+        "child": prefix + joint.child,
+        "type": "revolute" if joint.type == "continuous" else joint.type,
+        "origin": at["position"],
+        "orientation": at["orientation"],
+    }
+    if joint.type == "fixed":
+        return keywords
+    length = float(np.linalg.norm(joint.axis))
+    if length == 0.0:
+        raise ValueError(f"joint {joint.name!r} has the axis 0 0 0, expected a direction")
+    return {**keywords, "axis": joint.axis / length}
+
+
+def _drive(joint: Joint, followers: list[Joint], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Limits, start, and what resists: the damping of the joints that follow acts here too."""
+    if joint.type == "fixed":
+        return {}
+    lower, upper = _given(joint.name, own["limits"]) if "limits" in own else _limits(joint)
+    damping = joint.damping
+    for other in followers:
+        multiplier = other.mimic[1] if other.mimic else 0.0
+        damping += multiplier**2 * other.damping  # the same power at the same motion
+    return {
+        "limits": (lower, upper),
+        "start": min(max(0.0, lower), upper),
+        "damping": damping,
+        "torque_limit": joint.effort,
+    }
+
+
+def _given(name: str, limits: Any) -> tuple[float, float]:
+    values = np.asarray(limits, float)
+    if values.shape != (2,) or not values[0] < values[1]:
+        raise ValueError(f"joints[{name!r}] has the limits {limits!r}, expected (lower, upper)")
+    return float(values[0]), float(values[1])
+
+
+def _limits(joint: Joint) -> tuple[float, float]:
+    """Those of the file, if it is clear what they are."""
+    lower, upper = joint.limits or (0.0, 0.0)
+    if (joint.type == "continuous") != (lower < upper):
+        return (lower, upper) if lower < upper else UNLIMITED
+    has = f"limits from {lower} to {upper}" if joint.limits else "no limits"
+    raise ValueError(
+        f"joint {joint.name!r} is {joint.type} and has {has}; "
+        f"joints={{{joint.name!r}: {{'limits': (lower, upper)}}}} says which hold"
+    )
+
+
+def _check_reach(joint: Joint, own: Mapping[str, Any], source: tuple[float, float]) -> None:
+    """A joint that follows stays within its own limits wherever the other one may go."""
+    if "limits" in own:
+        lower, upper = _given(joint.name, own["limits"])
+    elif joint.limits is None or joint.type == "continuous":
+        return
+    else:
+        lower, upper = joint.limits
+    name, multiplier, offset = joint.mimic or ("", 1.0, 0.0)
+    least, most = sorted(multiplier * limit + offset for limit in source)
+    if least < lower - SLACK or most > upper + SLACK:
+        raise ValueError(
+            f"joint {joint.name!r} has limits from {lower} to {upper} and follows {name!r} from "
+            f"{least} to {most}; joints={{{name!r}: {{'limits': ...}}}} or "
+            f"joints={{{joint.name!r}: {{'limits': ...}}}} says which hold"
+        )

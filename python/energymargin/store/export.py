@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
-from energymargin.store.run import OF_STATE, Run
+from energymargin.store.run import Run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,14 +155,18 @@ class _Table:
         for run in self.runs:
             of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
             of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
-            for row in run.rows():
-                trajectory, frame, *labels, seconds = row[: len(OF_STATE)]
-                captured, succeeded, captured_any, succeeded_any = map(_flag, labels)
-                own = of_run | dict(zip(run.metrics, row[len(OF_STATE) :], strict=True))
-                own |= {"trajectory": trajectory, "frame": frame, "seconds": seconds}
-                own |= {"captured": captured, "succeeded": succeeded}
-                own |= {"captured_any": captured_any, "succeeded_any": succeeded_any}
-                yield tuple(own.get(column) for column in kinds)
+            for state in run.rows():
+                values = of_run | dict(zip(run.metrics, state.scores, strict=True))
+                values |= {
+                    "trajectory": state.trajectory,
+                    "frame": state.frame,
+                    "captured": bool(state.captured),
+                    "succeeded": bool(state.success),
+                    "captured_any": _flag(state.captured_any),
+                    "succeeded_any": _flag(state.success_any),
+                    "seconds": state.seconds,
+                }
+                yield tuple(values.get(column) for column in kinds)
 
 
 def _asked(run: Run) -> dict[str, Any]:

@@ -18,7 +18,6 @@ from energymargin.interrupts import since_interrupt
 from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
 from energymargin.store import schema
-from energymargin.store.place import OpenPlace
 from energymargin.store.run import Run
 from energymargin.tasks.base import whole_number
 
@@ -30,6 +29,8 @@ WAIT = 0.1
 CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
 CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
 LABELS = 10000  # states that are put in at a time
+
+DESCRIPTORS = Path("/proc/self/fd")  # of Linux: the present names of all files that are open
 
 
 class ScoreStore(Closing):
@@ -287,3 +288,50 @@ def is_busy(error: BaseException) -> bool:
 
 def _json(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True)
+
+
+class OpenPlace:
+    """The place of a file that this process has open."""
+
+    def __init__(self, path: Path) -> None:
+        """Of a file that may not be there yet."""
+        self._path = Path(os.path.abspath(path))  # the process may change its folder
+        self._identity: tuple[int, int] | None = None
+
+    def begin(self) -> None:
+        """The file is there now."""
+        self._identity = _identity(self._path)
+
+    def change(self) -> str:
+        """What became of the file, and what to do; empty if it is where it was."""
+        if self._identity is None or _identity(self._path) == self._identity:
+            return ""
+        name = self._present_name()
+        if name is None:
+            return (
+                "was renamed while it was written: the file of the new name has all scores; give "
+                "it the old name again, and the same command goes on"
+            )
+        if not os.path.exists(name):
+            return "was removed while it was written, and what was scored since then is lost"
+        return (
+            f"was renamed to {name} while it was written: that file has all scores; give it the "
+            "old name again, and the same command goes on"
+        )
+
+    def _present_name(self) -> str | None:
+        """None where the system does not tell."""
+        if not DESCRIPTORS.is_dir():
+            return None
+        links = (DESCRIPTORS / name for name in os.listdir(DESCRIPTORS))
+        found = (os.readlink(link) for link in links if _identity(link) == self._identity)
+        return next(found, None)
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """The same for all names of a file; None if there is none."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino

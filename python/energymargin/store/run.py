@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,19 +23,30 @@ from energymargin.tasks.base import whole_number
 if TYPE_CHECKING:
     from energymargin.store.file import ScoreStore
 
-__all__ = ["FLOATS", "OF_STATE", "Run"]
-
-OF_STATE = (
-    *("trajectory", "frame", "captured", "success"),
-    *("captured_any", "success_any", "seconds"),
-)
-"""What a row of a run begins with, before its metrics."""
+__all__ = ["FLOATS", "Run", "ScoredState"]
 
 FLOATS = np.dtype("<f8")
 """Of the numbers of a curve, as they are packed."""
 
 Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times from 0 to the horizon [s], and the probability until each, shape (T,) both."""
+
+
+class ScoredState(NamedTuple):
+    """A state of a run, with its labels and its scores."""
+
+    trajectory: int
+    frame: int
+    captured: int
+    """0 or 1, as the labels after it."""
+    success: int
+    captured_any: int | None
+    """None: there is one label for all objects."""
+    success_any: int | None
+    seconds: float
+    """Computing time of all its scores [s]."""
+    scores: tuple[float | None, ...]
+    """Of the run's metrics, in their order; None: not there yet."""
 
 
 class Run:
@@ -157,19 +168,21 @@ class Run:
             for metric, question in self.asked.items()
         }
 
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """One row a state, in the order of their numbers: OF_STATE, with the seconds that all its
-        scores took, and a value of each of `metrics`; None is missing."""
-        values = "".join(
+    def rows(self) -> Iterator[ScoredState]:
+        """All states, in the order of their numbers."""
+        scores = "".join(
             f", max(iif(question = {question}, value, NULL))" for question in self.asked.values()
         )
-        return self._database.execute(
-            f"SELECT {', '.join(OF_STATE[:-1])}, total(seconds){values} FROM {self._posed} "
+        rows = self._database.execute(
+            "SELECT trajectory, frame, captured, success, captured_any, success_any, "
+            f"total(seconds){scores} FROM {self._posed} "
             "LEFT JOIN scores ON scores.problem = posed.problem AND stream = posed.number "
             f"AND question IN ({self._listed}) WHERE states.dataset = ? "
             "GROUP BY states.number ORDER BY states.number",
             (self.dataset,),
         )
+        for row in rows:
+            yield ScoredState(*row[:7], row[7:])
 
     def curve(self, number: int, metric: str = "probability") -> Curve | None:
         """How a probability of the state of this number falls with time; None if it is not there.
@@ -215,16 +228,20 @@ class Run:
 
     def labelled_scores(self) -> LabelledScores:
         """All labels and scores, for an evaluation; a score that is not there yet is NaN."""
-        table = np.full((self.states, len(OF_STATE) + len(self.metrics)), np.nan)
-        for number, row in enumerate(self.rows()):
-            table[number] = row  # None becomes NaN
-        trajectory, _, captured, success, captured_any, success_any, _ = table.T[: len(OF_STATE)]
+        trajectory = np.empty(self.states, dtype=np.int64)
+        labels = np.full((self.states, 4), np.nan)
+        scores = np.full((self.states, len(self.metrics)), np.nan)
+        for number, state in enumerate(self.rows()):
+            trajectory[number] = state.trajectory
+            labels[number] = state[2:6]  # None becomes NaN
+            scores[number] = state.scores
+        captured, success, captured_any, success_any = labels.T
         return LabelledScores(
             task=self.task,
-            trajectory=trajectory.astype(np.int64),
+            trajectory=trajectory,
             captured=captured.astype(bool),
             success=success.astype(bool),
-            scores={m: table[:, i].copy() for i, m in enumerate(self.metrics, len(OF_STATE))},
+            scores={metric: scores[:, i].copy() for i, metric in enumerate(self.metrics)},
             captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
             success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
             asks=self._asks(),

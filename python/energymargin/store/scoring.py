@@ -219,47 +219,81 @@ def _known(run: Run, number: int, problem: Problem, future: Future | None) -> _K
     return _Known(problem, written, hashlib.sha256(written.encode()).digest())
 
 
+class _Pass:
+    """One pass through the states of a run, in their order, for those that lack a score.
+
+    It is looking until it has reached the last state, then it hands out what it has found, and then
+    it is over. Another pass is due after it if it began behind the first state, or met states that
+    others compute.
+    """
+
+    def __init__(self, run: Run, start: int) -> None:
+        self.another_is_due = start > 0
+        self._run = run
+        self._next = start  # the first state that was not looked at
+        self._lacking: list[int] = []  # states before it that were not handed out
+        self._rests_until = 0.0
+
+    @property
+    def over(self) -> bool:
+        """Whether every state was looked at, and all that lack a score were handed out."""
+        return self._next >= self._run.states and not self._lacking
+
+    @property
+    def rested(self) -> bool:
+        """Whether others have been left alone for long enough with what they have claimed."""
+        return time.monotonic() >= self._rests_until
+
+    def look(self, most: int, but: Callable[[int], bool]) -> None:
+        """Looks on for states that lack a score until there are `most`, `but` some."""
+        while len(self._lacking) < most and self._next < self._run.states:
+            last = self._next + WINDOW
+            found = self._run.missing(self._next, last)
+            self._lacking += [number for number in found if not but(number)]
+            self._next = last
+        if self._next >= self._run.states:
+            self._rests_until = time.monotonic() + AGAIN
+
+    def hand_out(self, most: int) -> list[int]:
+        """The next states that lack a score, at most so many; none if none are known."""
+        some, self._lacking = self._lacking[:most], self._lacking[most:]
+        return some
+
+
 class _Missing:
     """A Source of all that a run lacks and nobody else computes, in the order of the states.
 
-    It goes through the states again and again, first from the scorer's start, until a pass through
-    all has found nothing that is left.
+    It goes through the states pass after pass, first from the scorer's start.
     """
 
     def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _Counted) -> None:
         self.errors: dict[int, str] = {}
         """What went wrong, by the number of the state."""
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
-        self._out: dict[int, tuple[str, ...]] = {}  # states that are being scored: their metrics
-        self._found: list[int] = []  # numbers of states that lack a score, before the cursor
-        self._cursor = scorer.start
-        self._left = scorer.start > 0  # whether there may be more after this pass
-        self._resting = 0.0  # until when
+        self._scoring: dict[int, tuple[str, ...]] = {}  # metrics of the states being scored
+        self._pass = _Pass(run, scorer.start)
 
     @property
     def empty(self) -> bool:
         """As Source.empty."""
-        return self._at_end and not self._left
-
-    @property
-    def _at_end(self) -> bool:
-        return self._cursor >= self._run.states and not self._found
+        return self._pass.over and not self._pass.another_is_due
 
     def take(self, most: int) -> Sequence[Work]:
         """As Source.take."""
         self._scorer.beat()
-        if self._at_end:
-            if time.monotonic() < self._resting:
+        if self._pass.over:
+            if not self._pass.rested:
                 time.sleep(POLL)
                 return []
-            self._cursor, self._left = 0, False
-        self._look(most)
+            self._pass = _Pass(self._run, 0)
+        self._pass.look(most, lambda number: number in self._scoring or number in self.errors)
         start, taken = time.monotonic(), list[Work]()
-        while self._found and len(taken) < most and time.monotonic() < start + MAKE:
-            some = min(BLOCK, most - len(taken))
-            numbers, self._found = self._found[:some], self._found[some:]
+        while len(taken) < most and time.monotonic() < start + MAKE:
+            numbers = self._pass.hand_out(min(BLOCK, most - len(taken)))
+            if not numbers:
+                break
             taken += self._claimed(numbers)
-        self._out |= {work.index: work.metrics for work in taken}
+        self._scoring |= {work.index: work.metrics for work in taken}
         return taken
 
     def deliver(self, rows: Sequence[Row]) -> None:
@@ -274,31 +308,18 @@ class _Missing:
             self._scorer.give_up(bad)
         for row in rows:
             there = {metric for metric, value in row.scores.items() if not np.isnan(value)}
-            lacking = ", ".join(sorted(set(self._out.pop(row.index)) - there))
+            lacking = ", ".join(sorted(set(self._scoring.pop(row.index)) - there))
             if row.error or lacking:
                 why = "it lacks the set which that needs, or its numbers are too large"
                 self.errors[row.index] = row.error or f"no score of {lacking}: {why}"
         self._counted.add(len(rows))
-
-    def _look(self, most: int) -> None:
-        """Looks further for states that lack a score."""
-        while len(self._found) < most and self._cursor < self._run.states:
-            last = self._cursor + WINDOW
-            self._found += [
-                number
-                for number in self._run.missing(self._cursor, last)
-                if number not in self._out and number not in self.errors
-            ]
-            self._cursor = last
-        if self._cursor >= self._run.states:
-            self._resting = time.monotonic() + AGAIN
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
         future = self._run.future
         problems = _problems(self._dataset, numbers, future, self.errors)
         known = {n: _known(self._run, n, problem, future) for n, problem in problems.items()}
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
-        self._left |= any(claim.taken for claim in claims.values())
+        self._pass.another_is_due |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
         return [
             Work(number, known[number].problem, claim.metrics, known[number].written)

@@ -15,9 +15,8 @@ from energymargin.plots.sets import leaving_objects
 from energymargin.plots.styles import COSTS, LOST_COLOR
 from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import rgb
-from energymargin.viewer.lines import lines_glb
+from energymargin.viewer.lines import lines_glb, shown_edges, shown_points
 from energymargin.viewer.replay import Replay
-from energymargin.viewer.thinning import shown_edges, shown_points
 from energymargin.viewer.views import View, object_places
 
 __all__ = ["FUTURE_COLOR", "Growth"]

@@ -1,4 +1,4 @@
-"""Who may use the page: whoever has its address, from a page of its own.
+"""Where the page is served, and who may use it: whoever has its address, from a page of its own.
 
 Any web page that is open in the same browser can ask this machine for a page or a websocket. The
 browser then says in `Origin` which page asks and in `Host` which name it asked for, and does not
@@ -8,6 +8,7 @@ know the token.
 from __future__ import annotations
 
 import dataclasses
+import errno
 import secrets
 import socket
 import threading
@@ -25,9 +26,10 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from energymargin.viewer.serving import is_local
+__all__ = ["HOST", "PORT", "Guard", "guarded_server", "is_local", "port_at", "served_at"]
 
-__all__ = ["Guard", "guarded_server"]
+HOST, PORT = "127.0.0.1", 8080
+TRIED = 100  # ports from PORT on
 
 TOKEN_BYTES = 16
 HTTP = 80  # the port of a Host without one
@@ -41,6 +43,57 @@ Process = Callable[
 ]  # of websockets: a response instead of a websocket, or None
 
 _starting = threading.Lock()
+
+
+def port_at(host: str, port: int | None) -> int:
+    """A port that is free there: the one that is asked for or, if none is, the first from 8080 on.
+
+    Raises ValueError if the one that is asked for is taken or out of range, or the host is not this
+    machine's.
+    """
+    if port is None:
+        free = next((one for one in range(PORT, PORT + TRIED) if _is_free(host, one)), None)
+        if free is None:
+            raise ValueError(
+                f"the ports {PORT} to {PORT + TRIED - 1} are taken: give another --port"
+            )
+        return free
+    if not 1 <= port <= 65535:
+        raise ValueError(f"port is {port}, expected 1 to 65535")
+    if not _is_free(host, port):
+        raise ValueError(
+            f"port {port} of {host} is taken, perhaps by another viewer: without a port a free one "
+            "is found"
+        )
+    return port
+
+
+def served_at(port: int, chosen: int, asked: int | None) -> int:
+    """The port that it is served at: another than the chosen one if that was taken meanwhile, which
+    is a ValueError if it was asked for."""
+    if port != chosen and asked is not None:
+        raise ValueError(f"port {asked} was taken just now: without a port a free one is found")
+    return port
+
+
+def is_local(host: str) -> bool:
+    """Whether only this machine reaches it."""
+    return host == "localhost" or host.startswith("127.") or host == "::1"
+
+
+def _is_free(host: str, port: int) -> bool:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
+        try:
+            probe.bind((host, port))
+        except socket.gaierror as error:
+            raise ValueError(f"host is {host!r}, which is no address: {error.strerror}") from None
+        except OSError as error:
+            if error.errno in (errno.EADDRINUSE, errno.EACCES):
+                return False
+            raise ValueError(f"host is {host!r}, expected an address of this machine") from None
+    return True
 
 
 class Guard:

@@ -1,7 +1,8 @@
-"""Many thin lines as a glTF file.
+"""What of a large tree is drawn, and its edges as a glTF file.
 
-The browser draws them as the graphics card's own lines: viser's, which have a width, are each made
-of triangles, and ten times slower.
+Nodes and edges that fall on the same spot are drawn once: a million dots on a thousand spots look
+like a thousand dots, and are a thousand times slower. The browser draws glTF lines as the graphics
+card's own; viser's, which have a width, are each made of triangles, and ten times slower.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["lines_glb"]
+__all__ = ["MOST_EDGES", "MOST_POINTS", "lines_glb", "shown_edges", "shown_points"]
 
 LINES = 1  # glTF's mode of a primitive
 FLOAT, UNSIGNED_BYTE = 5126, 5121
+
+MOST_POINTS, MOST_EDGES = 20_000, 8_000  # what a browser without a graphics card still moves
+SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
 
 def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes:
@@ -69,3 +73,38 @@ def _linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
     share = colors / 255.0
     light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.asarray(np.round(255.0 * light), dtype=np.uint8)
+
+
+def shown_points(
+    points: NDArray[np.float64], kinds: NDArray[np.bool_], order: NDArray[np.float64], size: float
+) -> NDArray[np.int64]:
+    """Rows of points, shape (N, 3), that are drawn: of those of one kind, shape (N,), on a spot the
+    one that comes first in `order`, shape (N,); and at most MOST_POINTS. size: of the view [m]."""
+    return _one_a_spot(points, kinds, order, size, MOST_POINTS)
+
+
+def shown_edges(
+    edges: NDArray[np.float64], kinds: NDArray[np.bool_], order: NDArray[np.float64], size: float
+) -> NDArray[np.int64]:
+    """As `shown_points`, of edges from spot to spot, shape (N, 2, 3); at most MOST_EDGES."""
+    return _one_a_spot(edges.reshape(-1, 6), kinds, order, size, MOST_EDGES)
+
+
+def _one_a_spot(
+    values: NDArray[np.float64],
+    kinds: NDArray[np.bool_],
+    order: NDArray[np.float64],
+    size: float,
+    most: int,
+) -> NDArray[np.int64]:
+    first = np.argsort(order, kind="stable")
+    if len(values) <= most:
+        return first
+    shown = first
+    for spots in SPOTS:
+        places = np.round(values[first] * (spots / size)).astype(np.int64)
+        keys = np.column_stack([places, kinds[first]])
+        shown = first[np.sort(np.unique(keys, axis=0, return_index=True)[1])]
+        if len(shown) <= most:
+            return shown
+    return shown[:most]

@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Cancelled, Problem, disturbances
 from energymargin.undisturbed import Undisturbed, undisturbed
 from energymargin.viewer.kept import Kept
-from energymargin.viewer.panel import Panel, set_value, value_of
-from energymargin.viewer.player import Player
+from energymargin.viewer.panel import Panel, Player, set_value, value_of
 from energymargin.viewer.quiet import Quiet
 from energymargin.viewer.search import ROLLOUTS, Live, Scored, score_state
-from energymargin.viewer.sources import Frames, Source
+from energymargin.viewer.sources import Frames, Source, StoredScores
 from energymargin.viewer.stage import Stage
-from energymargin.viewer.stored import StoredScores
 from energymargin.viewer.texts import (
     drawn_text,
     escape_text,

@@ -17,9 +17,8 @@ from energymargin.undisturbed import Undisturbed
 from energymargin.viewer.bodies import Bodies, rgb
 from energymargin.viewer.growth import Growth
 from energymargin.viewer.search import Scored
-from energymargin.viewer.solids import Triangles
+from energymargin.viewer.solids import Triangles, region_surface
 from energymargin.viewer.sources import Frames
-from energymargin.viewer.surfaces import region_surface
 from energymargin.viewer.views import View, is_flat, view_around
 
 __all__ = ["SHOWN", "UNDISTURBED", "Stage"]

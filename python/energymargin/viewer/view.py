@@ -15,11 +15,9 @@ from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.settings import MOST_NODES
 from energymargin.tasks.base import whole_number
-from energymargin.viewer.guard import Guard, guarded_server
+from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
-from energymargin.viewer.serving import HOST, port_at, served_at
-from energymargin.viewer.sources import Source, Trajectories, source_of
-from energymargin.viewer.stored import StoredScores
+from energymargin.viewer.sources import Source, StoredScores, Trajectories, source_of
 
 __all__ = ["Viewer", "view"]
 

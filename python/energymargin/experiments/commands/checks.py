@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from energymargin.cli.options import Seed, Threads, split, whole
+from energymargin.cli.terminal import err, out, say
 from energymargin.experiments.commands.shared import (
     Folder,
     Quick,
@@ -18,7 +20,6 @@ from energymargin.experiments.commands.shared import (
     run,
     show,
 )
-from energymargin.terminal import Seed, Threads, err, out, say, split, whole
 
 __all__ = [
     "audit",
@@ -49,8 +50,8 @@ def bowl(
 
     Example: `energymargin reproduce bowl --seeds 3`
     """
+    from energymargin.cli.progress import progress_bar
     from energymargin.experiments import bowl as experiment
-    from energymargin.progress import progress_bar
     from energymargin.tasks.base import whole_number
 
     whole_number("samples", samples, 1)
@@ -92,8 +93,8 @@ def closed_forms(
 
     Example: `energymargin reproduce closed-forms --problems push,edge --seeds 5`
     """
+    from energymargin.cli.progress import progress_bar
     from energymargin.experiments import closed_forms as experiment
-    from energymargin.progress import progress_bar
     from energymargin.tasks.base import whole_number
 
     for name, value in (("nodes", nodes), ("seeds", seeds), ("gain-seeds", gain_seeds)):
@@ -150,9 +151,9 @@ def audit(
 
     Example: `energymargin reproduce audit --tasks push,grasp`
     """
+    from energymargin.cli.progress import progress_bar
     from energymargin.experiments import audit as experiment
     from energymargin.experiments import audit_causes
-    from energymargin.progress import progress_bar
 
     names = experiment.TASKS if tasks is None else split(tasks)
     count = rollouts if rollouts is not None else experiment.QUICK if quick else experiment.ROLLOUTS
@@ -197,8 +198,8 @@ def uncertainty(
 
     Example: `energymargin reproduce uncertainty --tasks topple --nodes 100`
     """
+    from energymargin.cli.progress import progress_bar
     from energymargin.experiments import uncertainty as experiment
-    from energymargin.progress import progress_bar
 
     settings = experiment.Settings(
         tasks=experiment.ALL if tasks is None else tuple(split(tasks)),
@@ -268,8 +269,8 @@ def fewer_steps(
     """
     from dataclasses import replace
 
+    from energymargin.cli.progress import progress_bar
     from energymargin.experiments import fewer_steps as experiment
-    from energymargin.progress import progress_bar
 
     chosen: dict[str, Any] = {
         "tasks": None if tasks is None else tuple(split(tasks)),

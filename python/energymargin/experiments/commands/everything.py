@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from energymargin.cli.options import Threads, split
+from energymargin.cli.terminal import err, say
 from energymargin.experiments.commands import checks, paper
 from energymargin.experiments.commands.shared import app, folder_of
-from energymargin.terminal import Threads, err, say, split
 
 __all__ = ["STUDIES", "everything"]
 

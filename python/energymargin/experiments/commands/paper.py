@@ -10,6 +10,8 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
+from energymargin.cli.options import PICTURE_NODES, Seed, Threads, real, split, whole
+from energymargin.cli.terminal import err, out, say
 from energymargin.experiments.commands.shared import (
     Folder,
     Quick,
@@ -19,7 +21,6 @@ from energymargin.experiments.commands.shared import (
     run,
     show,
 )
-from energymargin.terminal import PICTURE_NODES, Seed, Threads, err, out, real, say, split, whole
 
 __all__ = ["efficiency", "figure_quality", "perturbation", "table1", "table2"]
 
@@ -73,8 +74,8 @@ def table1(
     """
     from dataclasses import replace
 
+    from energymargin.cli.progress import share_bar
     from energymargin.experiments import table1 as experiment
-    from energymargin.progress import share_bar
 
     chosen: dict[str, Any] = {
         "tasks": experiment.paper_tasks() if tasks is None else split(tasks),

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar
 import typer
 from rich.markup import escape
 
-from energymargin.progress import progress_bar
-from energymargin.terminal import err, out, say
+from energymargin.cli.progress import progress_bar
+from energymargin.cli.terminal import err, out, say
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

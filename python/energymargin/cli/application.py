@@ -1,0 +1,173 @@
+"""The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
+report | view | reproduce. Each command has its own file.
+
+Heavy modules are imported where they are used, so that --help answers at once.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import sys
+from collections.abc import Callable, Mapping
+from traceback import format_exception
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from typer.core import TyperGroup
+
+from energymargin.cli.demo import demo
+from energymargin.cli.evaluate import evaluate
+from energymargin.cli.export import export
+from energymargin.cli.generate import generate
+from energymargin.cli.importing import import_recordings
+from energymargin.cli.report import report
+from energymargin.cli.score import score
+from energymargin.cli.tasks import tasks
+from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, say_stopped
+from energymargin.cli.view import view_command
+from energymargin.deprecations import REMOVED_IN
+from energymargin.experiments.commands import app as reproduce
+from energymargin.interrupts import interrupted, remembered_interrupts
+
+__all__ = ["app", "main"]
+
+
+# What is said in one line: all others are ours, and shown in full.
+ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
+
+
+OUTPUT, TRACEBACK = "--output", "--traceback"
+# Options that have another name since 0.11, by command.
+RENAMED = {
+    "evaluate": {"--markdown": OUTPUT, "--csv": OUTPUT},
+    "reproduce": {"--out": OUTPUT},
+    "view": {"--screenshot": OUTPUT},
+}
+
+
+class _Commands(TyperGroup):
+    """Says what went wrong in one line, and stops on Ctrl-C without a traceback."""
+
+    def parse_args(  # type: ignore[override]
+        self, ctx: typer.Context, args: list[str]
+    ) -> list[str]:
+        """Takes --traceback anywhere, and the old names of options."""
+        if TRACEBACK in args:
+            args = [TRACEBACK, *(word for word in args if word != TRACEBACK)]
+        command = next((word for word in args if not word.startswith("-")), "")
+        return super().parse_args(ctx, [_renamed(RENAMED.get(command, {}), word) for word in args])
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        with remembered_interrupts():
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: typer.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except typer.Exit:  # a RuntimeError, but none of ours: --help ends so
+            raise
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) or interrupted():
+                say_stopped()
+                raise typer.Exit(INTERRUPTED) from None
+            if isinstance(error, ERRORS):
+                if ctx.params["traceback"]:
+                    err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
+                say(f"[red]error:[/] {escape(_one_line(error))}")
+                raise typer.Exit(BAD_INPUT) from None
+            raise
+
+
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="""How robust is a manipulation, right now? Scores of robustness from energy margins.
+
+    From nothing to a table and pictures: `energymargin demo`. Or step by step:
+
+    1. `energymargin generate push -o push.h5`
+    2. `energymargin score push.h5 -o push-scores.db`
+    3. `energymargin evaluate push-scores.db`
+    4. `energymargin report push-scores.db -o report.html`
+    5. `energymargin view push.h5 --scores push-scores.db`
+
+    The paper's tables again: `energymargin reproduce --help`.
+    """,
+)
+
+
+def _renamed(names: Mapping[str, str], word: str) -> str:
+    """A word of the command line with the new name of its option, of which the user is told."""
+    name, equals, value = word.partition("=")
+    if name not in names:
+        return word
+    say(f"[yellow]{name} is called {names[name]}[/]; the old name goes in {REMOVED_IN}.")
+    return names[name] + equals + value
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from energymargin import __version__
+
+        typer.echo(f"energymargin {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+    traceback: Annotated[
+        bool,
+        typer.Option(
+            TRACEBACK, help="Show where an error comes from, line by line; after a command too."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+COMMANDS: dict[str, Callable[..., None]] = {
+    "demo": demo,
+    "tasks": tasks,
+    "generate": generate,
+    "import": import_recordings,
+    "score": score,
+    "evaluate": evaluate,
+    "export": export,
+    "report": report,
+    "view": view_command,
+}
+for name, command in COMMANDS.items():
+    app.command(name)(command)
+app.add_typer(reproduce, name="reproduce")
+
+
+def main() -> None:
+    """Entry point of the command `energymargin`."""
+    sys.unraisablehook = _unless_interrupted(sys.unraisablehook)
+    try:
+        app()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            leave(INTERRUPTED)
+        raise
+
+
+def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Says nothing of a Ctrl-C that Python swallows: it is raised again."""
+    return lambda lost: None if issubclass(lost.exc_type, KeyboardInterrupt) else hook(lost)
+
+
+def _one_line(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return " ".join(str(error).split())

@@ -1,0 +1,67 @@
+"""The command `energymargin demo`."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from energymargin.cli.evaluate import print_evaluation
+from energymargin.cli.options import Nodes, Seed, Threads, chosen_executor
+from energymargin.cli.score import scored_run
+from energymargin.cli.terminal import err, say
+
+if TYPE_CHECKING:
+    from energymargin.datasets import Dataset
+
+__all__ = ["demo"]
+
+TASK = "push"
+FRAMES = 10
+SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
+        "out"
+    ),
+    trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
+    nodes: Nodes = 100,
+    seed: Seed = 0,
+    threads: Threads = None,
+) -> None:
+    """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
+
+    Example: `energymargin demo -o out`
+    """
+    from energymargin.settings import SearchSettings
+
+    if find_spec("matplotlib") is None:  # said now, not after the scores
+        raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
+    output.mkdir(parents=True, exist_ok=True)
+    dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
+    database = output / f"{TASK}-scores.db"
+    settings, executor = SearchSettings(nodes, seed, search="published"), chosen_executor(threads)
+    with scored_run(dataset, database, settings, executor=executor) as run:
+        labelled = run.labelled_scores()
+    print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=seed)
+    from energymargin.experiments import pictures  # slow to load, which Ctrl-C would wait for
+
+    pictures.figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")
+    pictures.figure_along(dataset, labelled).savefig(output / "scores.png")
+    written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
+    say(f"In {escape(str(output))}/: {', '.join(written)}")
+
+
+def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
+    """The demo's dataset: the one that is there, if it is the same."""
+    from energymargin import tasks as registry
+    from energymargin.cli.progress import progress_bar
+    from energymargin.datasets.generation import load_or_generate
+
+    task = registry.make(TASK)
+    with progress_bar(err, f"Generating {task.name}", "trajectories") as progress:
+        return load_or_generate(path, task, trajectories, FRAMES, seed, progress=progress)

@@ -1,0 +1,138 @@
+"""The command `energymargin evaluate`, and the table that others share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from energymargin.cli.options import RunNumber
+from energymargin.cli.terminal import err, out
+
+if TYPE_CHECKING:
+    from energymargin.evaluation import Among, Evaluation, LabelledScores
+
+__all__ = ["evaluate", "print_evaluation"]
+
+
+def evaluate(
+    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    *,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the table to a .md file, or every number to a .csv file; may be repeated.",
+        ),
+    ] = None,
+    run: RunNumber = None,
+    horizon: Annotated[
+        list[int] | None,
+        typer.Option(
+            help="How many frames the label looks ahead; may be repeated.",
+            metavar="FRAMES",
+            show_default="0 to 5",
+        ),
+    ] = None,
+    last: Annotated[
+        int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
+    ] = 5,
+    among: Annotated[
+        str | None,
+        typer.Option(
+            help="Compare all states, or those that are captured now. If not given, there is a "
+            "table of each.",
+            metavar="all|captured",
+        ),
+    ] = None,
+    clipped: Annotated[
+        bool,
+        typer.Option(
+            "--clipped",
+            help="Let a horizon end with its trajectory, instead of leaving such states out.",
+        ),
+    ] = False,
+    draws: Annotated[
+        int,
+        typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster."),
+    ] = 1000,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
+) -> None:
+    """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
+
+    Twice: among all states, of which many are lost already, and among those that are captured now,
+    which is what foresight means.
+
+    Example: `energymargin evaluate push-scores.db -o table.md`
+    """
+    from energymargin.evaluation.labelled import AMONG, HORIZONS
+    from energymargin.store import ScoreStore
+    from energymargin.tasks.base import one_of, whole_number
+
+    outputs = output or []
+    for path in outputs:
+        if path.suffix not in WRITERS:
+            raise ValueError(f"--output is {path}, expected a name with {' or '.join(WRITERS)}")
+    whole_number("last", last, 1)
+    if among is not None:
+        one_of("among", among, AMONG)
+    which = [choice for choice in AMONG if among in (None, choice)]
+    with ScoreStore(scores) as store:
+        labelled = store.run(run).labelled_scores()
+    print_evaluation(
+        labelled,
+        outputs,
+        among=which,
+        horizons=horizon or HORIZONS,
+        draws=draws,
+        seed=seed,
+        last=last,
+        clipped=clipped,
+    )
+
+
+def print_evaluation(
+    labelled: LabelledScores,
+    outputs: Sequence[Path],
+    *,
+    among: Sequence[Among] = ("all", "captured"),
+    **options: Any,
+) -> None:
+    """AUC and AP, on the terminal and into files: a table for each of `among`.
+
+    `options` are those of `evaluation.evaluate`.
+    """
+    results = [_evaluated(labelled, among=choice, **options) for choice in among]
+    for number, result in enumerate(results):
+        if number:
+            out.print()
+        out.print(result.render())
+    for path in outputs:
+        path.write_text(WRITERS[path.suffix](results))
+
+
+def _evaluated(labelled: LabelledScores, **options: Any) -> Evaluation:
+    from energymargin import evaluation
+    from energymargin.cli.progress import share_bar
+
+    with share_bar(err) as told:
+        return evaluation.evaluate(
+            labelled,
+            progress=lambda done, total: told("AUC and AP", done / total),
+            **options,
+        )
+
+
+def _markdown(results: Sequence[Evaluation]) -> str:
+    return "\n".join(result.to_markdown() for result in results)
+
+
+def _csv(results: Sequence[Evaluation]) -> str:
+    first, *more = (result.to_csv() for result in results)
+    return first + "".join(text.split("\n", 1)[1] for text in more)
+
+
+WRITERS = {".md": _markdown, ".csv": _csv}

@@ -1,0 +1,177 @@
+"""Options of several commands: their types, and what their words mean."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from energymargin.cli.terminal import say
+
+if TYPE_CHECKING:
+    from energymargin.datasets import Future
+    from energymargin.executors import Dask, Executor
+    from energymargin.tasks.base import Following
+
+__all__ = [
+    "PICTURE_NODES",
+    "Nodes",
+    "Parameters",
+    "RunNumber",
+    "Scheduler",
+    "Seed",
+    "Threads",
+    "Timeout",
+    "chosen_executor",
+    "chosen_future",
+    "cluster",
+    "given_settings",
+    "parsed",
+    "real",
+    "require_one",
+    "split",
+    "whole",
+]
+
+PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
+
+Seed = Annotated[int, typer.Option(help="The same seed gives the same numbers, to the last bit.")]
+Nodes = Annotated[
+    int, typer.Option(help="Nodes of each search tree: more take longer and say more.")
+]
+Threads = Annotated[
+    int | None, typer.Option(help="Threads; all cores if not given. Scores do not depend on it.")
+]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
+]
+RunNumber = Annotated[
+    int | None,
+    typer.Option(
+        "--run", help="Which run, if there are several; `energymargin export` lists them."
+    ),
+]
+Timeout = Annotated[
+    float | None, typer.Option(help="Seconds after which it ends with what is done; exit code 124.")
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."),
+]
+
+PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none": None}
+
+
+def chosen_executor(
+    threads: int | None, processes: int | None = None, scheduler: str | None = None
+) -> Executor:
+    """The one that was asked for."""
+    from energymargin.executors import Processes, Threads
+
+    require_one(threads=threads, processes=processes, scheduler=scheduler)
+    if scheduler is not None:
+        return cluster(scheduler)
+    return Threads(threads) if processes is None else Processes(processes)
+
+
+def cluster(scheduler: str) -> Dask:
+    """Its workers; what they lack is said."""
+    from energymargin.executors import Dask
+
+    return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
+
+
+def require_one(**options: Any) -> None:
+    """Raises ValueError if more than one of these options is given."""
+    given = [name for name, value in options.items() if value is not None]
+    if len(given) > 1:
+        raise ValueError(f"--{given[0]} and --{given[1]} are given, expected one of them")
+
+
+def chosen_future(
+    horizon: int | None,
+    plan: str | None,
+    check: float | None = None,
+    dwell: float | None = None,
+) -> Future | None:
+    """What is asked of the frames to come, if anything is. Raises ValueError on words that are
+    none, and on what needs a horizon where there is none."""
+    from energymargin.datasets import Future
+    from energymargin.tasks.base import not_negative_number, positive_number, whole_number
+
+    if plan is not None and plan not in PLANS:
+        raise ValueError(f"--plan is {plan!r}, expected script, hold or none")
+    if horizon is None:
+        if plan is not None:
+            raise ValueError(
+                f"--plan is {plan}, but there is no horizon over which it would be followed: "
+                "add --horizon FRAMES, or leave --plan out"
+            )
+        for name, value in (("check", check), ("dwell", dwell)):
+            if value is not None:
+                raise ValueError(
+                    f"--{name} is {value:g}, but a state as it is has no time at which to look: "
+                    f"add --horizon FRAMES, or leave --{name} out"
+                )
+        return None
+    return Future(
+        whole_number("--horizon", horizon, 1),
+        PLANS[plan or "script"],
+        None if check is None else positive_number("--check", check),
+        0.0 if dwell is None else not_negative_number("--dwell", dwell),
+    )
+
+
+def given_settings(
+    horizon: int | None,
+    rollouts: int | None,
+    strength: float | None,
+    objects: int | None,
+    common: bool,
+) -> dict[str, Any]:
+    """The settings of probabilities that are given. Raises ValueError if there is no horizon, and
+    so no probability."""
+    options = {"rollouts": rollouts, "strength": strength, "objects": objects}
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if horizon is None and (given or common):
+        what = next((f"--{name} is {value}" for name, value in given.items()), "--common is given")
+        raise ValueError(f"{what}, but no probability is asked for: add --horizon FRAMES")
+    return {**given, "common_random_numbers": common}
+
+
+def split(words: str) -> list[str]:
+    """The words between commas."""
+    return [word.strip() for word in words.split(",")]
+
+
+def whole(name: str, word: str) -> int:
+    """A whole number. Raises ValueError if the word is none."""
+    try:
+        return int(word)
+    except ValueError:
+        raise ValueError(f"{name} has {word!r}, expected whole numbers") from None
+
+
+def parsed(parameters: list[str]) -> dict[str, Any]:
+    """NAME=VALUE, where a value is JSON, or else a word. Raises ValueError on another text."""
+    values = {}
+    for text in parameters:
+        name, equals, value = text.partition("=")
+        if not (equals and name.isidentifier()):
+            raise ValueError(f"--parameter is {text!r}, expected NAME=VALUE")
+        try:
+            values[name] = json.loads(value)
+        except json.JSONDecodeError:
+            values[name] = value
+    return values
+
+
+def real(name: str, word: str) -> float:
+    """A number. Raises ValueError if the word is none."""
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"{name} has {word!r}, expected numbers") from None

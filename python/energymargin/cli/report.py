@@ -1,0 +1,88 @@
+"""The command `energymargin report`: a file of scores as one page.
+
+Heavy modules are imported where they are used, so that --help answers at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from energymargin.cli.options import RunNumber
+from energymargin.cli.terminal import err, loading, say
+
+__all__ = ["report"]
+
+
+def report(
+    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    *,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="The page; SCORES with .html if not given."),
+    ] = None,
+    run: RunNumber = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            help="The dataset, for times and pictures; if not given, the one beside the scores: "
+            "push.h5 of push-scores.db."
+        ),
+    ] = None,
+    trajectories: Annotated[
+        int,
+        typer.Option(
+            help="How many trajectories are shown at most: half of them those that the scores "
+            "get most wrong, the others evenly spaced."
+        ),
+    ] = 30,
+    pictures: Annotated[
+        int,
+        typer.Option(
+            help="How many states of each score and label are drawn, whose trees are grown again."
+        ),
+    ] = 2,
+    horizon: Annotated[
+        int | None,
+        typer.Option(
+            help="Frames that the label looks ahead in histograms and pictures; if not given 2, or "
+            "fewer if no trajectory has as many."
+        ),
+    ] = None,
+    last: Annotated[
+        int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
+    ] = 5,
+    draws: Annotated[
+        int,
+        typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster."),
+    ] = 1000,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
+) -> None:
+    """Make one page of a file of scores, to be opened in a browser without a network: tables,
+    scores along trajectories, ROC, histograms, pictures of the states that the scores get most
+    wrong, and what is missing.
+
+    Example: `energymargin report push-scores.db -o report.html`
+    """
+    with loading():
+        from energymargin.cli.progress import share_bar
+        from energymargin.report import Options, write
+
+    output = output or scores.with_suffix(".html")
+    options = Options(
+        trajectories=trajectories,
+        pictures=pictures,
+        horizon=horizon,
+        last=last,
+        draws=draws,
+        seed=seed,
+    )
+    with share_bar(err) as progress:
+        lacking = write(scores, output, run, options, data=data, progress=progress)
+    size = output.stat().st_size / 1e6
+    say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")
+    for text in lacking:
+        say(f"[yellow]It says:[/] {escape(text)}")

@@ -1,0 +1,36 @@
+"""The command `energymargin tasks`."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from rich.markup import escape
+
+from energymargin.cli.terminal import out
+
+__all__ = ["tasks"]
+
+
+def tasks() -> None:
+    """The tasks that there are, with their parameters.
+
+    Example: `energymargin tasks`
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    from energymargin.tasks.registry import overview
+
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for title in ("task", "what it is", "parameters"):
+        table.add_column(title, overflow="fold")
+    for entry in overview():
+        note = Text(entry.note, "red" if entry.broken else "dim")
+        what = Text("\n").join(text for text in (Text(entry.summary), note) if text)
+        table.add_row(entry.name, what, escape(_parameters_text(entry.parameters)))
+    out.print(table)
+
+
+def _parameters_text(parameters: dict[str, Any]) -> str:
+    return ", ".join(f"{name}={json.dumps(value)}" for name, value in parameters.items())

@@ -1,1 +1,0 @@
-"""The commands of `energymargin`, a file each; the command line itself is `cli`."""

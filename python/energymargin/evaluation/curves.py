@@ -1,0 +1,211 @@
+"""How a score tells labels apart, as curves: ROC, and precision over recall.
+
+What is held against what is chosen as by `evaluate`, and AUC and AP are its numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.deprecations import once_positional
+from energymargin.errors import EnergyMarginError
+from energymargin.evaluation import Among, LabelledScores
+from energymargin.evaluation.bootstrap import auc_ap, ranked
+from energymargin.evaluation.labelled import (
+    HORIZON,
+    LAST_FRAMES,
+    SUCCESSES,
+    Compared,
+    compared_states,
+    compared_trajectories,
+    state_metrics,
+)
+from energymargin.tasks.base import one_of, whole_number
+
+__all__ = [
+    "TARGETS",
+    "OneLabelError",
+    "PrecisionRecall",
+    "Roc",
+    "Target",
+    "metrics_against",
+    "precision_recall",
+    "roc",
+    "target_name",
+]
+
+Target = Literal["captured", "success"]
+CAPTURED: Target = "captured"
+SUCCESS: Target = "success"
+TARGETS: tuple[Target, ...] = (CAPTURED, SUCCESS)
+"""What a score can be held against: that a state stays captured over a horizon of frames, or that
+its trajectory succeeds."""
+
+
+@dataclass(frozen=True)
+class Roc:
+    """Receiver operating characteristic: P points, from none that counts as positive to all.
+
+    States, or trajectories, whose score is at least the threshold count as positive.
+    """
+
+    false_positive_rate: NDArray[np.float64]
+    """Shape (P,), from 0 rising to 1."""
+    true_positive_rate: NDArray[np.float64]
+    """Shape (P,), from 0 rising to 1."""
+    threshold: NDArray[np.float64]
+    """In the score's unit, shape (P,), falling; may be inf. NaN at the first point: none counts."""
+    auc: float
+    """Area under the curve, as of `evaluate`."""
+    count: int
+    """How many states, or trajectories."""
+    positives: int
+    """How many of them have the label 1."""
+
+
+@dataclass(frozen=True)
+class PrecisionRecall:
+    """Precision over recall: P points, from none that counts as positive to where all recall is.
+
+    States, or trajectories, whose score is at least the threshold count as positive.
+    """
+
+    recall: NDArray[np.float64]
+    """Shape (P,), from 0 rising to 1."""
+    precision: NDArray[np.float64]
+    """Shape (P,); 1 at the first point, where none counts as positive."""
+    threshold: NDArray[np.float64]
+    """In the score's unit, shape (P,), falling; may be inf. NaN at the first point: none counts."""
+    ap: float
+    """Average precision, as of `evaluate`: the area below steps, each at the height of its end."""
+    count: int
+    """How many states, or trajectories."""
+    positives: int
+    """How many of them have the label 1."""
+
+    @property
+    def steps(self) -> NDArray[np.float64]:
+        """Heights at `recall` whose steps, each at the height of its end, are drawn: the precision,
+        which at the first point begins the first step; shape (P,)."""
+        return np.concatenate([self.precision[1:2], self.precision[1:]])
+
+
+class OneLabelError(EnergyMarginError, ValueError):
+    """There are no labels of both kinds, so there is nothing to tell apart."""
+
+    def __init__(self, message: str, brief: str = "one label only") -> None:
+        """`brief` says it in a few words, for a legend."""
+        super().__init__(message)
+        self.brief = brief
+
+
+@once_positional("target", "horizon", "last", after=2)
+def roc(
+    labelled: LabelledScores,
+    metric: str,
+    *,
+    target: Target = CAPTURED,
+    horizon: int = HORIZON,
+    last: int = LAST_FRAMES,
+    among: Among = "all",
+) -> Roc:
+    """The ROC of a metric.
+
+    `target`: "captured", over a `horizon` of frames after a state's own, or "success" of a whole
+    trajectory, against the weighted mean of its `last` frames' scores. A metric that ends in "/any"
+    is held against the label of at least one object, "force/any" is the force score against that.
+    States without a score, or with fewer frames left than the horizon, are left out, and with
+    `among` "captured" those that are not captured now. Raises ValueError on a metric that has no
+    scores, another word, a negative horizon, `last` below 1; OneLabelError if all labels are alike.
+    """
+    from sklearn.metrics import roc_curve
+
+    compared = _compared(labelled, metric, target, horizon, last, among=among)
+    false, true, rank = roc_curve(compared.labels, ranked(compared.scores))
+    return Roc(
+        false_positive_rate=np.asarray(false),
+        true_positive_rate=np.asarray(true),
+        threshold=np.concatenate([[np.nan], _values(compared, rank[1:])]),
+        auc=auc_ap(compared.scores, compared.labels)[0],
+        count=len(compared.labels),
+        positives=int(compared.labels.sum()),
+    )
+
+
+@once_positional("target", "horizon", "last", after=2)
+def precision_recall(
+    labelled: LabelledScores,
+    metric: str,
+    *,
+    target: Target = CAPTURED,
+    horizon: int = HORIZON,
+    last: int = LAST_FRAMES,
+    among: Among = "all",
+) -> PrecisionRecall:
+    """Precision over recall of a metric; arguments and errors as of `roc`."""
+    from sklearn.metrics import precision_recall_curve
+
+    compared = _compared(labelled, metric, target, horizon, last, among=among)
+    precision, recall, rank = precision_recall_curve(compared.labels, ranked(compared.scores))
+    first = int(np.flatnonzero(recall == 1.0)[-1])  # below that threshold precision alone is lost
+    return PrecisionRecall(
+        recall=np.asarray(recall[first:][::-1]),
+        precision=np.asarray(precision[first:][::-1]),
+        threshold=np.concatenate([[np.nan], _values(compared, rank[first:][::-1])]),
+        ap=auc_ap(compared.scores, compared.labels)[1],
+        count=len(compared.labels),
+        positives=int(compared.labels.sum()),
+    )
+
+
+def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list[str]:
+    """The metrics that `evaluate` holds against a target; ValueError on another target."""
+    if one_of("target", target, TARGETS) == CAPTURED:
+        return state_metrics(labelled)
+    return [metric for metric in SUCCESSES if metric in labelled.scores]
+
+
+def target_name(target: Target = CAPTURED, horizon: int = HORIZON, last: int = LAST_FRAMES) -> str:
+    """A target in words, for a title."""
+    if target == SUCCESS:
+        return f"success of a trajectory, by its last {last} frames"
+    return (
+        f"captured over the next {horizon} frame{'s' * (horizon != 1)}" if horizon else "captured"
+    )
+
+
+def _compared(
+    labelled: LabelledScores, metric: str, target: Target, horizon: int, last: int, *, among: Among
+) -> Compared:
+    """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
+    one_of("target", target, TARGETS)
+    whole_number("horizon", horizon, 0)
+    whole_number("last", last, 1)
+    if not len(labelled.trajectory):
+        raise OneLabelError("there are no states", "no states")
+    if target == CAPTURED:
+        compared, what = compared_states(labelled, metric, horizon, among=among), "states"
+    else:
+        compared, what = compared_trajectories(labelled, metric, last), "trajectories"
+    if not len(compared.labels):
+        raise OneLabelError(f"none of the {what} has a score of {metric!r}", "no scores yet")
+    if not compared.of_both_kinds:
+        which = "all" if compared.labels.all() else "none"
+        have = "have" if which == "all" else "has"
+        raise OneLabelError(
+            f"{which} of the {len(compared.labels)} {what} with a score of {metric!r} {have} the "
+            f"label {target_name(target, horizon, last)!r}: nothing to tell apart"
+        )
+    return compared
+
+
+def _values(
+    compared: Compared, ranks: Sequence[float] | NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The scores that have these ranks."""
+    return np.asarray(np.unique(compared.scores)[np.asarray(ranks, dtype=int)])

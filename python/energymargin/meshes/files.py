@@ -1,0 +1,385 @@
+"""Shapes from mesh files: convex parts that move as one, with the mass properties of the mesh."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
+from energymargin.limits import Limit
+from energymargin.meshes.solids import Solid, solids, winding_numbers
+from energymargin.plausibility import warn
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+__all__ = ["mesh", "needs_extra"]
+
+Corners = NDArray[np.float64]
+
+SUFFIXES = (".stl", ".obj", ".dae")
+THRESHOLD = 0.1  # a duck has five parts, a bunny about twenty
+MAX_POINTS = 128  # a ball of them has 95 % of its volume
+CONVEX = 0.99  # share of its hull's volume from which on a mesh is convex
+FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
+LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
+# Points of a cavity that say how much of it is filled, and the share that may be.
+CAVITY_POINTS = 500
+FILLED = 0.1
+LEAST_THRESHOLD = 0.01  # coacd's own
+PRIMITIVES = ("triangles", "polylist", "polygons")  # of a DAE file
+MAX_CORNERS = 10_000  # of a face: a round cap has hundreds
+MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
+
+
+def mesh(
+    path: str | Path,
+    *,
+    scale: float | Sequence[float] = 1.0,
+    decompose: bool = True,
+    threshold: float = THRESHOLD,
+    max_points: int = MAX_POINTS,
+    seed: int = 0,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Compound:
+    """A solid from a mesh file (STL, OBJ, DAE), as convex parts that move as one.
+
+    The file's numbers are metres, times `scale`, one number or one for each axis; a DAE file's own
+    unit is applied, and its up axis is not. Several geometries in a file are joined. A closed
+    surface that is convex within 1 % of its volume becomes one part, any other is taken apart with
+    coacd: `threshold` is the concavity that a part may keep, as a share of the mesh's size, and
+    `seed` that of coacd's search. `decompose=False` takes the convex hull of it all instead. A part
+    has `max_points` corners at most.
+
+    `solid` has the exact mass properties of the mesh if it is closed; otherwise it is None, and
+    those of the parts together count. Holes of one or two triangles are filled. Greater ones make
+    a mesh a shell, which has many parts and takes coacd a minute.
+
+    A closed surface within another that faces the other way bounds a cavity. The parts leave nine
+    tenths of it empty at least, with a lesser threshold than the given one if need be. It is an
+    error if even the least threshold fills a cavity, or if a surface may be one or not.
+
+    Parts are kept in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so that
+    the same mesh is taken apart once. Raises FileNotFoundError; ValueError that names what is wrong
+    with the file or an argument; RuntimeError if coacd fails; ImportError without the extra [urdf];
+    TimeoutError if it takes longer than `timeout` [s], and Cancelled once `cancel` is set.
+    """
+    limit = Limit(timeout, cancel)
+    sizes = _scale(scale)
+    _check(threshold, max_points, seed)
+    with needs_extra():
+        from energymargin.meshes.convex import corners
+    path = Path(path)
+    pieces = _read(path, sizes)
+    whole = _joined(pieces)
+    vertices = np.asarray(whole.vertices, float)
+    _require_volume(vertices, path)
+    _warn_of_size(vertices, scale, path)
+    shells = _shells(pieces, limit)
+    if not decompose:
+        solid = _solid_of_hull(shells, path, limit) if shells else None
+        return Compound([ConvexHull(corners(vertices, max_points))], solid=solid)
+    cut = _Cut(path, threshold, max_points, seed, limit)
+    if shells is None:
+        _require_no_cavity(whole, path, limit)
+        return Compound([ConvexHull(part) for part in cut.parts(whole, closed=False)])
+    bodies = solids(shells, path, limit)
+    solid = _solid(_joined(shells))
+    if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
+        parts = cut.parts(whole, closed=False)
+    else:
+        size = float(whole.extents.max())
+        parts = [part for body in bodies for part in cut.parts_of(body, size)]
+    return Compound([ConvexHull(part) for part in parts], solid=solid)
+
+
+@contextmanager
+def needs_extra() -> Iterator[None]:
+    """Tells what to install if an import fails."""
+    try:
+        yield
+    except ImportError as error:
+        raise ImportError(
+            f"meshes and URDF files need {error.name}: pip install 'energymargin[urdf]'"
+        ) from error
+
+
+def _warn_of_size(vertices: NDArray[np.float64], scale: Any, path: Path) -> None:
+    extent = float(np.ptp(vertices, axis=0).max())
+    if extent > LARGEST:
+        text = (
+            f"scale is {scale!r}, which makes {path.name} {extent:.3g} m long: lengths are in "
+            f"metres; a file in millimetres needs 0.001."
+        )
+        warn([("scale", text)], text)
+
+
+def _scale(scale: Any) -> NDArray[np.float64]:
+    try:
+        sizes = np.broadcast_to(np.asarray(scale, float), 3)
+    except (TypeError, ValueError):
+        sizes = np.zeros(3)
+    if not np.isfinite(sizes).all() or (sizes == 0).any():
+        raise ValueError(f"scale is {scale!r}, expected one number that is not 0, or three")
+    return sizes
+
+
+def _check(threshold: float, max_points: int, seed: int) -> None:
+    for name, value, least, most in (
+        ("threshold", threshold, 0.01, 1.0),
+        ("max_points", max_points, 26, 10_000),
+        ("seed", seed, 0, 2**32 - 1),
+    ):
+        if not least <= value <= most:
+            raise ValueError(f"{name} is {value!r}, expected a number from {least} to {most}")
+
+
+def _read(path: Path, scale: NDArray[np.float64]) -> list[Trimesh]:
+    """A file's geometries in metres, each with one vertex for each place."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(
+            f"path is {str(path)!r}, expected a file that ends in {' '.join(SUFFIXES)}"
+        )
+    if not path.is_file():
+        raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
+    pieces = [_surface(*piece) for piece in _geometries(path, scale)]
+    if all(_closed(piece) for piece in pieces):
+        return pieces
+    joined = _joined(pieces)  # one surface may lie in several groups
+    joined.fill_holes()
+    return [joined]
+
+
+def _geometries(
+    path: Path, scale: NDArray[np.float64]
+) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Vertices [m] and faces of each object in a file."""
+    with needs_extra():
+        import trimesh
+
+        if path.suffix.lower() == ".dae":
+            import collada  # noqa: F401
+    _require_few_corners(path)
+    options: dict[str, Any] = (
+        {"split_objects": True, "split_groups": True, "skip_materials": True}
+        if path.suffix.lower() == ".obj"
+        else {}
+    )
+    try:
+        scene = trimesh.load_scene(path, process=False, **options)
+        meshes = [piece for piece in scene.dump() if isinstance(piece, trimesh.Trimesh)]
+        unit = trimesh.units.unit_conversion(scene.units, "meters") if scene.units else 1.0
+    except Exception as error:  # each format's reader fails in its own ways
+        raise ValueError(f"{path} is no {path.suffix[1:].upper()} mesh: {error}") from error
+    found = [(np.array(m.vertices, float) * unit * scale, np.array(m.faces)) for m in meshes]
+    found = [(vertices, faces) for vertices, faces in found if len(faces)]
+    if not found:
+        raise ValueError(f"{path} has no faces, expected a surface")
+    if not all(np.isfinite(vertices).all() for vertices, _ in found):
+        raise ValueError(f"{path} has a vertex that is not finite")
+    return found
+
+
+def _require_few_corners(path: Path) -> None:
+    """Raises ValueError on a face of many corners, before it is read: it costs time and memory."""
+    for corners in _corner_counts(path):
+        if corners > MAX_CORNERS:
+            raise ValueError(
+                f"{path} has a face of {corners} corners, expected at most {MAX_CORNERS}; "
+                "an export with triangles has three in each"
+            )
+
+
+def _corner_counts(path: Path) -> Iterator[int]:
+    """How many corners the faces of an OBJ or a DAE file have, of those that are polygons."""
+    if path.suffix.lower() == ".obj":
+        text = path.read_bytes().replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+        for line in text.splitlines():
+            if line.lstrip().startswith((b"f ", b"f\t")):
+                yield len(line.split()) - 1
+    elif path.suffix.lower() == ".dae":
+        yield from _dae_corner_counts(path)
+
+
+def _dae_corner_counts(path: Path) -> Iterator[int]:
+    primitive, inputs = "", 0  # what is being read, and the indices of a corner in it
+    try:
+        for event, element in ET.iterparse(path, ("start", "end")):
+            tag = element.tag.rpartition("}")[2]
+            if event == "start":
+                if tag in PRIMITIVES:
+                    primitive, inputs = tag, 0
+                continue
+            inputs += tag == "input"
+            if tag == "vcount":
+                yield max(map(int, (element.text or "0").split()), default=0)
+            elif tag == "p":
+                in_polygons = len((element.text or "").split()) // max(inputs, 1)
+                yield in_polygons if primitive == "polygons" else 0
+    except (ET.ParseError, LookupError, ValueError):
+        return  # what reads the mesh says what is wrong
+
+
+def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:
+    """A mesh whose faces meet at common vertices."""
+    import trimesh
+
+    surface = trimesh.Trimesh(vertices, faces, process=False)
+    surface.merge_vertices()
+    a, b, c = surface.faces.T
+    surface.update_faces((a != b) & (b != c) & (c != a))
+    surface.remove_unreferenced_vertices()
+    return surface
+
+
+def _joined(pieces: Sequence[Trimesh]) -> Trimesh:
+    counts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    faces = [piece.faces + start for piece, start in zip(pieces, counts, strict=False)]
+    return _surface(
+        np.concatenate([piece.vertices for piece in pieces]),
+        np.concatenate(faces),
+    )
+
+
+def _closed(surface: Trimesh) -> bool:
+    return bool(surface.is_watertight and surface.is_winding_consistent)
+
+
+def _shells(pieces: Sequence[Trimesh], limit: Limit) -> list[Trimesh] | None:
+    """The closed surfaces that a mesh consists of; None if it is open."""
+    if not all(_closed(piece) for piece in pieces):
+        return None
+    split = [piece.split(only_watertight=False, repair=False) for piece in pieces]
+    return [shell for parts in split for shell in parts]
+
+
+def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
+    from energymargin.meshes.convex import hull_volume
+
+    size = float(np.ptp(vertices, axis=0).max())
+    if hull_volume(vertices) <= FLAT * size**3:
+        raise ValueError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """How the surfaces of a file are taken apart."""
+
+    path: Path
+    threshold: float
+    max_points: int
+    seed: int
+    limit: Limit
+
+    def parts_of(self, body: Solid, size: float) -> list[Corners]:
+        """Corners (k, 3) of a solid's convex parts; the threshold is of the whole mesh's `size`.
+
+        Raises ValueError if they fill a cavity, whatever the threshold.
+        """
+        threshold = self.threshold * size / float(body.outer.extents.max())
+        if not body.cavities:
+            return replace(self, threshold=threshold).parts(body.outer, closed=True)
+        surface = _joined([body.outer, *body.cavities])
+        points = [_points_within(cavity) for cavity in body.cavities]
+        threshold = min(threshold, 0.5)
+        while True:
+            cut = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
+            parts = cut.parts(surface, closed=True, hollow=True)
+            filled = max(_filled(inside, parts) for inside in points)
+            if filled <= FILLED:
+                return parts
+            if threshold <= LEAST_THRESHOLD:
+                raise ValueError(
+                    f"{self.path} has a cavity of which its convex parts fill {filled:.0%}, "
+                    "expected a greater one, or none. An em.Compound of boxes leaves it empty, and "
+                    "decompose=False takes the convex hull of it all"
+                )
+            threshold /= 2.0
+
+    def parts(self, surface: Trimesh, *, closed: bool, hollow: bool = False) -> list[Corners]:
+        """Corners (k, 3) of a surface's convex parts."""
+        from energymargin.meshes.convex import corners, decomposed, hull_volume
+
+        vertices = np.asarray(surface.vertices, float)
+        solid = closed and not hollow
+        convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
+        if convex or self.threshold >= 1.0:
+            return [corners(vertices, self.max_points)]
+        return decomposed(
+            vertices,
+            np.asarray(surface.faces, np.int64),
+            closed=closed,
+            threshold=self.threshold,
+            max_points=self.max_points,
+            seed=self.seed,
+            name=str(self.path),
+            limit=self.limit,
+        )
+
+
+def _points_within(cavity: Trimesh) -> Corners:
+    """Points evenly in a cavity, the same for the same one, shape (n, 3); none if it is flat."""
+    random = np.random.default_rng(0)
+    found: list[Corners] = []
+    for _ in range(100):
+        low, high = np.asarray(cavity.bounds, float)
+        points = random.uniform(low, high, (CAVITY_POINTS, 3))
+        found.append(points[np.abs(winding_numbers(points, cavity)) > 0.5])
+        if sum(map(len, found)) >= CAVITY_POINTS:
+            break
+    return np.concatenate(found)
+
+
+def _filled(points: Corners, parts: Sequence[Corners]) -> float:
+    """The share of the points that lie in a convex part."""
+    from energymargin.meshes.convex import inside
+
+    if not len(points):
+        return 0.0
+    return float(np.any([inside(points, part) for part in parts], axis=0).mean())
+
+
+def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
+    """Raises ValueError on a closed surface that faces inwards within a surface with holes.
+
+    What closes the holes would fill the cavity. One is let pass if it is as small a share of the
+    hull as a dent that a convex part may have: scans have such by mistake.
+    """
+    from energymargin.meshes.convex import hull_volume
+
+    least = (1.0 - CONVEX) * hull_volume(np.asarray(surface.vertices, float))
+    for piece in surface.split(only_watertight=True, repair=False):
+        if piece.volume >= -least:
+            continue
+        limit.require(f"the surfaces of {path} were sorted")
+        points = _points_within(piece)
+        around = winding_numbers(points, surface) - winding_numbers(points, piece)
+        if (around > 0.5).mean() > 0.5:
+            raise ValueError(
+                f"{path} has a cavity and holes, expected a closed surface; "
+                "decompose=False takes the convex hull of it all"
+            )
+
+
+def _solid_of_hull(shells: list[Trimesh], path: Path, limit: Limit) -> MassProperties | None:
+    """Those of the mesh in its hull; None where its surfaces contradict each other."""
+    try:
+        solids(shells, path, limit)
+    except ValueError:
+        return None
+    return _solid(_joined(shells))
+
+
+def _solid(closed: Trimesh) -> MassProperties:
+    """Exact mass properties of a closed mesh of 1 kg."""
+    volume = float(closed.volume)
+    spread = Inertial(closed.center_mass, inertia=closed.moment_inertia / volume)
+    return MassProperties(volume, spread.center, spread.moments, spread.axes)

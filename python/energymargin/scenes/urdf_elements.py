@@ -1,0 +1,301 @@
+"""The elements of a URDF file: parsed, and checked against what the library simulates.
+
+What the library does not simulate is an error that names it; how things look is left out.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+from xml.parsers import expat
+
+from energymargin.limits import Limit
+
+__all__ = ["checked"]
+
+
+@dataclass(frozen=True)
+class _Element:
+    """Attributes that an element must and may have, and children: one, at most one, any number."""
+
+    needs: tuple[str, ...] = ()
+    takes: tuple[str, ...] = ()
+    one: tuple[str, ...] = ()
+    maybe: tuple[str, ...] = ()
+    many: tuple[str, ...] = ()
+
+    @property
+    def children(self) -> tuple[str, ...]:
+        return (*self.one, *self.maybe, *self.many)
+
+
+GRAMMAR = {
+    "robot": _Element(("name",), ("version",), many=("link", "joint")),
+    "link": _Element(("name",), maybe=("inertial", "contact"), many=("collision",)),
+    "inertial": _Element(one=("mass",), maybe=("origin", "inertia")),
+    "mass": _Element(("value",)),
+    "inertia": _Element(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "origin": _Element(takes=("xyz", "rpy")),
+    "collision": _Element(takes=("name",), one=("geometry",), maybe=("origin",)),
+    "geometry": _Element(maybe=("box", "sphere", "cylinder", "mesh")),
+    "box": _Element(("size",)),
+    "sphere": _Element(("radius",)),
+    "cylinder": _Element(("radius", "length")),
+    "mesh": _Element(("filename",), ("scale",)),
+    "contact": _Element(maybe=("lateral_friction",)),
+    "lateral_friction": _Element(("value",)),
+    "joint": _Element(
+        ("name", "type"),
+        one=("parent", "child"),
+        maybe=("origin", "axis", "limit", "dynamics", "mimic"),
+    ),
+    "parent": _Element(("link",)),
+    "child": _Element(("link",)),
+    "axis": _Element(("xyz",)),
+    "limit": _Element(takes=("lower", "upper", "effort", "velocity")),
+    "dynamics": _Element(takes=("damping",)),
+    "mimic": _Element(("joint",), ("multiplier", "offset")),
+}
+# How many numbers an attribute holds; the others are words.
+NUMBERS = {
+    **dict.fromkeys(("xyz", "rpy", "size"), (3,)),
+    "scale": (1, 3),
+    **dict.fromkeys(("value", "radius", "length", "lower", "upper", "effort"), (1,)),
+    **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
+    **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
+}
+XACRO = "xacro:"  # its elements make others, so they are never left out for want of a declaration
+LOOKS = ("visual", "material")
+# What asks for nothing at this value.
+NOTHING = {
+    ("dynamics", "friction"): 0.0,
+    ("axis", "rpy"): 0.0,
+    ("rolling_friction", "value"): 0.0,
+    ("spinning_friction", "value"): 0.0,
+    ("restitution", "value"): 0.0,
+    ("inertia_scaling", "value"): 1.0,
+}
+# Better ways out than to do without.
+HINTS = {
+    "xacro": "and xacro turns such a file into URDF",
+    "capsule": "and a capsule is a cylinder with a sphere at each end",
+    "plane": "and Scene.add_plane makes a plane",
+}
+
+
+def checked(path: Path, ignore: Collection[str], limit: Limit) -> ET.Element:
+    """The root of a URDF file in which all is understood, without what is to be ignored.
+
+    `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
+    "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone. Warns
+    once of elements and attributes whose namespace the file does not declare, and leaves them out.
+    Raises FileNotFoundError, ValueError that names all that the library does not do, or the first
+    mistake, and TimeoutError or Cancelled at the limit.
+    """
+    _require_places(ignore)
+    root = parsed(path, limit)
+    if root.tag != "robot":
+        tag = root.tag.removeprefix(UNDECLARED)
+        raise ValueError(f"{path} is no URDF file: its root is <{tag}>, expected <robot>")
+    undeclared: Counter[str] = Counter()
+    _strip(root, "", {*LOOKS, *ignore}, undeclared)
+    unknown: Counter[str] = Counter()
+    _walk(root, "robot", unknown)
+    if unknown:
+        hints = "".join(
+            f", {hint}" for word, hint in HINTS.items() if any(word in what for what in unknown)
+        )
+        raise ValueError(
+            f"{path} asks for what is not simulated: {_counted(unknown)}; "
+            f"ignore={tuple(unknown)!r} does without{hints}"
+        )
+    if undeclared:
+        warnings.warn(
+            f"{path} leaves namespaces undeclared, and what is in them is left out: "
+            f"{_counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
+            stacklevel=4,  # of who calls from_urdf
+        )
+    return root
+
+
+def _counted(names: Counter[str]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in names.items())
+
+
+def _require_places(ignore: Collection[str]) -> None:
+    """Raises ValueError on a name without its parent that would leave out what is simulated."""
+    for name in ignore:
+        tag, _, attribute = name.partition(".")
+        rule = GRAMMAR.get(tag)
+        if rule is None or (attribute and attribute not in (*rule.needs, *rule.takes)):
+            continue
+        parents = [f"<{parent}>" for parent, of in GRAMMAR.items() if tag in of.children]
+        raise ValueError(
+            f"ignore has {name!r}, which is simulated in {', '.join(parents) or 'each file'}; "
+            f"expected 'parent/{name}', which leaves it out in that parent alone"
+        )
+
+
+def _strip(
+    element: ET.Element, parent: str, left_out: Collection[str], undeclared: Counter[str]
+) -> None:
+    """Takes out elements and attributes, and what asks for nothing; counts the undeclared."""
+    for name in list(element.attrib):
+        what = f"{element.tag}.{name}"
+        foreign = name.startswith(UNDECLARED)
+        if foreign:
+            what = f"{element.tag}.{name.removeprefix(UNDECLARED)}"
+        ignored = what in left_out or f"{parent}/{what}" in left_out
+        if foreign and not ignored:
+            undeclared[what] += 1
+        if foreign or ignored or _nothing(element, name):
+            del element.attrib[name]
+    for child in list(element):
+        foreign = child.tag.startswith(UNDECLARED)
+        child.tag = child.tag.removeprefix(UNDECLARED)
+        ignored = child.tag in left_out or f"{element.tag}/{child.tag}" in left_out
+        foreign = foreign and not child.tag.startswith(XACRO)
+        if foreign and not ignored:
+            undeclared[child.tag] += 1
+        if foreign or ignored:
+            element.remove(child)
+            continue
+        _strip(child, element.tag, left_out, undeclared)
+        neutral = (child.tag, "value") in NOTHING and not child.attrib and not len(child)
+        if neutral:
+            element.remove(child)
+
+
+def _nothing(element: ET.Element, name: str) -> bool:
+    neutral = NOTHING.get((element.tag, name))
+    if neutral is None:
+        return False
+    try:
+        return all(float(word) == neutral for word in element.attrib[name].split())
+    except ValueError:
+        return False
+
+
+def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
+    """Counts what is not known below an element, and raises ValueError on what is wrong there."""
+    rule = GRAMMAR[element.tag]
+    for name in rule.needs:
+        if name not in element.attrib:
+            raise ValueError(f"{where}: <{element.tag}> has no {name!r}")
+    for name, text in element.attrib.items():
+        if name in (*rule.needs, *rule.takes):
+            _check_numbers(element.tag, name, text, where)
+        else:
+            unknown[f"{element.tag}.{name}"] += 1
+    _check_counts(element, rule, where)
+    for child in element:
+        if child.tag in rule.children:
+            named = child.tag in ("link", "joint")
+            _walk(child, f"{child.tag} {child.get('name')!r}" if named else where, unknown)
+        else:
+            misplaced = child.tag in GRAMMAR  # the same tag is simulated elsewhere
+            unknown[f"{element.tag}/{child.tag}" if misplaced else child.tag] += 1
+
+
+def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
+    counts = Counter(child.tag for child in element)
+    for tag in (*rule.one, *rule.maybe):
+        if counts[tag] > 1 or (tag in rule.one and not counts[tag]):
+            raise ValueError(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one")
+    if element.tag == "geometry" and len(element) != 1:
+        raise ValueError(f"{where}: <geometry> has {len(element)} shapes, expected one")
+
+
+def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
+    if name not in NUMBERS:
+        return
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) not in NUMBERS[name] or not all(map(math.isfinite, values)):
+        expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in NUMBERS[name])
+        raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
+
+
+MAX_DEPTH = 100  # of nested elements; a shape is the fifth
+# Marks a name whose prefix the file does not declare; no name in XML begins so.
+UNDECLARED = "?"
+NAMESPACES = {"": "", "xml": "xml"}  # by prefix, where a file declares none
+
+
+def parsed(path: Path, limit: Limit) -> ET.Element:
+    """The root of a file's elements, with attributes and without text.
+
+    A name in a namespace is "namespace:name", or `UNDECLARED` and "prefix:name" where the file
+    declares none for its prefix. Raises FileNotFoundError, ValueError if the file is no XML or its
+    elements are nested deeper than `MAX_DEPTH`, and TimeoutError or Cancelled at the limit.
+    """
+    try:
+        with open(path, "rb") as file:
+            return _Reader(path, limit).read(file)
+    except (expat.ExpatError, LookupError) as error:  # LookupError: an unknown encoding
+        raise ValueError(f"{path} is no XML file: {error}") from error
+
+
+class _Reader:
+    """Builds the tree as expat reads; expat itself would refuse a prefix without a declaration."""
+
+    def __init__(self, path: Path, limit: Limit) -> None:
+        self._path = path
+        self._limit = limit
+        self._builder = ET.TreeBuilder()
+        self._scopes = [NAMESPACES]  # namespaces by prefix, of each element that is open
+        self._tags: list[str] = []
+        self._parser = expat.ParserCreate()
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.DefaultHandlerExpand = self._other
+
+    def read(self, file: BinaryIO) -> ET.Element:
+        self._parser.ParseFile(file)
+        return self._builder.close()
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        self._limit.require(f"{self._path} was read")
+        if len(self._tags) == MAX_DEPTH:
+            raise ValueError(
+                f"{self._path} has elements nested deeper than {MAX_DEPTH} in line "
+                f"{self._parser.CurrentLineNumber}, expected a URDF file: a shape is the fifth"
+            )
+        declared = {
+            key.removeprefix("xmlns").removeprefix(":"): uri
+            for key, uri in attributes.items()
+            if key == "xmlns" or key.startswith("xmlns:")
+        }
+        scope = {**self._scopes[-1], **declared} if declared else self._scopes[-1]
+        self._scopes.append(scope)
+        self._tags.append(_full(name, scope))
+        known = {
+            _full(key, scope) if ":" in key else key: value
+            for key, value in attributes.items()
+            if key != "xmlns" and not key.startswith("xmlns:")
+        }
+        self._builder.start(self._tags[-1], known)
+
+    def _end(self, _: str) -> None:
+        self._builder.end(self._tags.pop())
+        self._scopes.pop()
+
+    def _other(self, text: str) -> None:
+        if text.startswith("&"):  # of a document type that is not read
+            raise ValueError(f"{self._path} is no XML file: undefined entity {text}")
+
+
+def _full(name: str, scope: dict[str, str]) -> str:
+    """A name with its namespace in place of its prefix."""
+    prefix, _, rest = name.rpartition(":")
+    if prefix not in scope:
+        return UNDECLARED + name
+    return f"{scope[prefix]}:{rest}" if scope[prefix] else rest
