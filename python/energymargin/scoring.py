@@ -23,9 +23,9 @@ from energymargin.settings import SearchSettings
 from energymargin.tasks.base import whole_number
 
 __all__ = [
+    "ProblemSource",
     "ScoreError",
     "ScoreTable",
-    "Source",
     "chosen_metrics",
     "metrics_of",
     "require_objects",
@@ -85,7 +85,7 @@ class ScoreError(ValueError):
         self.table = table
 
 
-class Source(Protocol):
+class ProblemSource(Protocol):
     """Problems that are to be scored."""
 
     def take(self, most: int) -> Sequence[Work]:
@@ -99,8 +99,8 @@ class Source(Protocol):
         ...
 
 
-class _Given:
-    """A Source of problems that are all there."""
+class _GivenProblems:
+    """A ProblemSource of problems that are all there."""
 
     def __init__(
         self, problems: Sequence[Problem], indices: Sequence[int], metrics: Sequence[str]
@@ -109,7 +109,7 @@ class _Given:
         self._next = 0
 
     def take(self, most: int) -> Sequence[Work]:
-        """As Source.take."""
+        """As ProblemSource.take."""
         first, self._next = self._next, min(self._next + most, len(self._problems))
         return [
             Work(self._indices[i], self._problems[i], self._metrics)
@@ -118,12 +118,12 @@ class _Given:
 
     @property
     def empty(self) -> bool:
-        """As Source.empty."""
+        """As ProblemSource.empty."""
         return self._next == len(self._problems)
 
 
 def run_all(
-    source: Source,
+    source: ProblemSource,
     executor: Executor,
     settings: SearchSettings,
     deliver: Callable[[Sequence[Row]], None],
@@ -221,7 +221,7 @@ def score(
         if progress is not None and rows:
             progress(len(done) + len(errors), len(problems))
 
-    source = _Given(problems, _indices(indices, len(problems)), metrics)
+    source = _GivenProblems(problems, _indices(indices, len(problems)), metrics)
     complete = run_all(source, executor, settings, deliver, limit)
     table = _table(done, metrics, complete)
     if errors:

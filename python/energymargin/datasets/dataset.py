@@ -27,7 +27,7 @@ from energymargin.datasets.columns import (
     NO_LABEL,
     ROW,
     Block,
-    Bodies,
+    BodyNames,
     any_column,
     any_label,
     as_blocks,
@@ -212,7 +212,7 @@ class Dataset(Closing):
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
     """Of trajectories in any blocks: each column is a stream of bytes of its own."""
     streams = {name: hashlib.sha256() for name in _HASHED}
-    bodies = Bodies()
+    bodies = BodyNames()
     for block in blocks:
         columns = {**block.columns, "contacts": bodies.renumbered(block)}
         for name, stream in streams.items():

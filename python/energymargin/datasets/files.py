@@ -33,7 +33,7 @@ from energymargin.datasets.columns import (
     NO_LABEL,
     ROW,
     Block,
-    Bodies,
+    BodyNames,
     check_labels,
     cuts,
     joined,
@@ -217,7 +217,7 @@ class _Column:
 def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
     rows = _Column(file, "trajectories", ROW)
     columns = {name: _Column(file, name, kind) for name, (_, kind) in COLUMNS.items()}
-    bodies = Bodies()
+    bodies = BodyNames()
     for block in blocks:
         entries = {**block.columns, "contacts": bodies.renumbered(block)}
         rows.append(block.rows)

@@ -34,6 +34,7 @@ from energymargin.plots.trees import (
     in_view,
     most_cost,
 )
+from energymargin.regions import Region
 from energymargin.tasks.base import positive_number, whole_number, yes_or_no
 
 __all__ = ["plot_state"]
@@ -246,17 +247,15 @@ def _draw_sets(ax: Axes, view: _View, detail: int) -> tuple[str, str]:
     """Success set below capture set; returns what a legend says of where capture and success set
     are."""
     captured, succeeded = sets_of(view.problem)
-    looks = (
-        (succeeded, {"color": SUCCEEDED_COLOR, "line": "dashed", "order": 0}),
-        (captured, {"color": CAPTURED_COLOR, "line": "solid", "order": 1}),
-    )
     shown: dict[str, Any] = {"detail": detail, "seen": view.states[view.inside]}
-    of_succeeded, of_captured = (
-        ""
-        if region is None
-        else draw_set(ax, view.problem, region, view.limits, view.plane, **look, **shown)
-        for region, look in looks
-    )
+
+    def draw(region: Region | None, **look: Any) -> str:
+        if region is None:
+            return ""
+        return draw_set(ax, view.problem, region, view.limits, view.plane, **look, **shown)
+
+    of_succeeded = draw(succeeded, color=SUCCEEDED_COLOR, line="dashed", order=0)
+    of_captured = draw(captured, color=CAPTURED_COLOR, line="solid", order=1)
     return of_captured, of_succeeded
 
 

@@ -182,7 +182,7 @@ class Run:
             (self.dataset,),
         )
         for row in rows:
-            yield ScoredState(*row[:7], row[7:])
+            yield ScoredState._make((*row[:7], row[7:]))
 
     def curve(self, number: int, metric: str = "probability") -> Curve | None:
         """How a probability of the state of this number falls with time; None if it is not there.

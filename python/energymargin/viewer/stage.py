@@ -14,7 +14,7 @@ from energymargin._core import Problem
 from energymargin.plots.sets import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.undisturbed import Undisturbed
-from energymargin.viewer.bodies import Bodies, rgb
+from energymargin.viewer.bodies import DrawnBodies, rgb
 from energymargin.viewer.growth import Growth
 from energymargin.viewer.search import Scored
 from energymargin.viewer.solids import Triangles, region_surface
@@ -50,7 +50,7 @@ class Stage:
         view = view_around(scene, states[chosen])
         self._view = view
         self._flat = is_flat(problem, states, view)
-        self._bodies = Bodies(server, scene, view, _nice(view.size / CELLS))
+        self._bodies = DrawnBodies(server, scene, view, _nice(view.size / CELLS))
         self._growth = Growth(server, view)
         _look_at(server, view, FROM[self._flat])
         self.put(problem)
