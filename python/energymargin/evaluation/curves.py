@@ -1,6 +1,6 @@
-"""How a score tells labels apart, as curves: ROC, and precision over recall.
+"""How well a score predicts a label, as curves: ROC, and precision over recall.
 
-What is held against what is chosen as by `evaluate`, and AUC and AP are its numbers.
+Scores and labels are paired as in `evaluate`, and AUC and AP are its numbers.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class PrecisionRecall:
 
 
 class OneLabelError(ValueError):
-    """There are no labels of both kinds, so there is nothing to tell apart."""
+    """There is one label alone, so there is no curve."""
 
     def __init__(self, message: str, brief: str = "one label only") -> None:
         """`brief` says it in a few words, for a legend."""
@@ -192,7 +192,7 @@ def _compared(
         have = "have" if which == "all" else "has"
         raise OneLabelError(
             f"{which} of the {len(compared.labels)} {what} with a score of {metric!r} {have} the "
-            f"label {target_name(target, horizon, last)!r}: nothing to tell apart"
+            f"label {target_name(target, horizon, last)!r}: expected both labels"
         )
     return compared
 

@@ -113,7 +113,7 @@ class Compared(NamedTuple):
 
     @property
     def of_both_kinds(self) -> bool:
-        """Whether there are two labels to tell apart."""
+        """Whether there are labels of both kinds."""
         return bool(self.labels.any() and not self.labels.all())
 
 

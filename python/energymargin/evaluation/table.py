@@ -45,7 +45,7 @@ CSV_COLUMNS = (
 
 @dataclass(frozen=True)
 class Evaluation:
-    """AUC and AP of every score. A cell is None if there is but one label to tell apart."""
+    """AUC and AP of every score. A cell is None if there is one label alone."""
 
     _repr_html_ = shown_by("data.evaluation")
 

@@ -131,11 +131,11 @@ class PublishedRecorded(SweptTask):
         near = _below(WALL_Y + TOUCHING[self.object] + SLACK[self.object])
         if self.object not in ALIGNED:
             return near
-        spread = np.radians(ALIGNED[self.object])
+        tolerance = np.radians(ALIGNED[self.object])
         axis = (0.0, 1.0, 0.0)
         if self.object == "concave":
-            return near & regions.Tilt("object", axis, axis, spread)
-        sides = [regions.Tilt("object", axis, (side, 0.0, 0.0), spread) for side in (1.0, -1.0)]
+            return near & regions.Tilt("object", axis, axis, tolerance)
+        sides = [regions.Tilt("object", axis, (side, 0.0, 0.0), tolerance) for side in (1.0, -1.0)]
         return near & (sides[0] | sides[1])
 
     def _reach(self, yaw: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -131,8 +131,8 @@ def _explanation(
     changed = {reason: change(given)[:, columns] for reason, change in _CHANGES.items()}
     if of_other is not None:
         changed["they are those of the other body"] = of_other[:, columns]
-    apart = {reason: _rms(rates - derived[:, columns]) for reason, rates in changed.items()}
-    reason = min(apart, key=lambda reason: apart[reason])
+    differences = {reason: _rms(rates - derived[:, columns]) for reason, rates in changed.items()}
+    reason = min(differences, key=lambda reason: differences[reason])
     if _contradict(changed[reason], derived[:, columns], least):
         return "Are columns swapped, or units others? They may be left out"
     return f"It would fit if {reason}"

@@ -19,7 +19,7 @@ from energymargin.viewer.lines import lines_glb, shown_edges, shown_points
 from energymargin.viewer.replay import Replay
 from energymargin.viewer.views import View, object_places
 
-__all__ = ["FUTURE_COLOR", "Growth"]
+__all__ = ["FUTURE_COLOR", "DrawnTree"]
 
 DOT = 0.006  # of the view's size
 EDGE_COLOR = (110, 110, 110)
@@ -29,7 +29,7 @@ FUTURE_COLOR = "#0072B2"
 EXIT = 4 * DOT
 
 
-class Growth:
+class DrawnTree:
     """What is drawn of one tree; each call replaces what was there."""
 
     def __init__(self, server: viser.ViserServer, view: View) -> None:
