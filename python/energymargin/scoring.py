@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.arguments import shown
+from energymargin.checks import whole_number
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
 from energymargin.executors.session import Work
@@ -20,7 +21,6 @@ from energymargin.limits import Limit
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
 from energymargin.notebook import shown_by
 from energymargin.settings import SearchSettings
-from energymargin.tasks.base import whole_number
 
 __all__ = [
     "ProblemSource",

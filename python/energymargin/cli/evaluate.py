@@ -54,9 +54,9 @@ def evaluate(
 
     Example: `energymargin evaluate push-scores.db --markdown table.md`
     """
+    from energymargin.checks import one_of, whole_number
     from energymargin.evaluation import AMONG
     from energymargin.store import ScoreStore
-    from energymargin.tasks.base import one_of, whole_number
 
     whole_number("last", last, 1)
     if among is not None:

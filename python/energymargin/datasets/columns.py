@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact
-from energymargin.tasks.base import Trajectory, whole_number
+from energymargin.checks import whole_number
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "BLOCK_STATES",

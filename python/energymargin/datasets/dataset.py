@@ -34,7 +34,8 @@ from energymargin.datasets.columns import (
 )
 from energymargin.datasets.future import Future
 from energymargin.notebook import shown_by
-from energymargin.tasks.base import Task, Trajectory
+from energymargin.tasks.base import Task
+from energymargin.trajectories import Trajectory
 
 __all__ = ["Dataset", "Label", "StateError"]
 

@@ -40,7 +40,7 @@ from energymargin.datasets.columns import (
     starts,
 )
 from energymargin.replacing import replaced
-from energymargin.tasks.base import Trajectory
+from energymargin.trajectories import Trajectory
 
 __all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
 

@@ -9,12 +9,13 @@ from tempfile import TemporaryDirectory
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.checks import whole_number
 from energymargin.datasets.dataset import Dataset
 from energymargin.datasets.generation_to_file import generate_file
 from energymargin.datasets.loading import load
 from energymargin.datasets.rollouts import Request, generate_trajectory
 from energymargin.limits import Limit
-from energymargin.tasks.base import Task, parameters_of, whole_number
+from energymargin.tasks.base import Task, parameters_of
 
 __all__ = ["generate", "load_or_generate"]
 

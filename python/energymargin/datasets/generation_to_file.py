@@ -17,6 +17,7 @@ from pathlib import Path
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.checks import whole_number
 from energymargin.datasets import files
 from energymargin.datasets.columns import as_block
 from energymargin.datasets.parts import Parts, folder_of, spans_in
@@ -26,7 +27,8 @@ from energymargin.executors.processes import ProcessPool
 from energymargin.executors.threads import core_count
 from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
-from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
+from energymargin.tasks.base import Task, parameters_of
+from energymargin.trajectories import Trajectory
 
 __all__ = ["generate_file", "trajectories_kept"]
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import one_of, whole_number
 from energymargin.evaluation import (
     HORIZON,
     LAST_FRAMES,
@@ -24,7 +25,6 @@ from energymargin.evaluation import (
     ranked,
     state_metrics,
 )
-from energymargin.tasks.base import one_of, whole_number
 
 __all__ = [
     "TARGETS",

@@ -9,9 +9,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import one_of, whole_number
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
-from energymargin.tasks.base import one_of, whole_number
 
 __all__ = [
     "AMONG",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import whole_number
 from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
 from energymargin.evaluation.cells import DASH, PAPER, Cell, cell_of, csv_fields, paper_text
 from energymargin.evaluation.labelled import (
@@ -27,7 +28,6 @@ from energymargin.evaluation.labelled import (
 )
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
-from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

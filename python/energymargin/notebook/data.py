@@ -13,7 +13,7 @@ from energymargin.metrics import unit, value_text
 from energymargin.notebook.tables import MOST_ROWS, NamedValue, grid, table
 from energymargin.scoring import ScoreTable
 from energymargin.store import Run, ScoreStore
-from energymargin.tasks.base import Trajectory
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "dataset",

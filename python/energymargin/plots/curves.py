@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from energymargin.checks import yes_or_no
 from energymargin.evaluation import HORIZON, LAST_FRAMES, Among, LabelledScores, curves, short
 from energymargin.evaluation.curves import CAPTURED, OneLabelError, metrics_against, target_name
 from energymargin.metrics import ANY
@@ -20,7 +21,6 @@ from energymargin.plots.styles import (
     light_grid,
     metric_style,
 )
-from energymargin.tasks.base import yes_or_no
 
 __all__ = ["plot_precision_recall", "plot_roc"]
 

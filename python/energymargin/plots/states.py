@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from energymargin._core import EscapeEffort, Problem, Tree
+from energymargin.checks import positive_number, whole_number, yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_bodies, draw_ghost
 from energymargin.plots.legends import draw_state_legend, state_legend, state_title
@@ -35,7 +36,6 @@ from energymargin.plots.trees import (
     most_cost,
 )
 from energymargin.regions import Region
-from energymargin.tasks.base import positive_number, whole_number, yes_or_no
 
 __all__ = ["plot_state"]
 

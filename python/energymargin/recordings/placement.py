@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Scene, World
+from energymargin.checks import positive_number
 from energymargin.recordings.recording import Motion, Recording
 from energymargin.scenes import moved_apart
-from energymargin.tasks.base import positive_number
 
 __all__ = ["MOST_OVERLAP", "Placed", "placed"]
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import positive_number, yes_or_no
 from energymargin.recordings import columns as layouts
 from energymargin.recordings.columns import BODIES, Columns, of_body
 from energymargin.recordings.gaps import Clock, filled_clock, require_short_gaps
@@ -20,7 +21,6 @@ from energymargin.recordings.plausible import require_agreement, require_clock, 
 from energymargin.recordings.recording import Mended, Motion, Recording
 from energymargin.recordings.smoothing import LEAST_FRAMES, SMOOTHING, smoothed
 from energymargin.recordings.table import FrameTable, read_table
-from energymargin.tasks.base import positive_number, yes_or_no
 
 __all__ = ["LONGEST_GAP", "read_csv"]
 

@@ -13,7 +13,8 @@ from energymargin._core import Region, Scene, World
 from energymargin.datasets import Dataset
 from energymargin.recordings.placement import MOST_OVERLAP, Placed, placed
 from energymargin.recordings.recording import Recording
-from energymargin.tasks.base import Params, Regions, Task, Trajectory, parameters_of
+from energymargin.tasks.base import Params, Regions, Task, parameters_of
+from energymargin.trajectories import Trajectory
 
 __all__ = ["RecordedTask", "dataset"]
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import DRAWS, FORCE, HORIZON, LAST_FRAMES, LabelledScores
 from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
-from energymargin.tasks.base import whole_number
 
 __all__ = ["Data", "Options", "Subject", "read_data", "read_subject"]
 

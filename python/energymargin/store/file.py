@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.interrupts import since_interrupt
@@ -19,7 +20,6 @@ from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
 from energymargin.store import schema
 from energymargin.store.run import Run
-from energymargin.tasks.base import whole_number
 
 __all__ = ["ScoreStore"]
 

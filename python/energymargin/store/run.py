@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import whole_number
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
 from energymargin.future_text import disturbance_in_words
@@ -18,7 +19,6 @@ from energymargin.metrics import METRICS, TIMED
 from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
 from energymargin.store.schema import NO_FUTURE, with_those_before
-from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
     from energymargin.store.file import ScoreStore

@@ -4,17 +4,9 @@ Tasks are plugins: whatever an installed package registers under the entry point
 `energymargin.tasks` is one.
 """
 
-from energymargin.tasks.base import (
-    Drive,
-    FrictionTask,
-    Params,
-    Regions,
-    ScriptedTask,
-    Task,
-    Trajectory,
-    drawn,
-)
+from energymargin.tasks.base import Drive, FrictionTask, Params, Regions, ScriptedTask, Task, drawn
 from energymargin.tasks.registry import Registered, TaskError, make, names, overview
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "Drive",

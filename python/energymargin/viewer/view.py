@@ -11,10 +11,10 @@ from typing import Any
 import rich
 
 from energymargin._core import Problem
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.settings import MOST_NODES
-from energymargin.tasks.base import whole_number
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import StateSource, StoredScores, Trajectories, source_of
