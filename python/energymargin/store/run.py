@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,8 @@ from energymargin.future_text import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
 from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
+from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE, with_those_before
-
-if TYPE_CHECKING:
-    from energymargin.store.file import ScoreStore
 
 __all__ = ["FLOATS", "Run", "ScoredState"]
 
@@ -54,7 +52,7 @@ class Run:
 
     _repr_html_ = shown_by("data.run")
 
-    def __init__(self, store: ScoreStore, number: int) -> None:
+    def __init__(self, store: Database, number: int) -> None:
         """A run that is in the store."""
         self.store = store
         self.number = number
@@ -147,6 +145,12 @@ class Run:
             (self.dataset, first, self.states if last is None else last),
         )
         return [number for (number,) in rows]
+
+    @property
+    def is_only(self) -> bool:
+        """Whether its store has no other run."""
+        (runs,) = self._database.execute("SELECT count(*) FROM runs").fetchone()
+        return bool(runs == 1)
 
     def seconds(self) -> float:
         """Mean computing time of a state that has all its scores [s]; 0 if none has."""
