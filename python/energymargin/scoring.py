@@ -14,12 +14,12 @@ from energymargin.arguments import shown
 from energymargin.checks import whole_number
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
-from energymargin.executors.session import Work
+from energymargin.executors.session import Session, Work
 from energymargin.executors.threads import chosen_executor
-from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
 from energymargin.notebook import shown_by
+from energymargin.results import collect
 from energymargin.settings import SearchSettings
 
 __all__ = [
@@ -134,22 +134,31 @@ def run_all(
     `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
-    complete = False
-    session = executor.session(settings)  # may wait, with nothing yet that Ctrl-C could lose
-    with held_interrupts() as interrupted, session:
-        try:
-            while not (complete or interrupted.is_set() or limit.reached):
-                room = session.room()
-                if room and not source.empty:
-                    session.add(source.take(room))
-                # Without room, as on a cluster that has no workers yet, there is only waiting.
-                deliver(session.take(POLL if session.pending or not room else 0))
-                complete = source.empty and not session.pending
-        finally:
-            deliver(session.stop())
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-    return complete or (source.empty and not session.pending)
+    with executor.session(settings) as session:
+        return collect(_Scorers(session, source), deliver, limit)
+
+
+class _Scorers:
+    """The Workers of a session, with the problems of a source."""
+
+    def __init__(self, session: Session, source: Source) -> None:
+        self._session, self._source = session, source
+
+    @property
+    def busy(self) -> bool:
+        """As Workers.busy."""
+        return not self._source.empty or self._session.pending > 0
+
+    def step(self) -> Sequence[Row]:
+        """As Workers.step. Without room, as on a cluster that has no workers yet, it waits."""
+        room = self._session.room()
+        if room and not self._source.empty:
+            self._session.add(self._source.take(room))
+        return self._session.take(POLL if self._session.pending or not room else 0)
+
+    def stop(self) -> Sequence[Row]:
+        """As Workers.stop."""
+        return self._session.stop()
 
 
 def score(
