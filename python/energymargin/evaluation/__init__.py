@@ -12,7 +12,7 @@ against each.
 """
 
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, ranked
-from energymargin.evaluation.cells import DASH, PAPER, Cell, csv_fields, paper_text, short
+from energymargin.evaluation.cells import DASH, PAPER, Cell, csv_fields, paper_text
 from energymargin.evaluation.labelled import (
     AMONG,
     FORCE,
@@ -32,6 +32,7 @@ from energymargin.evaluation.labelled import (
     trajectory_score,
 )
 from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, CSV_COLUMNS, Evaluation, evaluate
+from energymargin.shares import short
 
 __all__ = [
     "ALL_TITLE",

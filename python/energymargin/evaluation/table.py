@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import whole_number
+from energymargin.csv_text import csv_text
 from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
 from energymargin.evaluation.cells import DASH, PAPER, Cell, cell_of, csv_fields, paper_text
 from energymargin.evaluation.labelled import (
@@ -26,6 +25,7 @@ from energymargin.evaluation.labelled import (
     compared_trajectories,
     state_metrics,
 )
+from energymargin.markdown import markdown_table
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
 
@@ -115,21 +115,14 @@ class Evaluation:
         """The same as a Markdown table, or two: of all objects, and of at least one."""
         parts = [self._caption()]
         for title, rows in self._sections():
-            lines = [["score", *self._columns()], ["---"] * (len(self._columns()) + 1)]
-            for score, cells in rows:
-                shown = [cell.replace("\n", "<br>") for cell in cells]
-                lines.append([score, *shown, *self._paper(score)])
-            table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+            lines = [[score, *cells, *self._paper(score)] for score, cells in rows]
+            table = markdown_table(["score", *self._columns()], lines)
             parts += [f"**{title}**", table] if title else [table]
         return "\n\n".join(parts) + "\n"
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2])
-        writer.writerows(self.csv_rows())
-        return text.getvalue()
+        return csv_text(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2], self.csv_rows())
 
     def csv_rows(self) -> list[list[Any]]:
         """The lines of `to_csv`, with CSV_COLUMNS; the paper's are there if it has the task."""
