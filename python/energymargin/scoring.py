@@ -19,6 +19,7 @@ from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 from energymargin.results import collect
 from energymargin.settings import SearchSettings
 
@@ -42,6 +43,7 @@ class ScoreTable:
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 
     _repr_html_ = shown_by("data.score_table")
+    __repr__ = short_repr
 
     index: NDArray[np.int64]
     """Which problem, shape (N,), rising."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from energymargin._core import Contact
 from energymargin.checks import check_shape
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 
 __all__ = ["Trajectory"]
 
@@ -23,6 +24,7 @@ class Trajectory:
     """
 
     _repr_html_ = shown_by("data.trajectory")
+    __repr__ = short_repr
 
     times: NDArray[np.float64]
     """Time of each frame [s], shape (K,)."""

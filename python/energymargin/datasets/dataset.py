@@ -69,6 +69,13 @@ class Dataset(Closing):
     """The seed of `generate`."""
     trajectories: Sequence[Trajectory]
 
+    def __repr__(self) -> str:
+        """What it is, and how much."""
+        return (
+            f"Dataset(task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}, "
+            f"trajectories={len(self.trajectories)}, states={self.size})"
+        )
+
     @cached_property
     def lengths(self) -> NDArray[np.int64]:
         """Frames of each trajectory, shape (T,)."""

@@ -25,6 +25,7 @@ from energymargin.evaluation import (
     ranked,
     state_metrics,
 )
+from energymargin.reprs import short_repr
 
 __all__ = [
     "TARGETS",
@@ -49,6 +50,8 @@ class Roc:
     States, or trajectories, whose score is at least the threshold count as positive.
     """
 
+    __repr__ = short_repr
+
     false_positive_rate: NDArray[np.float64]
     """Shape (P,), from 0 rising to 1."""
     true_positive_rate: NDArray[np.float64]
@@ -69,6 +72,8 @@ class PrecisionRecall:
 
     States, or trajectories, whose score is at least the threshold count as positive.
     """
+
+    __repr__ = short_repr
 
     recall: NDArray[np.float64]
     """Shape (P,), from 0 rising to 1."""

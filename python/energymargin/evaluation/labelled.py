@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from energymargin.checks import one_of, whole_number
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 
 __all__ = [
     "AMONG",
@@ -54,6 +55,7 @@ class LabelledScores:
     """
 
     _repr_html_ = shown_by("data.labelled_scores")
+    __repr__ = short_repr
 
     task: str
     trajectory: NDArray[np.int64]

@@ -28,6 +28,7 @@ from energymargin.evaluation.labelled import (
 from energymargin.markdown import markdown_table
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -48,6 +49,7 @@ class Evaluation:
     """AUC and AP of every score. A cell is None if there is one label alone."""
 
     _repr_html_ = shown_by("data.evaluation")
+    __repr__ = short_repr
 
     task: str
     horizons: tuple[int, ...]

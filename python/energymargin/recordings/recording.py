@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Scene, World
 from energymargin.checks import positive_number
+from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 
 __all__ = ["MOST_OVERLAP", "Mended", "Motion", "Placed", "Recording", "placed"]
@@ -24,6 +25,8 @@ UPRIGHT = 1e-6
 class Motion:
     """One body in the plane, over K frames."""
 
+    __repr__ = short_repr
+
     poses: NDArray[np.float64]
     """x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
     velocities: NDArray[np.float64]
@@ -33,6 +36,8 @@ class Motion:
 @dataclass(frozen=True)
 class Mended:
     """What was not as the camera saw it, by the numbers of the frames."""
+
+    __repr__ = short_repr
 
     missing: tuple[int, ...] = ()
     """Frames that the file does not have: interpolated."""
@@ -66,6 +71,8 @@ class Mended:
 class Recording:
     """K frames of two bodies in the plane, as a camera saw them."""
 
+    __repr__ = short_repr
+
     name: str
     """The file's."""
     frames: NDArray[np.int64]
@@ -88,6 +95,8 @@ class Recording:
 @dataclass(frozen=True)
 class Placed:
     """K frames of a recording in a scene."""
+
+    __repr__ = short_repr
 
     states: NDArray[np.float64]
     """State vector of each frame, shape (K, n)."""
