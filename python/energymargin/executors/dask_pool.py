@@ -97,7 +97,7 @@ class DaskPool(Closing):
         self._away: float | None = None  # since when
         with contextlib.ExitStack() as stack:
             stack.enter_context(_quiet())
-            self._client: Any = _connected(self._address, security, patience)
+            self._client = _connected(self._address, security, patience)
             self._quiet = stack.pop_all()
         self._loop = self._client.loop.asyncio_loop
         self._look()
@@ -322,7 +322,7 @@ def _scheduler(cluster: str | distributed.Client) -> tuple[str, Any]:
     )
 
 
-def _connected(address: str, security: Any, patience: float) -> distributed.Client:
+def _connected(address: str, security: Any, patience: float) -> Any:
     """A Client that, once it was connected, looks for a lost scheduler as long as the patience."""
     from distributed import Client
 

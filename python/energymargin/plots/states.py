@@ -80,9 +80,10 @@ def plot_state(
     `plane` is looked at along the third axis. None takes the one across the axis along which
     nothing can move, else the two axes along which the objects of the tree get about most, or along
     which the moving bodies are longest; a task's own is `tasks.base.plane_of(task)`. `limits` are
-    the ranges of the plane's axes [m]. `legend` is below; None draws one if there is no `ax`. The
-    bodies of `ghosts` random nodes are drawn half transparent, chosen by `seed`. `detail` is how
-    many cells the sets have along the view's longer side.
+    the ranges of the plane's axes [m]. `legend` is below; None draws one if there is no `ax`, and
+    `state_legend` has what it shows, for another place. The bodies of `ghosts` random nodes are
+    drawn half transparent, chosen by `seed`. `detail` is how many cells the sets have along the
+    view's longer side.
 
     Returns `ax`, or the axes of a new figure. Raises ValueError on a result of another problem.
     """
@@ -109,10 +110,8 @@ def plot_state(
     if legend:
         handles = state_legend(problem, (*notes, view.unseen), tree=crosses, escape=way)
         draw_state_legend(ax, handles, own_figure=own_figure)
-    if color_bar and view.tree is not None:  # after the legend, which may make the axes smaller
+    if color_bar and view.tree is not None:
         _draw_color_bar(ax, view.tree, costs)
-    if legend and not own_figure:  # else a layout sees too late what is below axes of equal scales
-        ax.set_anchor("SE" if color_bar else "S")
     return ax
 
 
