@@ -349,7 +349,8 @@ class Page:
             before = self._kept.at(trajectory, frame)
             if not scored.complete and before is not None and before.size >= scored.size:
                 return
-            self._kept.put((trajectory, frame), scored, (self._trajectory, self._frame))
+            self._kept.at(self._trajectory, self._frame)  # what is shown is not the next to go
+            self._kept.put((trajectory, frame), scored)
             if (trajectory, frame) == (self._trajectory, self._frame):
                 self._show_scored()
             elif trajectory == self._trajectory:
