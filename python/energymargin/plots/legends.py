@@ -125,8 +125,8 @@ def draw_state_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bo
         _as_wide_as(figure.bbox.width, outside)
     else:
         below = ax.transAxes + ScaledTranslation(0.0, -NAMES / 72, figure.dpi_scale_trans)
-        place = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
-        ax.legend(**options, **place, ncols=2)
+        options |= {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
+        ax.legend(loc="upper center", ncols=2, **options)
 
 
 def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:
