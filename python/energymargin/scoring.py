@@ -143,7 +143,7 @@ def run_all(
 class _Scorers:
     """The Workers of a session, with the problems of a source."""
 
-    def __init__(self, session: Session, source: Source) -> None:
+    def __init__(self, session: Session, source: ProblemSource) -> None:
         self._session, self._source = session, source
 
     @property
