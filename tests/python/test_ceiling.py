@@ -5,15 +5,15 @@ import pytest
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
 from energymargin.evaluation import captured_labels
-from energymargin.experiments.ceiling import (
+from energymargin.settings import SearchSettings
+from energymargin.store import ScoreStore, score_dataset
+from energymargin.tasks import Drive, ScriptedTask
+from energymargin_paper.ceiling import (
     CAPTURED,
     ceiling_dataset,
     evaluate_ceiling,
     state_ceiling,
 )
-from energymargin.settings import SearchSettings
-from energymargin.store import ScoreStore, score_dataset
-from energymargin.tasks import Drive, ScriptedTask
 
 CONTINUATIONS, SEED = 5, 3
 

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import fewer_steps
-from energymargin.experiments.fewer_steps_options import OPTIONS
 from energymargin.store import ScoreStore, score_dataset
+from energymargin_paper import fewer_steps
+from energymargin_paper.fewer_steps_options import OPTIONS
 
 
 @pytest.fixture(scope="module")

@@ -8,21 +8,22 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import figure_quality as experiment
-from energymargin.experiments.figure_quality_picture import figure_quality
 from energymargin.store import ScoreStore, begin_run, score_run
+from energymargin_paper import figure_quality as experiment
 
 SMALL = experiment.Settings(trajectories=6, nodes=12, seed=4)
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    return experiment.reproduce(SMALL, tmp_path_factory.mktemp("figure"), threads=1)
+    return experiment.STUDY.reproduce(SMALL, tmp_path_factory.mktemp("figure"), threads=1)
 
 
 @pytest.fixture(scope="module")
 def panels(result):
-    return [ax for ax in figure_quality(result).axes if ax.get_title().startswith("t = ")]
+    return [
+        ax for ax in experiment.figure_quality(result).axes if ax.get_title().startswith("t = ")
+    ]
 
 
 def test_there_are_three_frames_of_a_push_that_fails_and_of_one_that_succeeds(result):

@@ -1,5 +1,5 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-report | view | reproduce. Each command has its own file.
+report | view. Each command has its own file; other packages register more, such as `reproduce`.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -20,12 +20,12 @@ from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
 from energymargin.cli.generate import generate
 from energymargin.cli.importing import import_recordings
+from energymargin.cli.registered import registered_command, registered_names
 from energymargin.cli.report import report
 from energymargin.cli.score import score
 from energymargin.cli.tasks import tasks
 from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, leave, say, say_stopped
 from energymargin.cli.view import view_command
-from energymargin.experiments.commands import app as reproduce
 from energymargin.interrupts import interrupted, remembered_interrupts
 
 __all__ = ["app", "main"]
@@ -36,7 +36,14 @@ ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.E
 
 
 class _Commands(TyperGroup):
-    """Says what went wrong in one line, without a traceback, and stops on Ctrl-C without one."""
+    """Says what went wrong in one line, without a traceback, and stops on Ctrl-C without one. It
+    has the commands that other packages register too."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *registered_names()]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return super().get_command(ctx, cmd_name) or registered_command(cmd_name)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         with remembered_interrupts():
@@ -111,7 +118,6 @@ COMMANDS: dict[str, Callable[..., None]] = {
 }
 for name, command in COMMANDS.items():
     app.command(name)(command)
-app.add_typer(reproduce, name="reproduce")
 
 
 def main() -> None:
