@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from energymargin import datasets, tasks
 from energymargin._core import Audit, Box, Problem, Scene, Sphere, World
-from energymargin.tasks.base import Task, whole_number
+from energymargin.checks import whole_number
+from energymargin.tasks.base import Task
 from energymargin_paper.study import Progress, Study, setting
 
 __all__ = [

@@ -29,9 +29,9 @@ from energymargin._core import (
     World,
     escape_energy,
 )
+from energymargin.checks import whole_number
 from energymargin.meshes import Mesh, needs_extra
 from energymargin.outlines import shape_corners
-from energymargin.tasks.base import whole_number
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:

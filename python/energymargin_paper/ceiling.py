@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Cancel, World, stream
+from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation import (
     HORIZONS,
@@ -38,7 +39,8 @@ from energymargin.store.claims import Scorer
 from energymargin.store.given import GivenRow
 from energymargin.store.known import adopt
 from energymargin.store.schema import state_digest
-from energymargin.tasks.base import ScriptedTask, Trajectory, whole_number
+from energymargin.tasks.base import ScriptedTask
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "CEILING",

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
-from energymargin.tasks.base import whole_number
+from energymargin.checks import whole_number
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.known_answers import KNOWN, KnownAnswer, known_answers
 from energymargin_paper.study import Progress, Study, setting

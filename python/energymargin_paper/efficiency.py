@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets, tasks
+from energymargin.checks import whole_number
 from energymargin.evaluation import HORIZON, LAST_FRAMES
 from energymargin.executors.threads import Threads
 from energymargin.settings import SearchSettings
 from energymargin.store import Run as StoredRun
 from energymargin.store import ScoreStore, begin_run, score_run
-from energymargin.tasks.base import whole_number
 from energymargin_paper.quality import check_labels, quality
 from energymargin_paper.study import Progress, Study, setting
 

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem, Scene, World
-from energymargin.tasks.base import STEP, whole_number
+from energymargin.checks import whole_number
+from energymargin.tasks.base import STEP
 from energymargin.tasks.printed import printed
 from energymargin.tasks.push_real import LONGEST_EDGE, TOLERANCE, scene
 from energymargin_paper.study import Progress, Study, setting

@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 
 from energymargin import datasets, tasks
 from energymargin._core import stream
+from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation import HORIZON, LabelledScores
 from energymargin.interrupts import held_interrupts
 from energymargin.replacing import replaced
-from energymargin.tasks.base import whole_number
 from energymargin_paper.fewer_steps_options import OPTIONS, PLAIN
 from energymargin_paper.quality import quality
 from energymargin_paper.study import Progress, Study, setting

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from energymargin import datasets, tasks
+from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation import HORIZON, captured_labels
 from energymargin.scoring import score
 from energymargin.settings import SearchSettings
-from energymargin.tasks.base import whole_number
 from energymargin_paper.quality import check_labels
 from energymargin_paper.study import Progress, Study, setting
 

@@ -28,7 +28,8 @@ from energymargin.datasets import Dataset
 from energymargin.executors.threads import Threads
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, add_scores, score_dataset
-from energymargin.tasks.base import ScriptedTask, Trajectory
+from energymargin.tasks.base import ScriptedTask
+from energymargin.trajectories import Trajectory
 from energymargin_paper.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted
 from energymargin_paper.foresight_text import (
     HORIZONS,

@@ -12,6 +12,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import positive_number, whole_number
 from energymargin.evaluation import DASH, DRAWS, Cell, Compared, csv_fields, short
 from energymargin.evaluation.bootstrap import bootstrap_weights
 from energymargin.evaluation.calibration import (
@@ -22,7 +23,7 @@ from energymargin.evaluation.calibration import (
     reliability,
 )
 from energymargin.evaluation.cells import cell_of
-from energymargin.tasks.base import Following, positive_number, whole_number
+from energymargin.tasks.base import Following
 from energymargin_paper.study import setting
 
 __all__ = [

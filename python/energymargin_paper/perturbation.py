@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets, tasks
+from energymargin.checks import whole_number
 from energymargin.evaluation import HORIZON
 from energymargin.executors.threads import Threads
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, begin_run, score_run
-from energymargin.tasks.base import whole_number
 from energymargin_paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
 from energymargin_paper.quality import check_labels, quality
 from energymargin_paper.study import Progress, Study, setting

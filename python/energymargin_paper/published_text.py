@@ -12,6 +12,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import whole_number
 from energymargin.evaluation import (
     AMONG,
     DASH,
@@ -23,7 +24,6 @@ from energymargin.evaluation import (
 )
 from energymargin.evaluation.bootstrap import auc_ap, auc_draws, bootstrap_weights
 from energymargin.published.folder import SIMULATED
-from energymargin.tasks.base import whole_number
 from energymargin_paper.study import setting
 
 __all__ = [

@@ -12,6 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from energymargin.checks import whole_number
 from energymargin.evaluation import (
     CSV_COLUMNS,
     DASH,
@@ -25,7 +26,6 @@ from energymargin.evaluation import (
     paper_text,
 )
 from energymargin.settings import SearchSettings
-from energymargin.tasks.base import whole_number
 from energymargin_paper.ceiling import CEILING, CONTINUATIONS
 from energymargin_paper.study import setting
 

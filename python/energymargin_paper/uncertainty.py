@@ -31,8 +31,8 @@ from energymargin._core import (
     interval,
     stream,
 )
+from energymargin.checks import whole_number
 from energymargin.replacing import replaced
-from energymargin.tasks.base import whole_number
 from energymargin_paper.study import Progress, Study, setting
 
 __all__ = [

@@ -18,8 +18,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from energymargin._core import Cancel, escape_effort
+from energymargin.checks import whole_number
 from energymargin.plausibility import PlausibilityWarning
-from energymargin.tasks.base import whole_number
 from energymargin_paper import cages, projectiles
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.study import Progress, Study, setting
