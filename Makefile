@@ -30,7 +30,7 @@ SOURCES := $(shell find cpp cmake tests/cpp tests/fuzz -type f) CMakeLists.txt
 WERROR := $(if $(CI),ON,OFF)
 
 # An installation in place knows its packages: a new one is installed again.
-PYTHON_PACKAGES := $(shell find python/energymargin -name __init__.py)
+PYTHON_PACKAGES := $(shell find python/energymargin python/energymargin_paper -name __init__.py)
 
 SECONDS ?= 600
 # Python tests that run C++; the others are of text, tables and pictures.
@@ -85,7 +85,7 @@ check: .venv/built
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/mypy python/bench/*.py
+	$(BIN)/mypy python/bench/*.py tools/*.py
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.hpp' '*.cpp')
 
 format: .venv/built

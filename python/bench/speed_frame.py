@@ -12,8 +12,8 @@ from statistics import median
 import numpy as np
 
 import energymargin as em
-from energymargin.experiments.ceiling import scripted
-from energymargin.experiments.foresight_text import OBJECTS, STRENGTH
+from energymargin_paper.ceiling import scripted
+from energymargin_paper.foresight_text import OBJECTS, STRENGTH
 from measurements import FRAMES, Settings, Tell, in_turns
 from tables import markdown
 

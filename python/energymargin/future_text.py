@@ -17,11 +17,11 @@ __all__ = ["disturbance_in_words", "future_rows", "plan_rows", "uniform_in_words
 CHECK = "about 1/60 s"  # a problem that does not say when it looks
 COASTS = "none: the effector coasts"
 
-Row = tuple[str, str]
+NamedValue = tuple[str, str]
 """A name and its value."""
 
 
-def future_rows(problem: Problem) -> list[Row]:
+def future_rows(problem: Problem) -> list[NamedValue]:
     """Horizon, looks at the capture set, and plan; nothing of a problem without a clock."""
     if problem.horizon is None:
         return []
@@ -35,7 +35,7 @@ def future_rows(problem: Problem) -> list[Row]:
     return [*rows, ("plan", plan), *([] if problem.plan is None else _actions(problem.plan))]
 
 
-def plan_rows(plan: Plan) -> list[Row]:
+def plan_rows(plan: Plan) -> list[NamedValue]:
     """How long it is, and what it does with each body and joint."""
     rows = f"{plan.rows} of {plan.step:.3g} s"
     return [("duration", f"{plan.duration:.4g} s"), ("rows", rows), *_actions(plan)]
@@ -51,7 +51,7 @@ def uniform_in_words(model: Uniform) -> str:
     return f"random wrenches within {share}the bounds{objects}{hold}"
 
 
-def _actions(plan: Plan) -> list[Row]:
+def _actions(plan: Plan) -> list[NamedValue]:
     rows = [(f"wrench on {body}", _largest(given)) for body, given in plan.wrenches.items()]
     for body, velocities in plan.velocities.items():
         rows.append((f"velocity of {body}", f"{_fastest(velocities)}{_limit(plan, body)}"))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from energymargin.processes import is_running
 
-__all__ = ["replaced"]
+__all__ = ["replace_text", "replaced"]
 
 DESCRIPTORS = Path("/proc/self/fd")  # of Linux: names for files that have none
 
@@ -44,6 +44,12 @@ def replaced(path: Path, *, named: bool = False) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
         if descriptor is not None:
             os.close(descriptor)
+
+
+def replace_text(path: Path, text: str) -> None:
+    """The text, in UTF-8, is the file's; raises OSError if `path` cannot be written."""
+    with replaced(path) as file:
+        file.write_text(text, encoding="utf-8")
 
 
 def _nameless(folder: Path) -> int | None:

@@ -11,26 +11,27 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.arguments import shown
+from energymargin.checks import whole_number
 from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
 from energymargin.executors import Executor, Row
 from energymargin.executors.chunks import POLL
-from energymargin.executors.session import Work
+from energymargin.executors.session import Session, Work
 from energymargin.executors.threads import chosen_executor
-from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED, check_metrics
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
+from energymargin.results import collect
 from energymargin.settings import LooseSettings, SearchSettings, chosen_settings
-from energymargin.tasks.base import whole_number
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 __all__ = [
+    "ProblemSource",
     "ScoreError",
     "ScoreTable",
-    "Source",
     "chosen_metrics",
     "metrics_of",
     "require_objects",
@@ -47,6 +48,7 @@ class ScoreTable:
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 
     _repr_html_ = shown_by("data.score_table")
+    __repr__ = short_repr
 
     index: NDArray[np.int64]
     """Which problem, shape (N,), rising."""
@@ -90,7 +92,7 @@ class ScoreError(EnergyMarginError, ValueError):
         self.table = table
 
 
-class Source(Protocol):
+class ProblemSource(Protocol):
     """Problems that are to be scored."""
 
     def take(self, most: int) -> Sequence[Work]:
@@ -104,8 +106,8 @@ class Source(Protocol):
         ...
 
 
-class _Given:
-    """A Source of problems that are all there."""
+class _GivenProblems:
+    """A ProblemSource of problems that are all there."""
 
     def __init__(
         self, problems: Sequence[Problem], indices: Sequence[int], metrics: Sequence[str]
@@ -114,7 +116,7 @@ class _Given:
         self._next = 0
 
     def take(self, most: int) -> Sequence[Work]:
-        """As Source.take."""
+        """As ProblemSource.take."""
         first, self._next = self._next, min(self._next + most, len(self._problems))
         return [
             Work(self._indices[i], self._problems[i], self._metrics)
@@ -123,12 +125,12 @@ class _Given:
 
     @property
     def empty(self) -> bool:
-        """As Source.empty."""
+        """As ProblemSource.empty."""
         return self._next == len(self._problems)
 
 
 def run_all(
-    source: Source,
+    source: ProblemSource,
     executor: Executor,
     settings: SearchSettings,
     deliver: Callable[[Sequence[Row]], None],
@@ -139,22 +141,31 @@ def run_all(
     `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
     KeyboardInterrupt is raised; so with any other error, which is then raised.
     """
-    complete = False
-    session = executor.session(settings)  # may wait, with nothing yet that Ctrl-C could lose
-    with held_interrupts() as interrupted, session:
-        try:
-            while not (complete or interrupted.is_set() or limit.reached):
-                room = session.room()
-                if room and not source.empty:
-                    session.add(source.take(room))
-                # Without room, as on a cluster that has no workers yet, there is only waiting.
-                deliver(session.take(POLL if session.pending or not room else 0))
-                complete = source.empty and not session.pending
-        finally:
-            deliver(session.stop())
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-    return complete or (source.empty and not session.pending)
+    with executor.session(settings) as session:
+        return collect(_Scorers(session, source), deliver, limit)
+
+
+class _Scorers:
+    """The Workers of a session, with the problems of a source."""
+
+    def __init__(self, session: Session, source: ProblemSource) -> None:
+        self._session, self._source = session, source
+
+    @property
+    def busy(self) -> bool:
+        """As Workers.busy."""
+        return not self._source.empty or self._session.pending > 0
+
+    def step(self) -> Sequence[Row]:
+        """As Workers.step. Without room, as on a cluster that has no workers yet, it waits."""
+        room = self._session.room()
+        if room and not self._source.empty:
+            self._session.add(self._source.take(room))
+        return self._session.take(POLL if self._session.pending or not room else 0)
+
+    def stop(self) -> Sequence[Row]:
+        """As Workers.stop."""
+        return self._session.stop()
 
 
 @once_positional("nodes", "seed", "threads", after=2)
@@ -216,7 +227,7 @@ def score(
         if progress is not None and rows:
             progress(len(done) + len(errors), len(problems))
 
-    source = _Given(problems, _indices(indices, len(problems)), metrics)
+    source = _GivenProblems(problems, _indices(indices, len(problems)), metrics)
     complete = run_all(source, executor, settings, deliver, limit)
     table = _table(done, metrics, complete)
     if errors:

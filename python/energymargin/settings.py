@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 
+from energymargin.checks import not_negative_number, one_of, whole_number, yes_or_no
 from energymargin.metrics import TIMED
-from energymargin.tasks.base import not_negative_number, one_of, whole_number, yes_or_no
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -15,10 +15,11 @@ from pathlib import Path
 PATHS = [str(Path(__file__).parent)]
 
 
-def free_port():
+def free_port(host="127.0.0.1"):
     """A port of this machine that nobody listens at."""
-    with socket.socket() as door:
-        door.bind(("127.0.0.1", 0))
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family) as door:
+        door.bind((host.strip("[]"), 0))
         return door.getsockname()[1]
 
 
@@ -26,11 +27,13 @@ class Cluster(AbstractContextManager):
     """A scheduler and its workers, each a process of its own; ends them all at the end.
 
     `settings` are Dask's, as {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"};
-    what they print goes to the file `log`.
+    what they print goes to the file `log`. `host` is an address of this machine, also [::1].
     """
 
-    def __init__(self, workers=0, threads=1, log=None, **settings):
-        self.address = f"tcp://127.0.0.1:{free_port()}"
+    def __init__(self, workers=0, threads=1, log=None, host="127.0.0.1", **settings):
+        self.host = host
+        self.port = free_port(host)
+        self.address = f"tcp://{host}:{self.port}"
         self.threads = threads
         self.workers = []
         self._log = log or subprocess.DEVNULL
@@ -45,11 +48,10 @@ class Cluster(AbstractContextManager):
 
     def start_scheduler(self):
         """Starts one where the last one was; returns when it answers."""
-        port = self.address.rpartition(":")[2]
         self.scheduler = self._start(
-            "scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard"
+            "scheduler", "--host", self.host, "--port", str(self.port), "--no-dashboard"
         )
-        _await_door(int(port), self.scheduler)
+        _await_door((self.host.strip("[]"), self.port), self.scheduler)
 
     def start_worker(self, *options, nanny=False):
         """A process that looks for the scheduler for a minute; with a nanny, one that is replaced
@@ -60,7 +62,7 @@ class Cluster(AbstractContextManager):
             self.address,
             *["--nthreads", str(self.threads)],
             *["--nanny" if nanny else "--no-nanny", "--no-dashboard"],
-            *["--host", "127.0.0.1"],
+            *["--host", self.host],
             *options,
         )
         self.workers.append(worker)
@@ -97,12 +99,12 @@ def _kill(process):
     process.wait()
 
 
-def _await_door(port, process):
+def _await_door(address, process):
     end = time.monotonic() + 30
     while time.monotonic() < end and process.poll() is None:
         try:
-            socket.create_connection(("127.0.0.1", port), 1).close()
+            socket.create_connection(address, 1).close()
             return
         except OSError:
             time.sleep(0.05)
-    raise RuntimeError(f"no scheduler at port {port} after 30 s: exit code {process.poll()}")
+    raise RuntimeError(f"no scheduler at {address} after 30 s: exit code {process.poll()}")

@@ -1,8 +1,13 @@
-"""The command `energymargin` as a process: for tests."""
+"""The command `energymargin`, as a process or in this one: for tests."""
 
+import contextlib
+import io
+import os
 import subprocess
 import sys
 from pathlib import Path
+
+from energymargin.cli import app
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 
@@ -15,5 +20,19 @@ def run(*arguments, cwd):
         check=False,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
     )
+
+
+def run_here(*arguments, cwd):
+    """The same in this process, where the libraries are imported once for all of a file's tests."""
+    before, stdout, stderr = Path.cwd(), io.StringIO(), io.StringIO()
+    os.chdir(cwd)
+    try:
+        with contextlib.redirect_stdout(stdout), contextlib.redirect_stderr(stderr):
+            app([str(argument) for argument in arguments])
+    except SystemExit as end:
+        code = end.code or 0
+    finally:
+        os.chdir(before)
+    return subprocess.CompletedProcess(arguments, code, stdout.getvalue(), stderr.getvalue())

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import audit as experiment
+from energymargin_paper import audit as experiment
 
 WORKS = experiment.ENTRIES
 
@@ -61,8 +61,9 @@ def test_the_repr_is_the_balance_as_a_table():
 
 # Bounds of docs/engineering/energy_audit.md.
 @pytest.mark.parametrize("task", experiment.TASKS)
-def test_little_is_left_over_on_the_tasks(task: str):
-    audits = experiment.reproduce(5, names=[task], trajectories=2)
+def test_little_is_left_over_on_the_tasks(task: str, tmp_path: Path):
+    settings = experiment.Settings(tasks=(task,), rollouts=5, trajectories=2)
+    audits = experiment.STUDY.reproduce(settings, tmp_path)
     shares = [row.share("leftover") for row in audits.of(task, *experiment.SETTINGS[0])]
     assert len(shares) == 5
     assert np.median(shares) < 0.002
@@ -71,7 +72,7 @@ def test_little_is_left_over_on_the_tasks(task: str):
 
 
 def test_the_command_writes_a_table_and_every_rollout(tmp_path: Path):
-    command = ["reproduce", "audit", "--tasks", "push", "--rollouts", "2", "--out", str(tmp_path)]
+    command = ["reproduce", "audit", "--tasks", "push", "--rollouts", "2", "-o", str(tmp_path)]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 0, result.output
     assert (tmp_path / "audit.md").read_text().count("| push |") == len(experiment.SETTINGS)
@@ -83,8 +84,20 @@ def test_the_command_writes_a_table_and_every_rollout(tmp_path: Path):
         assert float(row["friction"]) < 0
 
 
+def test_stopped_it_writes_what_is_done(tmp_path: Path):
+    def stop(done: int, _total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    settings = experiment.Settings(tasks=("push",), rollouts=2, trajectories=2)
+    with pytest.raises(KeyboardInterrupt):
+        experiment.STUDY.reproduce(settings, tmp_path, progress=stop)
+    assert len((tmp_path / "audit.csv").read_text().splitlines()) == 1 + 3
+    assert "Errors by cause" in (tmp_path / "audit.md").read_text()
+
+
 def test_the_command_names_an_unknown_task(tmp_path: Path):
-    command = ["reproduce", "audit", "--tasks", "juggle", "--out", str(tmp_path)]
+    command = ["reproduce", "audit", "--tasks", "juggle", "-o", str(tmp_path)]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 2
     assert "juggle" in result.output

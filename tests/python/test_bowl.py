@@ -8,14 +8,13 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import bowl
-from energymargin.experiments.bowl_picture import figure_bowl
+from energymargin_paper import bowl
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[bowl.Bowl, Path]:
     folder = tmp_path_factory.mktemp("bowl")
-    return bowl.reproduce(folder, samples=500, seeds=2), folder
+    return bowl.STUDY.reproduce(bowl.STUDY.quick, folder), folder
 
 
 def test_the_bowl_is_several_parts_with_the_mass_of_the_mesh(
@@ -63,7 +62,7 @@ def test_the_problem_in_the_file_has_the_same_escape_energy(
 
 def test_the_picture_and_the_tables_show_every_search(made: tuple[bowl.Bowl, Path]) -> None:
     result, folder = made
-    figure_bowl(result).savefig(folder / "bowl.png", dpi=50)
+    bowl.figure_bowl(result).savefig(folder / "bowl.png", dpi=50)
     assert (folder / "bowl.png").stat().st_size > 10_000
     lines = result.to_csv().splitlines()
     assert len(lines) == 1 + sum(len(run.found.history) for run in result.runs)
@@ -71,7 +70,7 @@ def test_the_picture_and_the_tables_show_every_search(made: tuple[bowl.Bowl, Pat
 
 
 def test_the_command_writes_its_files_and_says_where(tmp_path: Path) -> None:
-    command = ["reproduce", "bowl", "--samples", "100", "--seeds", "1", "--out", str(tmp_path)]
+    command = ["reproduce", "bowl", "--samples", "100", "--seeds", "1", "-o", str(tmp_path)]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 0, result.output
     names = {path.name for path in tmp_path.iterdir()}
@@ -79,8 +78,6 @@ def test_the_command_writes_its_files_and_says_where(tmp_path: Path) -> None:
 
 
 def test_the_command_refuses_no_samples(tmp_path: Path) -> None:
-    result = CliRunner().invoke(
-        app, ["reproduce", "bowl", "--samples", "0", "--out", str(tmp_path)]
-    )
+    result = CliRunner().invoke(app, ["reproduce", "bowl", "--samples", "0", "-o", str(tmp_path)])
     assert result.exit_code == 2
     assert "samples is 0" in result.output

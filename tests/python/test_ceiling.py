@@ -5,15 +5,15 @@ import pytest
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
 from energymargin.evaluation.labelled import captured_labels
-from energymargin.experiments.ceiling import (
+from energymargin.settings import SearchSettings
+from energymargin.store import ScoreStore, score_dataset
+from energymargin.tasks import Drive, ScriptedTask
+from energymargin_paper.ceiling import (
     CAPTURED,
     ceiling_dataset,
     evaluate_ceiling,
     state_ceiling,
 )
-from energymargin.settings import SearchSettings
-from energymargin.store import ScoreStore, score_dataset
-from energymargin.tasks import Drive, ScriptedTask
 
 CONTINUATIONS, SEED = 5, 3
 
@@ -225,6 +225,6 @@ def test_shares_and_scores_of_a_dataset_share_a_file(dataset, tmp_path):
     path = tmp_path / "s.db"
     score_dataset(dataset, path, ["force"])
     ceiling_dataset(dataset, path, CONTINUATIONS, SEED)
-    score_dataset(dataset, path, ["capture"], settings=SearchSettings(nodes=1))
+    score_dataset(dataset, path, ["capture"], SearchSettings(nodes=1))
     with ScoreStore(path) as store:
         assert [run.counts() for run in store.runs()] == [(dataset.size, dataset.size)] * 3

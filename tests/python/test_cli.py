@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from command_line import COMMAND, run
+from command_line import COMMAND, run, run_here
 from stores import await_scores, score_count
 
 import energymargin
@@ -48,9 +48,11 @@ def test_generate_score_and_evaluate_lead_to_the_table(folder):
     assert {len(own) for own in cells} == {header.count(",") + 1}
     assert sum(own[1] == "all" for own in cells) == 4 * 6 + 1
     assert sum(own[1] == "captured" for own in cells) == 4 * 5
-    shown = run("evaluate", "steps.db", "--among", "captured", "--clipped", cwd=folder)
+    shown = run_here("evaluate", "steps.db", "--among", "captured", "--clipped", cwd=folder)
     assert shown.returncode == 0 and "captured now" in shown.stdout and "paper" not in shown.stdout
-    refused(run("evaluate", "steps.db", "--among", "lost", cwd=folder), "among is 'lost'", "'all'")
+    refused(
+        run_here("evaluate", "steps.db", "--among", "lost", cwd=folder), "among is 'lost'", "'all'"
+    )
 
 
 def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):
@@ -99,9 +101,9 @@ def test_several_objects_are_scored_and_compared_all_together_and_at_least_one(f
     done = run("generate", "scoop", *small, "--picture", "scoop.png", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert (folder / "scoop.png").stat().st_size > 10_000
-    done = run("score", "scoop.h5", "--nodes", 5, cwd=folder)
+    done = run_here("score", "scoop.h5", "--nodes", 5, cwd=folder)
     assert done.returncode == 0, done.stderr
-    shown = run("evaluate", "scoop-scores.db", "-o", "s.csv", cwd=folder).stdout
+    shown = run_here("evaluate", "scoop-scores.db", "-o", "s.csv", cwd=folder).stdout
     assert "All objects" in shown and "At least one object" in shown
     rows = (folder / "s.csv").read_text().splitlines()
     assert len(rows) == 1 + 2 * (4 * 6 + 1) + 2 * 4 * 5
@@ -131,12 +133,12 @@ def test_the_parameters_of_a_task_are_set_by_name(folder):
 
 
 def test_tasks_and_help_show_what_there_is(folder):
-    assert "push" in run("tasks", cwd=folder).stdout
+    assert "push" in run_here("tasks", cwd=folder).stdout
     commands = ("tasks", "generate", "score", "evaluate", "demo", "reproduce")
     text = run("--help", cwd=folder).stdout
     assert all(command in text for command in commands)
     for words in (*([command] for command in commands), ["reproduce", "table1"]):
-        done = run(*words, "--help", cwd=folder)
+        done = run_here(*words, "--help", cwd=folder)
         assert done.returncode == 0 and done.stderr == ""
         assert f"Example: energymargin {' '.join(words)}" in done.stdout.replace("`", "")
 
@@ -147,18 +149,19 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(folder):
     cut.write_bytes((folder / "push.h5").read_bytes())
     os.truncate(cut, cut.stat().st_size // 2)
     refused(run("generate", "shove", cwd=folder), "shove", "push")
-    refused(run("generate", "push", "-o", "x.h5", "-p", "friction=nan", cwd=folder), "friction")
-    refused(run("generate", "push", "-o", "push.h5", cwd=folder), "push.h5 exists")
-    refused(run("score", "notes.txt", cwd=folder), "notes.txt is not a dataset")
-    refused(run("score", "cut.h5", cwd=folder), "cut.h5 is damaged or cut short")
-    refused(run("score", "none.h5", cwd=folder), "none.h5", "No such file")
-    refused(run("score", "push.h5", "-o", "w.db", "--nodes", 0, cwd=folder), "nodes", "0")
+    generate = ("generate", "push", "-o")
+    refused(run_here(*generate, "x.h5", "-p", "friction=nan", cwd=folder), "friction")
+    refused(run_here(*generate, "push.h5", cwd=folder), "push.h5 exists")
+    refused(run_here("score", "notes.txt", cwd=folder), "notes.txt is not a dataset")
+    refused(run_here("score", "cut.h5", cwd=folder), "cut.h5 is damaged or cut short")
+    refused(run_here("score", "none.h5", cwd=folder), "none.h5", "No such file")
+    refused(run_here("score", "push.h5", "-o", "w.db", "--nodes", 0, cwd=folder), "nodes", "0")
     refused(
-        run("score", "push.h5", "-o", "w.db", "--metrics", "beauty", cwd=folder),
+        run_here("score", "push.h5", "-o", "w.db", "--metrics", "beauty", cwd=folder),
         "beauty",
         "capture",
     )
-    refused(run("evaluate", "notes.txt", cwd=folder), "notes.txt is not a file of scores")
+    refused(run_here("evaluate", "notes.txt", cwd=folder), "notes.txt is not a file of scores")
     assert not (folder / "w.db").exists() and not (folder / "x.h5").exists()
 
 
@@ -236,12 +239,12 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
     other = run("demo", "-o", "out", "--trajectories", 6, "--nodes", 11, cwd=folder)
     assert other.returncode == 0
     refused(
-        run("evaluate", "out/push-scores.db", cwd=folder),
+        run_here("evaluate", "out/push-scores.db", cwd=folder),
         "has 2 runs, choose one by its number",
         "run 2: push, 60 of 60 states",
     )
     assert (
-        run("evaluate", "out/push-scores.db", "--run", 1, cwd=folder).stdout
+        run_here("evaluate", "out/push-scores.db", "--run", 1, cwd=folder).stdout
         == done.stdout.split("In out")[0]
     )
 

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin.experiments import closed_forms, known_answers
+from energymargin_paper import closed_forms, known_answers
 
 OWN_ERROR = 0.01  # of the simulation, at its default stepping (docs/results/closed_forms.md)
-QUICK = {"nodes": 400, "seeds": 2, "gain_seeds": 1, "threads": 2}
+QUICK = closed_forms.Settings(nodes=400, seeds=2, gain_seeds=1)
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> closed_forms.ClosedForms:
     folder = tmp_path_factory.mktemp("closed-forms")
-    return closed_forms.reproduce(folder, **QUICK)
+    return closed_forms.STUDY.reproduce(QUICK, folder, threads=2)
 
 
 def efforts(result: closed_forms.ClosedForms, name: str, nodes: int = 400) -> np.ndarray:
@@ -69,19 +70,21 @@ def test_each_change_of_the_search_gains_at_equal_numbers_of_simulation_steps(
 
 
 def test_a_study_that_was_killed_goes_on_with_what_is_missing(tmp_path: Path) -> None:
-    settings = {**QUICK, "problems": ["leaving", "push"], "nodes": 60}
-    whole = closed_forms.reproduce(tmp_path, **settings)
+    settings = replace(QUICK, problems=("leaving", "push"), nodes=60)
+    whole = closed_forms.STUDY.reproduce(settings, tmp_path, threads=2)
     file = tmp_path / closed_forms.RUNS_FILE
     lines = file.read_text().splitlines(keepends=True)
     kept = lines[:-3]
     file.write_text("".join(kept) + lines[-3][:40])  # the last line is cut in two
     done: list[int] = []
-    again = closed_forms.reproduce(
-        tmp_path, **settings, progress=lambda count, _total: done.append(count)
+    again = closed_forms.STUDY.reproduce(
+        settings, tmp_path, threads=2, progress=lambda count, _total: done.append(count)
     )
-    assert done == [len(lines) - 2, len(lines) - 1, len(lines)]
+    assert done == [len(lines) - 3, len(lines) - 2, len(lines) - 1, len(lines)]
     assert sorted(file.read_text().splitlines()) == sorted("".join(lines).splitlines())
     assert again.to_markdown() == whole.to_markdown()
+    assert again.to_csv() == whole.to_csv() == (tmp_path / "closed_forms.csv").read_text()
+    assert len(whole.to_csv().splitlines()) == 1 + len(lines)
 
 
 def test_an_unknown_problem_is_named() -> None:
@@ -97,9 +100,7 @@ def test_every_start_is_captured_but_for_nothing(result: closed_forms.ClosedForm
 
 def test_the_picture_shows_every_problem_that_has_a_ratio(result: closed_forms.ClosedForms) -> None:
     pytest.importorskip("matplotlib")
-    from energymargin.experiments.closed_forms_picture import figure_closed_forms
-
-    titles = [ax.get_title() for ax in figure_closed_forms(result).axes]
+    titles = [ax.get_title() for ax in closed_forms.figure_closed_forms(result).axes]
     assert len(titles) == sum(map(closed_forms.measurable, result.problems))
 
 

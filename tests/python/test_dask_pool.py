@@ -9,7 +9,7 @@ from clusters import Cluster, free_port
 
 from energymargin.executors.dask_pool import DaskPool
 
-PATIENCE = 30  # [s] for anything that is waited for here
+PATIENCE = 120  # [s] for anything that is waited for here, on a busy machine
 
 
 def double(number, stopped):

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 import energymargin as em
 from energymargin.cli import app
 from energymargin.evaluation.labelled import HORIZON, captured_labels, trajectory_score
-from energymargin.experiments import efficiency
 from energymargin.store import ScoreStore
+from energymargin_paper import efficiency
 
 SMALL = efficiency.Settings(trajectories=6, nodes=(5, 10), seeds=2)
 
@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(folder):
-    return efficiency.reproduce(SMALL, folder, threads=1)
+    return efficiency.STUDY.reproduce(SMALL, folder, threads=1)
 
 
 def rows(text):
@@ -65,9 +65,9 @@ def test_it_goes_on_from_an_interruption_to_the_same_scores_and_keeps_the_times(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        efficiency.reproduce(SMALL, tmp_path, threads=1, progress=stop_half_way)
-    first = efficiency.reproduce(SMALL, tmp_path, threads=1).to_csv()
-    assert efficiency.reproduce(SMALL, tmp_path, threads=1).to_csv() == first
+        efficiency.STUDY.reproduce(SMALL, tmp_path, threads=1, progress=stop_half_way)
+    first = efficiency.STUDY.reproduce(SMALL, tmp_path, threads=1).to_csv()
+    assert efficiency.STUDY.reproduce(SMALL, tmp_path, threads=1).to_csv() == first
     for ours, undisturbed in zip(rows(first), rows(result.to_csv()), strict=True):
         for timed in (ours, undisturbed):
             assert float(timed.pop("seconds")) > 0 and float(timed.pop("seconds_sd")) >= 0
@@ -86,7 +86,7 @@ def test_mean_and_deviation_are_those_of_the_seeds():
 
 def test_the_command_writes_table_numbers_and_picture(tmp_path):
     command = ["reproduce", "efficiency", "--quick", "--trajectories", "6", "--nodes", "4,8"]
-    done = CliRunner().invoke(app, [*command, "--threads", "1", "--out", str(tmp_path)])
+    done = CliRunner().invoke(app, [*command, "--threads", "1", "-o", str(tmp_path)])
     assert done.exit_code == 0, done.output
     assert (tmp_path / "efficiency.png").stat().st_size > 10_000
     assert (tmp_path / "efficiency.md").read_text().strip() in done.output
@@ -94,9 +94,7 @@ def test_the_command_writes_table_numbers_and_picture(tmp_path):
 
 
 def test_the_papers_curve_is_drawn_beside_ours(result):
-    from energymargin.experiments.efficiency_picture import figure_efficiency
-
-    left, right = figure_efficiency(result).axes
+    left, right = efficiency.figure_efficiency(result).axes
     assert left.get_xscale() == "log"
     assert len(left.containers) == 4 and len(right.containers) == 2
     (time,) = (drawn for drawn in right.containers if drawn.get_label() == "paper: time")
@@ -114,6 +112,6 @@ def test_the_papers_curve_is_drawn_beside_ours(result):
     ],
 )
 def test_what_cannot_be_is_refused(options, words, tmp_path):
-    command = ["reproduce", "efficiency", *options, "--out", str(tmp_path / "new")]
+    command = ["reproduce", "efficiency", *options, "-o", str(tmp_path / "new")]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 2 and words in " ".join(result.output.split())

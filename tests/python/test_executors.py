@@ -73,6 +73,13 @@ def test_a_cluster_gives_the_same_bits_as_threads(problems, table, cluster):
         assert client.status == "running"
 
 
+@pytest.mark.skipif(not Path("/proc/net/if_inet6").exists(), reason="no IPv6 on this machine")
+def test_a_cluster_may_have_an_address_of_ipv6(problems, table):
+    with Cluster(workers=1, host="[::1]") as cluster:
+        some = em.score(problems[:2], nodes=NODES, seed=SEED, executor=Dask(cluster.address))
+    assert np.array_equal(some["force"], table["force"][:2])
+
+
 def test_a_cluster_knows_the_disturbance_and_gives_curves_back(cluster):
     dataset = em.datasets.generate("topple", trajectories=1, frames=4, seed=1)
     problems = dataset.problems(future=em.datasets.Future(1))
@@ -198,10 +205,15 @@ def test_a_problem_that_fails_in_a_process_leaves_the_others_their_scores(proble
 
 def test_an_interrupt_hands_over_what_is_finished_in_processes(problems):
     many, rows = problems[:8] * 500, []
-    interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
-    interrupt.start()
+
+    def interrupt_at_first(found):
+        if not rows:
+            signal.raise_signal(signal.SIGINT)
+        rows.extend(found)
+
+    options = {"nodes": 30, "seed": SEED, "executor": Processes(2)}
     with pytest.raises(KeyboardInterrupt):
-        em.score(many, ["capture"], nodes=30, seed=SEED, executor=Processes(2), on_rows=rows.extend)
+        em.score(many, ["capture"], on_rows=interrupt_at_first, **options)
     assert 0 < len(rows) < len(many) and not children()
     kept = sorted(rows, key=lambda row: row.index)[:5]
     indices = [row.index for row in kept]

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import fewer_steps
-from energymargin.experiments.fewer_steps_options import OPTIONS
 from energymargin.store import ScoreStore, score_dataset
+from energymargin_paper import fewer_steps
+from energymargin_paper.fewer_steps_options import OPTIONS
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ SMALL = ["--tasks", "topple", "--trajectories", "7", "--rollouts", "4,8", "--see
 
 
 def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
-    command = ["reproduce", "fewer-steps", *SMALL, "--threads", "2", "--out", str(tmp_path)]
+    command = ["reproduce", "fewer-steps", *SMALL, "--threads", "2", "-o", str(tmp_path)]
     first = CliRunner().invoke(app, command)
     assert first.exit_code == 0, first.output
     assert (tmp_path / "fewer_steps.png").stat().st_size > 10_000
@@ -150,6 +150,6 @@ def test_the_study_refuses_what_cannot_be(tmp_path):
         ("--rollouts", "few"): "rollouts has 'few'",
         ("--trajectories", "1"): "trajectories is 1",
     }.items():
-        command = ["reproduce", "fewer-steps", *SMALL, *wrong, "--out", str(tmp_path)]
+        command = ["reproduce", "fewer-steps", *SMALL, *wrong, "-o", str(tmp_path)]
         result = CliRunner().invoke(app, command)
         assert result.exit_code == 2 and words in result.output

@@ -8,22 +8,23 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import figure_quality as experiment
-from energymargin.experiments.figure_quality_picture import figure_quality
 from energymargin.store import ScoreStore
 from energymargin.store.scoring import begin_run, score_run
+from energymargin_paper import figure_quality as experiment
 
 SMALL = experiment.Settings(trajectories=6, nodes=12, seed=4)
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    return experiment.reproduce(SMALL, tmp_path_factory.mktemp("figure"), threads=1)
+    return experiment.STUDY.reproduce(SMALL, tmp_path_factory.mktemp("figure"), threads=1)
 
 
 @pytest.fixture(scope="module")
 def panels(result):
-    return [ax for ax in figure_quality(result).axes if ax.get_title().startswith("t = ")]
+    return [
+        ax for ax in experiment.figure_quality(result).axes if ax.get_title().startswith("t = ")
+    ]
 
 
 def test_there_are_three_frames_of_a_push_that_fails_and_of_one_that_succeeds(result):
@@ -57,7 +58,7 @@ def test_the_trees_that_are_drawn_are_those_of_the_scores(result, panels):
     problems = result.dataset.problems()
     for frame, ax in zip(result.frames, panels, strict=True):
         seed = em.stream(SMALL.seed, frame.state)
-        score = em.capture_score(problems[frame.state], nodes=SMALL.nodes, seed=seed)
+        score = em.capture_score(problems[frame.state], SMALL.nodes, seed)
         assert (score.capture, score.success) == (frame.capture, frame.success)
         (dots,) = (dots for dots in ax.collections if dots.get_gid() == "nodes")
         assert np.array_equal(dots.get_array(), score.tree.costs)
@@ -73,7 +74,7 @@ def test_the_command_writes_the_same_table_numbers_and_picture_again(tmp_path):
     command = ["reproduce", "figure-quality", "--quick", "--trajectories", "6", "--nodes", "8"]
     written = []
     for threads in ("1", "2"):
-        done = CliRunner().invoke(app, [*command, "--threads", threads, "--out", str(tmp_path)])
+        done = CliRunner().invoke(app, [*command, "--threads", threads, "-o", str(tmp_path)])
         assert done.exit_code == 0, done.output
         assert (tmp_path / "figure_quality.md").read_text().strip() in done.output
         assert (tmp_path / "figure_quality.png").stat().st_size > 10_000
@@ -92,6 +93,6 @@ def test_the_command_writes_the_same_table_numbers_and_picture_again(tmp_path):
     ],
 )
 def test_what_cannot_be_is_refused(options, words, tmp_path):
-    command = ["reproduce", "figure-quality", *options, "--out", str(tmp_path / "new")]
+    command = ["reproduce", "figure-quality", *options, "-o", str(tmp_path / "new")]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 2 and words in " ".join(result.output.split())

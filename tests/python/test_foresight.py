@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from energymargin import datasets, tasks
 from energymargin.cli import app
-from energymargin.experiments import foresight
-from energymargin.experiments.foresight_text import NAMES, Settings, TaskForesight
 from energymargin.tasks import ScriptedTask
+from energymargin_paper import foresight
+from energymargin_paper.foresight_text import NAMES, Settings, TaskForesight
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 
@@ -31,7 +31,7 @@ COMMAND = (
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[foresight.Foresight, Path]:
     folder = tmp_path_factory.mktemp("foresight")
-    return foresight.reproduce(SMALL, folder, threads=2), folder
+    return foresight.STUDY.reproduce(SMALL, folder, threads=2), folder
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
@@ -87,7 +87,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_table(
     lines = (folder / "runs.jsonl").read_text().splitlines(keepends=True)
     half = len(lines) // 2
     (tmp_path / "runs.jsonl").write_text("".join(lines[:half]) + lines[half][:30])
-    result = CliRunner().invoke(app, [*COMMAND, "--out", str(tmp_path)])
+    result = CliRunner().invoke(app, [*COMMAND, "-o", str(tmp_path)])
     assert result.exit_code == 0, result.output
     for name in ("foresight.csv", "reliability.csv", "foresight.md"):
         assert (tmp_path / name).read_text() == (folder / name).read_text()
@@ -97,9 +97,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_table(
 
 def test_the_picture_has_a_column_for_each_task(study: tuple[foresight.Foresight, Path]) -> None:
     pytest.importorskip("matplotlib")
-    from energymargin.experiments.foresight_picture import figure_foresight
-
-    figure = figure_foresight(study[0])
+    figure = foresight.figure_foresight(study[0])
     assert [ax.get_title() for ax in figure.axes[:2]] == ["push", "topple"]
     assert all(len(ax.lines) >= 6 for ax in figure.axes[:2])
 

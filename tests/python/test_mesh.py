@@ -185,7 +185,7 @@ def test_a_ball_of_many_points_becomes_one_of_few_that_is_as_round(tmp_path):
 def test_parts_are_kept_so_that_a_mesh_is_taken_apart_once(tmp_path, monkeypatch):
     file = angle(tmp_path)
     first = mesh(file)
-    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("taken apart again"))
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("decomposed again"))
     for again, was in zip(mesh(file).parts, first.parts, strict=True):
         assert np.array_equal(again.shape.points, was.shape.points)
 
@@ -228,7 +228,7 @@ def test_a_long_wait_is_told_of_in_the_log_and_nowhere_else(tmp_path, monkeypatc
     with caplog.at_level(logging.WARNING, logger="energymargin"):
         mesh(angle(tmp_path), threshold=0.3)
     assert [r.levelname for r in caplog.records] == ["WARNING"]
-    assert "angle.stl is still being taken apart" in caplog.text
+    assert "angle.stl is still being decomposed" in caplog.text
     assert capfd.readouterr().out == ""
 
 
@@ -271,12 +271,12 @@ def test_a_decomposition_ends_at_its_limit_without_a_process_or_a_mesh(how, monk
     threading.Timer(0.5, cancel.set).start()
     limit = {"timeout": 0.5} if how == "timeout" else {"cancel": cancel}
     error = TimeoutError if how == "timeout" else em.Cancelled
-    with pytest.raises(error, match=r"wheel\.stl was taken apart"):
+    with pytest.raises(error, match=r"wheel\.stl was decomposed"):
         mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01, **limit)  # a minute
     assert started[-1].poll() == -signal.SIGKILL
 
 
-# Says its child's number before it takes a mesh apart, which takes a minute.
+# Says its child's number before it decomposes a mesh, which takes a minute.
 PARENT = """
 import subprocess, sys
 from energymargin.meshes import mesh

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import perturbation
-from energymargin.experiments.perturbation import Perturbation, Point
-from energymargin.experiments.perturbation_errors import KINDS, LARGEST, perturbed, typical
 from energymargin.tasks.push import PushTask
+from energymargin_paper import perturbation
+from energymargin_paper.perturbation import Perturbation, Point
+from energymargin_paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
 
 SMALL = perturbation.Settings(trajectories=6, nodes=5, levels=(0.0, 1.0), draws=2)
 PLACES = ("position", "orientation", "velocity", "angular_velocity")
@@ -27,7 +27,7 @@ def dataset():
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    return perturbation.reproduce(SMALL, tmp_path_factory.mktemp("perturbation"), threads=1)
+    return perturbation.STUDY.reproduce(SMALL, tmp_path_factory.mktemp("perturbation"), threads=1)
 
 
 def changes(dataset, other):
@@ -144,8 +144,8 @@ def test_it_goes_on_from_an_interruption_to_the_same_numbers(result, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        perturbation.reproduce(SMALL, tmp_path, threads=1, progress=stop_half_way)
-    again = perturbation.reproduce(SMALL, tmp_path, threads=1)
+        perturbation.STUDY.reproduce(SMALL, tmp_path, threads=1, progress=stop_half_way)
+    again = perturbation.STUDY.reproduce(SMALL, tmp_path, threads=1)
     assert again.to_csv() == result.to_csv() == (tmp_path / "perturbation.csv").read_text()
     assert again.to_markdown() == result.to_markdown()
 
@@ -187,7 +187,7 @@ def test_it_says_where_the_capture_score_is_not_above_the_force_score():
 
 def test_the_command_writes_table_numbers_and_picture(tmp_path):
     command = ["reproduce", "perturbation", "--quick", "--trajectories", "6", "--nodes", "4"]
-    done = CliRunner().invoke(app, [*command, "--threads", "1", "--out", str(tmp_path)])
+    done = CliRunner().invoke(app, [*command, "--threads", "1", "-o", str(tmp_path)])
     assert done.exit_code == 0, done.output
     assert (tmp_path / "perturbation.png").stat().st_size > 10_000
     assert (tmp_path / "perturbation.md").read_text().strip() in done.output
@@ -208,6 +208,6 @@ def test_the_command_writes_table_numbers_and_picture(tmp_path):
     ],
 )
 def test_what_cannot_be_is_refused(options, words, tmp_path):
-    command = ["reproduce", "perturbation", *options, "--out", str(tmp_path / "new")]
+    command = ["reproduce", "perturbation", *options, "-o", str(tmp_path / "new")]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 2 and words in " ".join(result.output.split())

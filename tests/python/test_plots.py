@@ -1,3 +1,5 @@
+import json
+
 import matplotlib.colors
 import numpy as np
 import pytest
@@ -231,13 +233,26 @@ def test_each_object_is_lost_by_its_own_set_alone():
     assert lost_objects(problem, states).tolist() == expected
 
 
-def test_where_no_object_is_in_its_set_all_are_lost_even_if_the_sets_are_predicates():
+def test_each_object_is_lost_by_its_own_set_also_if_the_sets_are_predicates():
     sets = {
         name: regions.Predicate(lambda states, n=number: states[:, 13 * n] * (2 * n - 1) > 0.1)
         for number, name in enumerate(SWAPPED)
     }
     problem = spheres(**sets)
-    assert lost_objects(problem, problem.state[np.newaxis]).tolist() == [[True, True]]
+    states = np.tile(problem.state, (2, 1))
+    states[1, problem.scene.slice("b").start] = 0.3
+    assert lost_objects(problem, states).tolist() == [[True, True], [True, False]]
+
+
+def test_where_sets_cannot_be_told_apart_no_object_is_lost_that_may_be_in_its_own():
+    left, right = (regions.Ball(name, (x, 0, 0), 0.2) for name, x in (("a", -0.3), ("b", 0.3)))
+    text = json.loads(spheres(a=left, b=right).to_json())
+    text["captured"] = text["captured"]["of"][0]
+    problem = Problem.from_json(json.dumps(text))
+    states = np.tile(problem.state, (2, 1))
+    states[1, problem.scene.slice("a").start] = -0.3
+    assert problem.captured_by_object is None
+    assert lost_objects(problem, states).tolist() == [[True, True], [False, False]]
 
 
 def test_a_long_thin_view_is_drawn(task, trajectory):

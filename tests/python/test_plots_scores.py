@@ -323,7 +323,7 @@ def test_labels_of_one_kind_are_said_in_the_legend_instead_of_a_curve(labelled, 
     labelled.captured[:] = True
     plots.plot_roc(labelled, ax, ["capture", "force"])
     assert said(ax) == ["chance .500", "capture: one label only", "force: one label only"]
-    assert [text.get_text() for text in ax.texts] == ["nothing to tell apart"]
+    assert [text.get_text() for text in ax.texts] == ["one label alone"]
 
 
 @pytest.mark.parametrize(

@@ -291,7 +291,7 @@ def test_the_rules_of_success_give_the_observers_labels_back():
 
 def test_the_study_holds_both_sides_against_the_same_states_and_goes_on(folder, tmp_path):
     arguments = ["reproduce", "published", "--data", folder, "--quick", "--nodes", 5]
-    done = run(*arguments, "--every", 2, "--out", "out", cwd=tmp_path)
+    done = run(*arguments, "--every", 2, "-o", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     out = tmp_path / "out"
     text = (out / "published.md").read_text()
@@ -306,7 +306,7 @@ def test_the_study_holds_both_sides_against_the_same_states_and_goes_on(folder, 
     expected = evaluate(published.labelled_scores(folder, "push"), draws=2).states["capture"]
     assert float(theirs["0"]["auc"]) == pytest.approx(expected[0].auc)
     (out / "runs.jsonl").write_text("".join(f"{line}\n" for line in lines[:-3]))
-    again = run(*arguments, "--every", 2, "--out", "out", cwd=tmp_path)
+    again = run(*arguments, "--every", 2, "-o", "out", cwd=tmp_path)
     assert again.returncode == 0 and (out / "published.md").read_text() == text
     scored = [json.loads(line)[1]["scores"] for line in lines]
     kept = [json.loads(line)[1]["scores"] for line in (out / "runs.jsonl").open()]

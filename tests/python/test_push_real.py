@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial import ConvexHull
 
 import energymargin as em
-from energymargin.experiments import enlarged
-from energymargin.experiments.table2 import COMBINATIONS
 from energymargin.scenes import data_file
 from energymargin.tasks.printed import OBJECTS, TOOLS, printed
 from energymargin.tasks.push_real import WALL_Y, PushRealTask
+from energymargin_paper import enlarged
+from energymargin_paper.table2 import COMBINATIONS
 
 MASSES = {"rectangle": 0.048, "triangle": 0.028, "convex": 0.042, "concave": 0.043}  # kg
 MASSES["irregular"] = 0.024

@@ -1,12 +1,10 @@
 """A recording is placed into a task's scene and scored as any other trajectory."""
 
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run, run_here
 from recorded import noisy, push, rows_of, write
 
 import energymargin as em
@@ -215,39 +213,25 @@ def test_a_task_without_what_recordings_need_is_refused(recordings):
         dataset("push-multi", recordings[:1], labels, params={"friction": 0.3})
 
 
-def energymargin(*arguments, cwd):
-    command = str(Path(sys.executable).with_name("energymargin"))
-    return subprocess.run(
-        [command, *map(str, arguments)],
-        cwd=cwd,
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-
-
 def test_the_commands_lead_from_recordings_to_a_table(folder):
     options = ("--task", "push", "-p", "friction=0.3", "--labels", "labels.csv")
     files = [f"{number}.csv" for number in range(4)]
     wide = ("--most-overlap", OVERLAP)
-    done = energymargin("import", *files, *options, *wide, "-o", "recorded.h5", cwd=folder)
+    done = run("import", *files, *options, *wide, "-o", "recorded.h5", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "0.csv: 84 frames, 2.5 s; 2 missing frames filled" in done.stderr
     assert re.search(r"0\.csv: in \d+ of 84 frames bodies overlapped .* at most \d", done.stderr)
     assert "Wrote 4 trajectories" in done.stderr
     assert "Next: energymargin score recorded.h5" in done.stderr
-    done = energymargin(
-        "score", "recorded.h5", "--metrics", "force,success", "--nodes", 2, cwd=folder
-    )
+    done = run_here("score", "recorded.h5", "--metrics", "force,success", "--nodes", 2, cwd=folder)
     assert done.returncode == 0 and "336 states are scored" in done.stderr, done.stderr
-    assert energymargin("evaluate", "recorded-scores.db", cwd=folder).returncode == 0
+    assert run_here("evaluate", "recorded-scores.db", cwd=folder).returncode == 0
 
-    again = energymargin("import", *files, *options, "-o", "recorded.h5", cwd=folder)
+    again = run_here("import", *files, *options, "-o", "recorded.h5", cwd=folder)
     assert again.returncode == 2 and "recorded.h5 exists" in again.stderr
-    fewer = energymargin("import", "1.csv", *options, *wide, "-o", "one.h5", cwd=folder)
+    fewer = run_here("import", "1.csv", *options, *wide, "-o", "one.h5", cwd=folder)
     assert fewer.returncode == 0 and "labels.csv: 3 labels are of other rec" in fewer.stderr
-    strict = energymargin("import", *files, *options, "--no-mend", "-o", "b.h5", cwd=folder)
+    strict = run_here("import", *files, *options, "--no-mend", "-o", "b.h5", cwd=folder)
     assert strict.returncode == 2 and "0.csv, line 22: frame 20 is to be mended" in strict.stderr
     assert not (folder / "b.h5").exists()
 

@@ -9,11 +9,11 @@ import sys
 import pytest
 
 from energymargin import replacing
-from energymargin.replacing import replaced
+from energymargin.replacing import replace_text, replaced
 
 KILLED = """
 import os, pathlib, signal, sys
-from energymargin.replacing import replaced
+from energymargin.replacing import replace_text, replaced
 with replaced(pathlib.Path(sys.argv[1]), named=sys.argv[2] == "True") as file:
     file.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)
@@ -108,3 +108,10 @@ def test_files_of_other_writers_stay(path):
     with replaced(path, named=True) as file:
         file.write_text("after")
     assert names(path) == sorted([*others, "page.html"])
+
+
+def test_a_text_replaces_a_file(path):
+    path.write_text("before, and longer")
+    replace_text(path, "für")
+    assert path.read_text(encoding="utf-8") == "für"
+    assert names(path) == ["page.html"]

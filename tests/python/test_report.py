@@ -30,7 +30,7 @@ from energymargin.evaluation.labelled import HORIZON, compared_trajectories
 from energymargin.evaluation.wrongness import ranks
 from energymargin.report.along import chosen
 from energymargin.report.curves import seen
-from energymargin.report.pictures import Grower, picture
+from energymargin.report.pictures import SearchRepeater, picture
 from energymargin.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
@@ -334,7 +334,7 @@ def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_tha
 
 def test_the_trees_of_the_pictures_have_the_scores_of_the_file(folder, labelled):
     with datasets.open(folder / "push.h5") as dataset:
-        grower = Grower(dataset, SETTINGS.all())
+        grower = SearchRepeater(dataset, SETTINGS.all())
         for metric in METRICS:
             found = [grower.grow(number, metric).score for number in (0, 35, 71)]
             assert found == labelled.scores[metric][[0, 35, 71]].tolist()
@@ -347,7 +347,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     asked = ["probability", "probability/success", "effort/est"]
     with datasets.open(own / "push.h5") as dataset:
         score_dataset(dataset, path, asked, settings=settings, future=future)
-        grower, found = Grower(dataset, settings.all(), future), scores(path).scores
+        grower, found = SearchRepeater(dataset, settings.all(), future), scores(path).scores
         for metric in asked:
             again = [grower.grow(number, metric).score for number in (0, 35, 71)]
             assert again == found[metric][[0, 35, 71]].tolist()
@@ -730,7 +730,7 @@ def test_pictures_of_a_future_are_of_the_very_question_of_the_score(ahead, metri
     labelled = scores(ahead / "balance-scores.db")
     settings = SearchSettings(nodes=15, seed=3, rollouts=20, strength=0.3, objects=1)
     dataset = datasets.load(ahead / "balance.h5")
-    grower = Grower(dataset, settings.all(), Future(2, "script"))
+    grower = SearchRepeater(dataset, settings.all(), Future(2, "script"))
     for number in (3, 20, 41):
         grown = grower.grow(number, metric)
         assert grown.score == labelled.scores[metric][number]
@@ -755,7 +755,7 @@ def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
         changed(own / "push-scores.db", "UPDATE scores SET value = 1.0 - value")
         text = written(own, pictures=1).text
         places = re.findall(r"capture \d\.\d+, but .*?Trajectory (\d+), frame (\d)", text)
-        grower = Grower(dataset, settings.all())
+        grower = SearchRepeater(dataset, settings.all())
         scored = [grower.grow(6 * int(t) + int(k), "capture").search for t, k in places]
     doubts = [doubt for score in scored for doubt in score.doubts]
     assert doubts

@@ -13,8 +13,8 @@ import pytest
 from stores import await_scores, score_count
 
 from energymargin import datasets
-from energymargin.experiments.table1 import QUICK, Settings, paper_tasks, reproduce
 from energymargin.store import ScoreStore
+from energymargin_paper.table1 import STUDY, Settings
 
 COMMAND = [str(Path(sys.executable).with_name("energymargin")), "reproduce", "table1"]
 SMALL = ["--tasks", "push", "--trajectories", "4", "--nodes", "10", "--continuations", "3"]
@@ -31,7 +31,7 @@ def run(*arguments, cwd):
 def folder(tmp_path_factory):
     """A folder in which the table was made."""
     folder = tmp_path_factory.mktemp("table1")
-    done = run(*SMALL, "--out", "t", cwd=folder)
+    done = run(*SMALL, "-o", "t", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -77,7 +77,7 @@ def test_the_table_says_how_it_is_made_again(folder):
     command = re.search(r"`energymargin reproduce table1 (.*?)`", text)[1].split()
     assert command == [
         *("--nodes", "10", "--trajectories", "4", "--continuations", "3", "--seed", "0"),
-        *("--tasks", "push", "--out", "t"),
+        *("--tasks", "push", "-o", "t"),
     ]
     kept = {path.name: path.stat().st_mtime_ns for path in (folder / "t").glob("*.[hd]*")}
     done = run(*command, cwd=folder)
@@ -87,7 +87,7 @@ def test_the_table_says_how_it_is_made_again(folder):
 
 
 def test_the_terminal_shows_it_in_80_columns_with_the_papers_values(folder):
-    shown = run(*SMALL, "--out", "t", cwd=folder).stdout
+    shown = run(*SMALL, "-o", "t", cwd=folder).stdout
     assert max(map(len, shown.splitlines())) <= 80
     assert all(word in shown for word in ("drive", "coast", "ceiling", "positives", ".97/.99"))
 
@@ -110,17 +110,17 @@ def test_cells_below_the_papers_are_named(folder):
 def test_a_table_of_other_settings_leaves_the_scores_of_the_first(folder, tmp_path):
     shutil.copytree(folder / "t", tmp_path / "t")
     text = (tmp_path / "t" / "table1.md").read_text()
-    assert run(*SMALL, "--out", "t", "--nodes", "11", cwd=tmp_path).returncode == 0
+    assert run(*SMALL, "-o", "t", "--nodes", "11", cwd=tmp_path).returncode == 0
     assert "--nodes 11" in (tmp_path / "t" / "table1.md").read_text()
     with ScoreStore(tmp_path / "t" / "push-drive-scores.db") as store:
         assert [one.settings["nodes"] for one in store.runs()] == [10, 11]
-    assert run(*SMALL, "--out", "t", cwd=tmp_path).returncode == 0
+    assert run(*SMALL, "-o", "t", cwd=tmp_path).returncode == 0
     assert (tmp_path / "t" / "table1.md").read_text() == text
 
 
 def test_a_folder_with_other_trajectories_is_refused_and_so_are_bad_options(folder):
     def refused(*options):
-        done = run(*SMALL, "--out", "t", *options, cwd=folder)
+        done = run(*SMALL, "-o", "t", *options, cwd=folder)
         assert done.returncode == 2 and "Traceback" not in done.stderr
         return done.stderr
 
@@ -133,11 +133,11 @@ def test_a_folder_with_other_trajectories_is_refused_and_so_are_bad_options(fold
     assert not (folder / "none").exists()
 
 
-def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_path):
+def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on_to_the_same_bits(tmp_path):
     options = [*SMALL, "--continuations", "20"]
-    assert run(*options, "--out", "whole", cwd=tmp_path).returncode == 0
+    assert run(*options, "-o", "whole", cwd=tmp_path).returncode == 0
     process = subprocess.Popen(
-        [*COMMAND, *options, "--out", "part"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        [*COMMAND, *options, "-o", "part"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
     shares = 7  # of each state: six horizons, and the success
     await_scores(process, tmp_path / "part" / "push-ceiling.db", 2 * shares)
@@ -147,8 +147,8 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_pa
     assert 2 * shares <= score_count(tmp_path / "part" / "push-ceiling.db") < 40 * shares
     assert score_count(tmp_path / "part" / "push-coast-scores.db") == 0
 
-    command = re.search(r"go on with: energymargin reproduce table1 (.*)", stderr)[1].split()
-    done = run(*command, cwd=tmp_path)
+    assert "What is done is kept in part; the same command goes on from there." in stderr
+    done = run(*options, "-o", "part", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     part, whole = ((tmp_path / name / "table1.csv").read_bytes() for name in ("part", "whole"))
     assert part == whole
@@ -163,8 +163,8 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on_to_the_same_bits(tmp_pa
 
 def test_the_share_that_is_done_rises_to_1(tmp_path):
     seen = []
-    settings = Settings(tasks=["push"], trajectories=2, nodes=2, continuations=1)
-    reproduce(settings, tmp_path, progress=lambda what, share: seen.append((what, share)))
+    settings = Settings(tasks=("push",), trajectories=2, nodes=2, continuations=1)
+    STUDY.reproduce(settings, tmp_path, progress=lambda what, share: seen.append((what, share)))
     shares = [share for _, share in seen]
     assert shares == sorted(shares) and shares[0] == 0 and shares[-1] == 1
     assert {what.split(",")[0] for what, _ in seen} >= {"push: scores", "push: ceiling"}
@@ -178,10 +178,12 @@ def test_the_weights_of_the_force_score_are_the_ones_of_the_problems(folder):
 
 def test_quick_is_smaller_than_the_whole_and_its_help_says_how_small(folder):
     words = " ".join(run("--help", cwd=folder).stdout.replace("│", " ").split())
-    assert f"{QUICK.trajectories} trajectories, {QUICK.nodes} nodes" in words
-    assert f"{QUICK.continuations} continuations" in words
+    quick = STUDY.quick
+    assert (
+        f"A first picture: --trajectories {quick.trajectories} --nodes {quick.nodes} "
+        f"--continuations {quick.continuations}." in words
+    )
 
 
 def test_the_papers_tasks_come_in_its_order():
-    order = ["push", "balance", "topple", "grasp"]
-    assert paper_tasks() == [name for name in order if name in paper_tasks()] != []
+    assert Settings().tasks == ("push", "balance", "topple", "grasp")

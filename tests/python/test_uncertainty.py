@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import uncertainty
+from energymargin_paper import uncertainty
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ SMALL = ["--tasks", "puck,topple", "--states", "1", "--nodes", "10", "--trees", 
 
 
 def test_the_experiment_keeps_its_trees_and_goes_on_to_the_same_tables(tmp_path):
-    command = ["reproduce", "uncertainty", *SMALL, "--out", str(tmp_path)]
+    command = ["reproduce", "uncertainty", *SMALL, "-o", str(tmp_path)]
     first = CliRunner().invoke(app, command)
     assert first.exit_code == 0, first.output
     table = (tmp_path / "uncertainty.csv").read_text()
@@ -110,7 +110,7 @@ def test_the_experiment_keeps_its_trees_and_goes_on_to_the_same_tables(tmp_path)
 
 
 def test_the_experiment_refuses_a_folder_of_other_trees_and_what_cannot_be(tmp_path):
-    command = ["reproduce", "uncertainty", *SMALL, "--out", str(tmp_path)]
+    command = ["reproduce", "uncertainty", *SMALL, "-o", str(tmp_path)]
     assert CliRunner().invoke(app, command).exit_code == 0
     other = CliRunner().invoke(app, [*command, "--seed", "1"])
     assert other.exit_code == 2 and "holds other trees" in other.output

@@ -194,14 +194,26 @@ def test_lines_are_a_glb_file_of_both_ends_of_each():
     assert np.all(colors == (255, 0, 128, 255))  # 188 of 255 on a screen is half the light
 
 
-def test_the_oldest_trees_go_when_there_are_too_many_nodes(problem):
+def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(problem):
     kept, small = Kept(), score_state(problem, 20, seed=0)
     each = small.capture.nodes + small.escape.nodes
     count = MOST // each + 2
     for frame in range(count):
+        kept.at(0, 1)
         kept.put((0, frame), small)
-    assert kept.at(0, 0) is None
+    assert kept.at(0, 0) is None and kept.at(0, 2) is None
+    assert kept.at(0, 1) is small
     assert kept.at(0, count - 1) is small
+
+
+def test_a_tree_that_is_larger_than_all_may_be_is_kept_alone(problem, monkeypatch):
+    small, large = (score_state(problem, nodes, seed=0) for nodes in (5, 50))
+    monkeypatch.setattr("energymargin.viewer.kept.MOST", 2 * small.size)
+    kept = Kept()
+    kept.put((0, 0), small)
+    kept.put((0, 1), large)
+    assert large.size > 2 * small.size
+    assert kept.at(0, 0) is None and kept.at(0, 1) is large
 
 
 def test_a_state_without_effector_is_scored_but_for_the_force():

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.experiments import cages, projectiles, walls
+from energymargin_paper import cages, projectiles, walls
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 
@@ -96,7 +96,7 @@ def test_a_box_without_a_lid_takes_the_weight_over_its_rim(kind: str) -> None:
 
 def test_the_command_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     pytest.importorskip("trimesh")
-    command = ["reproduce", "walls", *SMALL, "--out", str(tmp_path)]
+    command = ["reproduce", "walls", *SMALL, "-o", str(tmp_path)]
     assert CliRunner().invoke(app, command).exit_code == 0
     table, runs = (tmp_path / "walls.csv").read_text(), tmp_path / "runs.jsonl"
     lines = runs.read_text().splitlines(keepends=True)
@@ -138,7 +138,7 @@ def test_the_page_names_each_passage_and_each_slow_search_by_its_seed() -> None:
 )
 def test_wrong_numbers_are_named(options: tuple[str, ...], message: str, tmp_path: Path) -> None:
     folder = tmp_path / "walls"
-    result = CliRunner().invoke(app, ["reproduce", "walls", *options, "--out", str(folder)])
+    result = CliRunner().invoke(app, ["reproduce", "walls", *options, "-o", str(folder)])
     assert result.exit_code == 2 and message in " ".join(result.output.split())
     assert not folder.exists()
 

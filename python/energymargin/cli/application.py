@@ -1,5 +1,5 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-report | view | reproduce. Each command has its own file.
+report | view. Each command has its own file; other packages register more, such as `reproduce`.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -21,13 +21,13 @@ from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
 from energymargin.cli.generate import generate
 from energymargin.cli.importing import import_recordings
+from energymargin.cli.registered import registered_command, registered_names
 from energymargin.cli.report import report
 from energymargin.cli.score import score
 from energymargin.cli.tasks import tasks
 from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, say_stopped
 from energymargin.cli.view import view_command
 from energymargin.deprecations import REMOVED_IN
-from energymargin.experiments.commands import app as reproduce
 from energymargin.interrupts import interrupted, remembered_interrupts
 
 __all__ = ["app", "main"]
@@ -47,8 +47,6 @@ RENAMED = {
 
 
 class _Commands(TyperGroup):
-    """Says what went wrong in one line, and stops on Ctrl-C without a traceback."""
-
     def parse_args(  # type: ignore[override]
         self, ctx: typer.Context, args: list[str]
     ) -> list[str]:
@@ -57,6 +55,12 @@ class _Commands(TyperGroup):
             args = [TRACEBACK, *(word for word in args if word != TRACEBACK)]
         command = next((word for word in args if not word.startswith("-")), "")
         return super().parse_args(ctx, [_renamed(RENAMED.get(command, {}), word) for word in args])
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *registered_names()]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return super().get_command(ctx, cmd_name) or registered_command(cmd_name)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         with remembered_interrupts():
@@ -148,7 +152,6 @@ COMMANDS: dict[str, Callable[..., None]] = {
 }
 for name, command in COMMANDS.items():
     app.command(name)(command)
-app.add_typer(reproduce, name="reproduce")
 
 
 def main() -> None:

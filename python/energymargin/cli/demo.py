@@ -48,10 +48,11 @@ def demo(
     with scored_run(dataset, database, settings, executor=executor) as run:
         labelled = run.labelled_scores()
     print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=seed)
-    from energymargin.experiments import pictures  # slow to load, which Ctrl-C would wait for
+    # Slow to load, which Ctrl-C would wait for.
+    from energymargin.plots.datasets import figure_along, figure_trees
 
-    pictures.figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")
-    pictures.figure_along(dataset, labelled).savefig(output / "scores.png")
+    figure_trees(dataset, nodes, seed).savefig(output / "qualitative.png")
+    figure_along(dataset, labelled).savefig(output / "scores.png")
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
     say(f"In {escape(str(output))}/: {', '.join(written)}")
 

@@ -68,9 +68,9 @@ def evaluate(
 
     Example: `energymargin evaluate push-scores.db -o table.md`
     """
+    from energymargin.checks import one_of, whole_number
     from energymargin.evaluation.labelled import AMONG, HORIZONS
     from energymargin.store import ScoreStore
-    from energymargin.tasks.base import one_of, whole_number
 
     outputs = output or []
     for path in outputs:

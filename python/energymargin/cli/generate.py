@@ -83,9 +83,9 @@ def generate(
     written = escape(str(output))
     with datasets.open(output) as dataset:
         if picture is not None:
-            from energymargin.experiments import pictures
+            from energymargin.plots.datasets import figure_trees
 
-            pictures.figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
+            figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
         say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
     if count < trajectories:
         say(

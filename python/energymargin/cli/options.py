@@ -99,8 +99,8 @@ def chosen_future(
 ) -> Future | None:
     """What is asked of the frames to come, if anything is. Raises ValueError on words that are
     none, and on what needs a horizon where there is none."""
+    from energymargin.checks import not_negative_number, positive_number, whole_number
     from energymargin.datasets import Future
-    from energymargin.tasks.base import not_negative_number, positive_number, whole_number
 
     if plan is not None and plan not in PLANS:
         raise ValueError(f"--plan is {plan!r}, expected script, hold or none")

@@ -202,7 +202,7 @@ def _say_scored(run: Run, *, one_of_many: bool, clock: bool) -> None:
         say(f"[yellow]the time was over:[/] {_kept(run)}")
         raise typer.Exit(TIMED_OUT)
     written = escape(str(run.store.path))
-    which = f" --run {run.number}" if one_of_many or len(run.store.runs()) > 1 else ""
+    which = f" --run {run.number}" if one_of_many or not run.is_only else ""
     how = "" if run.future is None else f" ({run.future})"
     if clock and run.future is None:
         how = f" (without the horizon: {', '.join(run.metrics)})"

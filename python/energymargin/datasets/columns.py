@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact
-from energymargin.tasks.base import Trajectory, whole_number
+from energymargin.checks import whole_number
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "BLOCK_STATES",
@@ -26,7 +27,7 @@ __all__ = [
     "NO_LABEL",
     "ROW",
     "Block",
-    "Bodies",
+    "BodyNames",
     "any_column",
     "any_label",
     "as_block",
@@ -160,7 +161,7 @@ def check_labels(labels: NDArray[np.int8]) -> None:
         raise ValueError("a label of at least one object is neither there nor absent")
 
 
-class Bodies:
+class BodyNames:
     """A table of the names of bodies, in the order of their first contacts.
 
     That order depends on the contacts alone, not on the blocks in which they come.
@@ -232,7 +233,7 @@ def as_blocks(trajectories: Sequence[Trajectory]) -> Iterator[Block]:
 
 def joined(blocks: Sequence[Block]) -> Block:
     """One block of several."""
-    bodies = Bodies()
+    bodies = BodyNames()
     contacts = [bodies.renumbered(block) for block in blocks]
     columns = {
         name: _joined([block.columns[name] for block in blocks], kind)

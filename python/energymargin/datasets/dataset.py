@@ -27,7 +27,7 @@ from energymargin.datasets.columns import (
     NO_LABEL,
     ROW,
     Block,
-    Bodies,
+    BodyNames,
     any_column,
     any_label,
     as_blocks,
@@ -35,7 +35,8 @@ from energymargin.datasets.columns import (
 from energymargin.datasets.future import Future
 from energymargin.errors import EnergyMarginError
 from energymargin.notebook import shown_by
-from energymargin.tasks.base import Task, Trajectory
+from energymargin.tasks.base import Task
+from energymargin.trajectories import Trajectory
 
 __all__ = ["Dataset", "Label", "StateError"]
 
@@ -68,6 +69,13 @@ class Dataset(Closing):
     seed: int
     """The seed of `generate`."""
     trajectories: Sequence[Trajectory]
+
+    def __repr__(self) -> str:
+        """What it is, and how much."""
+        return (
+            f"Dataset(task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}, "
+            f"trajectories={len(self.trajectories)}, states={self.size})"
+        )
 
     @cached_property
     def lengths(self) -> NDArray[np.int64]:
@@ -213,7 +221,7 @@ class Dataset(Closing):
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
     """Of trajectories in any blocks: each column is a stream of bytes of its own."""
     streams = {name: hashlib.sha256() for name in _HASHED}
-    bodies = Bodies()
+    bodies = BodyNames()
     for block in blocks:
         columns = {**block.columns, "contacts": bodies.renumbered(block)}
         for name, stream in streams.items():

@@ -33,7 +33,7 @@ from energymargin.datasets.columns import (
     NO_LABEL,
     ROW,
     Block,
-    Bodies,
+    BodyNames,
     check_labels,
     cuts,
     joined,
@@ -41,7 +41,7 @@ from energymargin.datasets.columns import (
 )
 from energymargin.errors import EnergyMarginError
 from energymargin.replacing import replaced
-from energymargin.tasks.base import Trajectory
+from energymargin.trajectories import Trajectory
 
 __all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
 
@@ -218,7 +218,7 @@ class _Column:
 def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
     rows = _Column(file, "trajectories", ROW)
     columns = {name: _Column(file, name, kind) for name, (_, kind) in COLUMNS.items()}
-    bodies = Bodies()
+    bodies = BodyNames()
     for block in blocks:
         entries = {**block.columns, "contacts": bodies.renumbered(block)}
         rows.append(block.rows)

@@ -9,15 +9,9 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Plan, Problem
-from energymargin.tasks.base import (
-    Following,
-    ScriptedTask,
-    Task,
-    Trajectory,
-    not_negative_number,
-    positive_number,
-    whole_number,
-)
+from energymargin.checks import not_negative_number, positive_number, whole_number
+from energymargin.tasks.base import Following, ScriptedTask, Task
+from energymargin.trajectories import Trajectory
 
 __all__ = ["Future"]
 

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.checks import whole_number
 from energymargin.datasets.dataset import Dataset
 from energymargin.datasets.generation_to_file import generate_file
 from energymargin.datasets.loading import load, open
@@ -16,7 +17,8 @@ from energymargin.datasets.rollouts import Request, generate_trajectory
 from energymargin.deprecations import once_positional
 from energymargin.executors.jobs import Pool
 from energymargin.limits import Limit
-from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
+from energymargin.tasks.base import Task, parameters_of
+from energymargin.trajectories import Trajectory
 
 __all__ = ["generate", "load_or_generate"]
 

@@ -10,13 +10,14 @@ import json
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.checks import whole_number
 from energymargin.datasets import files
 from energymargin.datasets.columns import as_block
 from energymargin.datasets.parts import Parts, folder_of, spans_in
@@ -24,10 +25,11 @@ from energymargin.datasets.rollouts import Request, Shard, generate_shard, gener
 from energymargin.executors.jobs import Outcome, Pool
 from energymargin.executors.processes import ProcessPool
 from energymargin.executors.threads import core_count
-from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
-from energymargin.tasks.base import Task, Trajectory, parameters_of, whole_number
+from energymargin.results import collect
+from energymargin.tasks.base import Task, parameters_of
 from energymargin.tasks.registry import is_installed
+from energymargin.trajectories import Trajectory
 
 __all__ = ["generate_file", "trajectories_kept"]
 
@@ -71,7 +73,8 @@ def generate_file(
             if elsewhere is None:
                 _work_here(made, work)
             else:
-                _work_in(elsewhere, work)
+                shards = _ShardPool(elsewhere, work)
+                collect(shards, shards.keep, limit)
         return _join(parts, request, total, limit)
 
 
@@ -153,45 +156,51 @@ def _work_here(task: Task, work: _Work) -> None:
                 work.parts.keep(first, as_block(recorded))
 
 
-def _work_in(pool: Pool, work: _Work) -> None:
-    """Shard after shard, a few of them at hand for each worker."""
-    waiting = list(work.shards())[::-1]
-    running: dict[int, Shard] = {}
-    deaths: Counter[int] = Counter()
-    with held_interrupts() as interrupted:
-        try:
-            while (waiting or running) and not (work.limit.reached or interrupted.is_set()):
-                while waiting and len(running) < AHEAD * max(1, pool.slots):
-                    shard = waiting.pop()
-                    running[shard.first] = shard
-                    pool.submit(shard.first, generate_shard, shard)
-                for outcome in sorted(pool.take(TAKE), key=_went_wrong):
-                    shard = running.pop(outcome.job)
-                    if outcome.died:
-                        deaths[shard.first] += 1
-                        _require_few(deaths[shard.first], shard, outcome)
-                        waiting.append(shard)
-                    else:
-                        _keep(work, outcome)
-        finally:
-            if running:
-                for outcome in pool.stop(LAST_WORDS):
-                    if not _went_wrong(outcome):
-                        _keep(work, outcome)
-    if interrupted.is_set():
-        raise KeyboardInterrupt
+class _ShardPool:
+    """The Workers of a pool, with the missing shards: a few at hand for each worker."""
+
+    def __init__(self, pool: Pool, work: _Work) -> None:
+        self._pool, self._work = pool, work
+        self._waiting = list(work.shards())[::-1]
+        self._running: dict[int, Shard] = {}
+        self._deaths: Counter[int] = Counter()
+
+    @property
+    def busy(self) -> bool:
+        """As Workers.busy."""
+        return bool(self._waiting or self._running)
+
+    def step(self) -> Sequence[Outcome]:
+        """As Workers.step."""
+        while self._waiting and len(self._running) < AHEAD * max(1, self._pool.slots):
+            shard = self._waiting.pop()
+            self._running[shard.first] = shard
+            self._pool.submit(shard.first, generate_shard, shard)
+        return self._pool.take(TAKE)
+
+    def stop(self) -> Sequence[Outcome]:
+        """As Workers.stop."""
+        outcomes = self._pool.stop(LAST_WORDS) if self._running else []
+        return [outcome for outcome in outcomes if not _went_wrong(outcome)]
+
+    def keep(self, outcomes: Sequence[Outcome]) -> None:
+        """Keeps what is done; a shard whose worker has died is done again. Raises what went wrong
+        in a shard, once all else is kept."""
+        for outcome in sorted(outcomes, key=_went_wrong):
+            shard = self._running.pop(outcome.job)
+            if outcome.error is not None:
+                raise outcome.error
+            if outcome.died:
+                self._deaths[shard.first] += 1
+                _require_few(self._deaths[shard.first], shard, outcome)
+                self._waiting.append(shard)
+            elif outcome.value is not None:
+                self._work.parts.keep(outcome.job, outcome.value)
+                self._work.advance(len(outcome.value))
 
 
 def _went_wrong(outcome: Outcome) -> bool:
     return bool(outcome.died) or outcome.error is not None
-
-
-def _keep(work: _Work, outcome: Outcome) -> None:
-    if outcome.error is not None:
-        raise outcome.error
-    if outcome.value is not None:
-        work.parts.keep(outcome.job, outcome.value)
-        work.advance(len(outcome.value))
 
 
 def _join(parts: Parts, request: Request, total: int, limit: Limit) -> int:
@@ -204,9 +213,7 @@ def _join(parts: Parts, request: Request, total: int, limit: Limit) -> int:
             f"the pool stopped when {parts.kept(total)} of {total} trajectories were done, which "
             "are kept: hand in another, and the same call goes on"
         )
-    whole = parts.folder / "whole.h5"
-    files.write(whole, request.task, request.parameters, request.seed, parts.blocks(count))
-    os.replace(whole, parts.path)
+    files.write(parts.path, request.task, request.parameters, request.seed, parts.blocks(count))
     if count == total:
         parts.remove()
     return count

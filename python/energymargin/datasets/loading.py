@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from energymargin._core import Contact
 from energymargin.datasets.dataset import Dataset
 from energymargin.datasets.files import Recorded, opened, reading
-from energymargin.tasks.base import Trajectory
+from energymargin.trajectories import Trajectory
 
 __all__ = ["load", "open"]
 

@@ -25,6 +25,7 @@ import numpy as np
 from energymargin.closing import Closing
 from energymargin.datasets.columns import COLUMNS, Block
 from energymargin.datasets.rollouts import Request
+from energymargin.replacing import replace_text, replaced
 
 __all__ = ["Parts", "folder_of"]
 
@@ -74,15 +75,12 @@ class Parts(Closing):
         """Keeps these trajectories, of which the first has this index."""
         last = first + len(block)
         columns: dict[str, Any] = {f"column_{name}": block.columns[name] for name in COLUMNS}
-        temporary = self.folder / "unfinished"
         bodies = np.array(json.dumps(block.bodies))
         try:
-            with temporary.open("wb") as file:
+            with replaced(self._file((first, last))) as path, path.open("wb") as file:
                 np.savez(file, rows=block.rows, bodies=bodies, **columns)
         except OSError as error:
-            temporary.unlink(missing_ok=True)
             raise OSError(error.errno, error.strerror, str(self.folder)) from error
-        os.replace(temporary, self._file((first, last)))
 
     def spans(self) -> list[Span]:
         """Of the parts that are there, rising."""
@@ -133,9 +131,7 @@ class Parts(Closing):
         asked = self.folder / "request.json"
         if self.spans():
             self._require_same(asked)
-        temporary = self.folder / "unfinished"
-        temporary.write_text(json.dumps(self._asked, indent=1))
-        os.replace(temporary, asked)
+        replace_text(asked, json.dumps(self._asked, indent=1))
 
     def _require_same(self, asked: Path) -> None:
         try:

@@ -14,10 +14,12 @@ import numpy as np
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.checks import whole_number
 from energymargin.datasets.columns import Block, as_block
 from energymargin.executors.jobs import Stopped
 from energymargin.limits import Limit
-from energymargin.tasks.base import ScriptedTask, Task, Trajectory, parameters_of, whole_number
+from energymargin.tasks.base import ScriptedTask, Task, parameters_of
+from energymargin.trajectories import Trajectory
 
 __all__ = ["Request", "Shard", "generate_shard", "generate_trajectory"]
 

@@ -22,7 +22,7 @@ __all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
 
 MOVED = {
     "bootstrap": ("DRAWS", "auc_ap", "ranked"),
-    "cells": ("DASH", "PAPER", "csv_fields", "paper_text", "short"),
+    "cells": ("DASH", "PAPER", "csv_fields", "paper_text"),
     "labelled": (
         *("AMONG", "FORCE", "HORIZON", "HORIZONS", "LAST_FRAMES", "PAPER_HORIZON", "SUCCESS"),
         *("SUCCESSES", "Compared", "captured_labels", "compared_states", "compared_trajectories"),

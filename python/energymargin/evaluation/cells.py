@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from energymargin.evaluation.bootstrap import auc_ap, intervals, ranked
 from energymargin.evaluation.labelled import Compared
+from energymargin.shares import short
 
-__all__ = ["DASH", "PAPER", "Cell", "cell_of", "csv_fields", "paper_text", "short"]
+__all__ = ["DASH", "PAPER", "Cell", "cell_of", "csv_fields", "paper_text"]
 
 DASH = "—"
 
@@ -102,11 +103,6 @@ def _span(interval: tuple[float, float] | None) -> str:
     return DASH if interval is None else f"{short(interval[0])}-{short(interval[1])}"
 
 
-def short(value: float) -> str:
-    """Three decimals without the leading zero: .981, 1.00."""
-    return "1.00" if value >= 0.9995 else f"{value:.3f}"[1:]
-
-
 def paper_text(value: tuple[float, float] | None) -> str:
     """AUC/AP as it is shown; a dash for None."""
-    return DASH if value is None else f"{value[0]:.2f}/{value[1]:.2f}".replace("0.", ".")
+    return DASH if value is None else "/".join(short(one, decimals=2) for one in value)

@@ -1,6 +1,6 @@
-"""How a score tells labels apart, as curves: ROC, and precision over recall.
+"""How well a score predicts a label, as curves: ROC, and precision over recall.
 
-What is held against what is chosen as by `evaluate`, and AUC and AP are its numbers.
+Scores and labels are paired as in `evaluate`, and AUC and AP are its numbers.
 """
 
 from __future__ import annotations
@@ -12,20 +12,22 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import one_of, whole_number
 from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
-from energymargin.evaluation import Among, LabelledScores
 from energymargin.evaluation.bootstrap import auc_ap, ranked
 from energymargin.evaluation.labelled import (
     HORIZON,
     LAST_FRAMES,
     SUCCESSES,
+    Among,
     Compared,
+    LabelledScores,
     compared_states,
     compared_trajectories,
     state_metrics,
 )
-from energymargin.tasks.base import one_of, whole_number
+from energymargin.reprs import short_repr
 
 __all__ = [
     "TARGETS",
@@ -54,6 +56,8 @@ class Roc:
     States, or trajectories, whose score is at least the threshold count as positive.
     """
 
+    __repr__ = short_repr
+
     false_positive_rate: NDArray[np.float64]
     """Shape (P,), from 0 rising to 1."""
     true_positive_rate: NDArray[np.float64]
@@ -74,6 +78,8 @@ class PrecisionRecall:
 
     States, or trajectories, whose score is at least the threshold count as positive.
     """
+
+    __repr__ = short_repr
 
     recall: NDArray[np.float64]
     """Shape (P,), from 0 rising to 1."""
@@ -96,7 +102,7 @@ class PrecisionRecall:
 
 
 class OneLabelError(EnergyMarginError, ValueError):
-    """There are no labels of both kinds, so there is nothing to tell apart."""
+    """There is one label alone, so there is no curve."""
 
     def __init__(self, message: str, brief: str = "one label only") -> None:
         """`brief` says it in a few words, for a legend."""
@@ -199,7 +205,7 @@ def _compared(
         have = "have" if which == "all" else "has"
         raise OneLabelError(
             f"{which} of the {len(compared.labels)} {what} with a score of {metric!r} {have} the "
-            f"label {target_name(target, horizon, last)!r}: nothing to tell apart"
+            f"label {target_name(target, horizon, last)!r}: expected both labels"
         )
     return compared
 

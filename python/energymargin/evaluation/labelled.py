@@ -9,9 +9,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import one_of, whole_number
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
-from energymargin.tasks.base import one_of, whole_number
+from energymargin.reprs import short_repr
 
 __all__ = [
     "AMONG",
@@ -54,6 +55,7 @@ class LabelledScores:
     """
 
     _repr_html_ = shown_by("data.labelled_scores")
+    __repr__ = short_repr
 
     task: str
     trajectory: NDArray[np.int64]
@@ -113,7 +115,7 @@ class Compared(NamedTuple):
 
     @property
     def of_both_kinds(self) -> bool:
-        """Whether there are two labels to tell apart."""
+        """Whether there are labels of both kinds."""
         return bool(self.labels.any() and not self.labels.all())
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import whole_number
+from energymargin.csv_text import csv_text
 from energymargin.deprecations import once_positional
 from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
 from energymargin.evaluation.cells import DASH, PAPER, Cell, cell_of, csv_fields, paper_text
@@ -26,9 +26,10 @@ from energymargin.evaluation.labelled import (
     compared_trajectories,
     state_metrics,
 )
+from energymargin.markdown import markdown_table
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
-from energymargin.tasks.base import whole_number
+from energymargin.reprs import short_repr
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -46,9 +47,10 @@ CSV_COLUMNS = (
 
 @dataclass(frozen=True)
 class Evaluation:
-    """AUC and AP of every score. A cell is None if there is but one label to tell apart."""
+    """AUC and AP of every score. A cell is None if there is one label alone."""
 
     _repr_html_ = shown_by("data.evaluation")
+    __repr__ = short_repr
 
     task: str
     horizons: tuple[int, ...]
@@ -116,21 +118,14 @@ class Evaluation:
         """The same as a Markdown table, or two: of all objects, and of at least one."""
         parts = [self._caption()]
         for title, rows in self._sections():
-            lines = [["score", *self._columns()], ["---"] * (len(self._columns()) + 1)]
-            for score, cells in rows:
-                shown = [cell.replace("\n", "<br>") for cell in cells]
-                lines.append([score, *shown, *self._paper(score)])
-            table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+            lines = [[score, *cells, *self._paper(score)] for score, cells in rows]
+            table = markdown_table(["score", *self._columns()], lines)
             parts += [f"**{title}**", table] if title else [table]
         return "\n\n".join(parts) + "\n"
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2])
-        writer.writerows(self.csv_rows())
-        return text.getvalue()
+        return csv_text(CSV_COLUMNS if self.has_paper else CSV_COLUMNS[:-2], self.csv_rows())
 
     def csv_rows(self) -> list[list[Any]]:
         """The lines of `to_csv`, with CSV_COLUMNS; the paper's are there if it has the task."""

@@ -19,7 +19,7 @@ from energymargin.evaluation.curves import CAPTURED, SUCCESS, Target, metrics_ag
 from energymargin.evaluation.labelled import Compared, compared_states, compared_trajectories
 from energymargin.metrics import ANY
 
-__all__ = ["Judged", "Ranks", "Words", "by_trajectory", "judged", "ranks"]
+__all__ = ["Ranks", "Words", "Wrongness", "by_trajectory", "ranks", "wrongness"]
 
 
 class Words(NamedTuple):
@@ -68,7 +68,7 @@ class Ranks(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Judged:
+class Wrongness:
     """A metric against its label: N states, or trajectories."""
 
     metric: str
@@ -91,7 +91,7 @@ class Judged:
         return [int(place) for place in order[np.sort(first)][:count]]
 
 
-def judged(labelled: LabelledScores, horizon: int, last: int) -> list[Judged]:
+def wrongness(labelled: LabelledScores, horizon: int, last: int) -> list[Wrongness]:
     """Every metric against its label, as `evaluate` holds them against each other."""
     of_states = [
         (metric, CAPTURED, compared_states(labelled, metric, horizon))
@@ -102,7 +102,7 @@ def judged(labelled: LabelledScores, horizon: int, last: int) -> list[Judged]:
         for metric in metrics_against(labelled, SUCCESS)
     ]
     return [
-        Judged(metric, target, compared, ranks(compared.scores, compared.labels))
+        Wrongness(metric, target, compared, ranks(compared.scores, compared.labels))
         for metric, target, compared in (*of_states, *of_trajectories)
     ]
 
@@ -120,7 +120,7 @@ def ranks(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> Ranks:
     return Ranks(beyond, level)
 
 
-def by_trajectory(every: Sequence[Judged], trajectories: int) -> NDArray[np.float64]:
+def by_trajectory(every: Sequence[Wrongness], trajectories: int) -> NDArray[np.float64]:
     """Mean wrongness of each trajectory's states, over all metrics of states; shape (T,), NaN if
     there is none."""
     total, count = np.zeros(trajectories), np.zeros(trajectories)

@@ -33,7 +33,7 @@ class Dask:
 
     def __post_init__(self) -> None:
         """Raises ValueError on what is no address."""
-        if isinstance(self.scheduler, str) and not re.search(r"\w:\d+$", self.scheduler):
+        if isinstance(self.scheduler, str) and not re.search(r"[\w\]]:\d+$", self.scheduler):
             raise ValueError(
                 f"scheduler is {self.scheduler!r}, expected an address such as tcp://127.0.0.1:8786"
             )

@@ -6,17 +6,17 @@ import asyncio
 import contextlib
 import logging
 import pickle
-import threading
 import time
+import uuid
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from energymargin.closing import Closing
-from energymargin.executors.dask_session import DaskSession, Event
-from energymargin.executors.dask_worker import installed_release
+from energymargin.executors.dask_worker import Answer, Task, installed_release, stop_pool
 from energymargin.executors.jobs import Job, Outcome
 
 if TYPE_CHECKING:
@@ -24,7 +24,12 @@ if TYPE_CHECKING:
 
 __all__ = ["DaskPool"]
 
-# Who reports in our thread that a connection has ended, which the pool's notices say better.
+CONNECT = 5.0  # [s] for the first connection, during which Dask tries again and again
+ANSWER = 2.0  # [s] until a scheduler that is asked for its workers is asked another time
+POLL = 0.5  # [s] between two questions for the workers
+CLOSE = 1.0  # [s] to leave the cluster
+
+# Who reports of the connection in Dask's thread, which the pool's notices say better.
 _NOISY = (
     "asyncio",
     "distributed.batched",
@@ -36,6 +41,7 @@ _NOISY = (
     "distributed.utils_comm",
     "tornado.application",
 )
+_DASKS_THREAD = "IO loop"
 
 
 class DaskPool(Closing):
@@ -70,36 +76,42 @@ class DaskPool(Closing):
             ValueError: an argument of another kind.
             ConnectionError: no scheduler answers.
         """
-        address, security = _scheduler(cluster)
+        self._address, security = _scheduler(cluster)
         if not patience >= 0:
             raise ValueError(f"patience is {patience!r}, but expected seconds, 0 or more")
         warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-        self._notice = notice
-        self._failure: Exception | None = None
-        self._jobs: set[int] = set()
+        self._name = uuid.uuid4().hex
+        self._release, self._release_of = release or release_of(), release_of
+        self._notice = notice or (lambda _words: None)
+        self._patience = patience
+        self._jobs: dict[int, bytes] = {}  # all that have not ended
+        self._waiting: deque[int] = deque()
+        self._suspects: deque[int] = deque()  # jobs beside which workers died
+        self._running: dict[Future[Answer | None], int] = {}
+        self._answers: SimpleQueue[Future[Answer | None]] = SimpleQueue()
         self._ended: list[Outcome] = []  # here, so that Ctrl-C in `take` loses none
-        self._events: SimpleQueue[Event] = SimpleQueue()
-        self._arguments = (address, security, release or release_of(), release_of, patience)
-        opened: Future[None] = Future()
-        self._thread = threading.Thread(target=self._work, args=(opened,), daemon=True)
-        self._thread.start()
-        try:
-            opened.result()
-        except KeyboardInterrupt:
-            if not opened.cancel() and opened.exception() is None:
-                self.close()
-            raise
+        self._failure: Exception | None = None
+        self._stopping = False
+        self._workers: dict[str, int] | None = None
+        self._next_look = 0.0
+        self._away: float | None = None  # since when
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(_quiet())
+            self._client = _connected(self._address, security, patience)
+            self._quiet = stack.pop_all()
+        self._loop = self._client.loop.asyncio_loop
+        self._look()
 
     @property
     def slots(self) -> int:
         """The workers' threads, as of half a second ago; 0 while there is no worker."""
-        return self._session.slots
+        return sum((self._workers or {}).values())
 
     def submit(self, job: int, function: Job, payload: Any) -> None:
         """As Pool.submit. Raises what pickle raises on a payload that it cannot send."""
-        pickled = pickle.dumps((function, payload))
-        self._jobs.add(job)
-        self._call(self._session.submit, job, pickled)
+        self._jobs[job] = pickle.dumps((function, payload))
+        self._waiting.append(job)
+        self._hand_out()
 
     def take(self, timeout: float) -> list[Outcome]:
         """As Pool.take.
@@ -108,81 +120,188 @@ class DaskPool(Closing):
             ConnectionError: the scheduler has been away for too long.
             RuntimeError: a worker cannot run jobs, or has another release.
         """
-        self._listen(timeout, lambda: bool(self._ended))
+        self._listen(timeout, lambda: bool(self._ended or self._failure))
         if self._failure is not None and not self._ended:
             raise self._failure
         return self._taken()
 
     def stop(self, timeout: float) -> list[Outcome]:
         """As Pool.stop; then cancels what has not come."""
-        self._call(self._stop)
+        self._stopping = True
+        for job in set(self._jobs) - set(self._running.values()):
+            self._forget(job)
+        asyncio.run_coroutine_threadsafe(self._tell_workers(), self._loop)
         self._listen(timeout, lambda: not self._jobs)
-        self._call(self._session.cancel)
+        self._cancel()
         return self._taken()
 
     def close(self) -> None:
         """Cancels what has not come, and leaves the cluster; a Client that was given stays."""
-        self._call(self._main.cancel)
-        self._thread.join(2.0)
+        self._stopping = True
+        self._cancel()
+        with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
+            self._client.close(timeout=CLOSE)
+        self._quiet.close()
 
     def _listen(self, timeout: float, enough: Callable[[], bool]) -> None:
+        """Until there is enough, or the timeout [s] is over."""
         end = time.monotonic() + timeout
-        with contextlib.suppress(Empty):
-            while not enough() and self._failure is None:
-                self._hear(self._events.get(timeout=max(0.0, end - time.monotonic())))
-            while True:
-                self._hear(self._events.get_nowait())
+        left = timeout
+        while True:
+            self._look()
+            self._hand_out()
+            with contextlib.suppress(Empty):
+                self._hear(self._answers.get(timeout=max(0.0, min(left, POLL))))
+                while True:
+                    self._hear(self._answers.get_nowait())
+            left = end - time.monotonic()
+            if enough() or left <= 0:
+                return
 
     def _taken(self) -> list[Outcome]:
         taken, self._ended = self._ended, []
         return taken
 
-    def _hear(self, event: Event) -> None:
-        if isinstance(event, Outcome):
-            self._jobs.discard(event.job)
-            self._ended.append(event)
-        elif isinstance(event, int):
-            self._jobs.discard(event)
-        elif isinstance(event, Exception):
-            self._failure = event
-        elif self._notice is not None:
-            self._notice(event)
+    # The scheduler and its workers.
 
-    def _call(self, function: Callable[..., object], *arguments: Any) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended, and said why
-            self._loop.call_soon_threadsafe(function, *arguments)
-
-    # In the thread of the event loop.
-
-    def _work(self, opened: Future[None]) -> None:
-        with _quiet():
-            asyncio.run(self._serve(opened))
-
-    async def _serve(self, opened: Future[None]) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._loop.set_exception_handler(lambda loop, context: None)  # of connections that ended
-        self._session = DaskSession(*self._arguments, happened=self._events.put)
-        try:
-            await self._session.open()
-        except Exception as error:
-            if opened.set_running_or_notify_cancel():
-                opened.set_exception(error)
+    def _look(self) -> None:
+        """Now and then: is the scheduler there, and which workers has it?"""
+        now = time.monotonic()
+        if now < self._next_look:
             return
-        if not opened.set_running_or_notify_cancel():  # Ctrl-C came before
-            await self._session.close()
+        self._next_look = now + POLL
+        if self._client.status != "running":
+            self._wait_for_scheduler(now)
             return
-        self._main = asyncio.create_task(self._session.run())
-        opened.set_result(None)
-        try:
-            await self._main
-        except asyncio.CancelledError:
-            pass
-        except Exception as error:
-            self._events.put(error)
-        await self._session.close()
+        if self._away is not None:
+            self._notice(f"the Dask scheduler is back after {now - self._away:.1f} s")
+            self._away = None
+        with contextlib.suppress(OSError, asyncio.TimeoutError):
+            ask = self._client.scheduler.ncores
+            self._count(self._client.sync(ask, callback_timeout=ANSWER))
 
-    def _stop(self) -> None:
-        self._stopping = asyncio.create_task(self._session.stop())
+    def _wait_for_scheduler(self, now: float) -> None:
+        """Dask tries to connect again, until the patience is over."""
+        if self._away is None:
+            self._away, self._workers = now, None
+            self._notice(
+                f"the Dask scheduler at {self._address} is away: trying again "
+                f"for up to {self._patience:g} s"
+            )
+        over = self._client.status == "closed" or now - self._away >= self._patience
+        if over and self._failure is None:
+            self._failure = ConnectionError(
+                f"the Dask scheduler at {self._address} has been away for {self._patience:g} s; "
+                "what is done is kept: when it is back, the same command goes on"
+            )
+
+    def _count(self, workers: dict[str, int]) -> None:
+        """Takes note of the workers' threads, and says what a person wants to know of it."""
+        before, self._workers = self._workers, dict(workers)
+        for address in set(before or ()) - set(workers):
+            self._notice(
+                f"the worker {address} is gone, {len(workers)} are left; "
+                "what it had at hand runs elsewhere"
+            )
+        if not workers and before != {}:
+            self._notice(
+                f"no workers at {self._address}: waiting for one (`dask worker {self._address}`)"
+            )
+
+    # The jobs.
+
+    def _hand_out(self) -> None:
+        """Starts what may start: all that waits, or one suspect with nothing beside it."""
+        if self._stopping or self._client.status != "running":
+            return
+        if not self._suspects:
+            while self._waiting:
+                self._start(self._waiting.popleft())
+        elif not self._running:
+            self._start(self._suspects[0])
+
+    def _start(self, job: int) -> None:
+        task = Task(self._name, self._release, self._release_of, self._jobs[job])
+        answer = asyncio.run_coroutine_threadsafe(self._answer(pickle.dumps(task)), self._loop)
+        self._running[answer] = job
+        answer.add_done_callback(self._answers.put)
+
+    async def _answer(self, task: bytes) -> Answer | None:
+        """In Dask's thread: what a worker answers. None if the task was lost: Dask's Client cancels
+        all that it waits for when it loses the scheduler, even if it finds it again at once."""
+        future = None
+        try:
+            key = f"energymargin-{uuid.uuid4().hex}"
+            future = self._client.submit(pickle.loads, task, key=key, pure=False)
+            answer: Answer = await future
+        except (Exception, asyncio.CancelledError):
+            if future is not None and future.status == "error":
+                raise
+            return None
+        return answer
+
+    async def _tell_workers(self) -> None:
+        """In Dask's thread: jobs that run return what they have, and the others do not start."""
+        with contextlib.suppress(Exception):  # whoever does not hear it is cancelled later
+            await self._client.run(stop_pool, self._name, on_error="ignore")
+
+    def _cancel(self) -> None:
+        for answer in list(self._running):
+            answer.cancel()
+
+    def _hear(self, future: Future[Answer | None]) -> None:
+        from distributed import KilledWorker
+
+        job = self._running.pop(future)
+        try:
+            answer = None if future.cancelled() else future.result()
+        except KilledWorker as killed:
+            self._killed(job, killed)
+        except Exception as error:
+            self._failure = self._cannot_run(error)
+        else:
+            self._answered(job, answer)
+
+    def _killed(self, job: int, killed: distributed.KilledWorker) -> None:
+        """Dask blames all that its dead workers had at hand; guilty is who kills them alone."""
+        if job in self._suspects:
+            worker = killed.last_worker.address
+            self._end(Outcome(job, died=f"its worker died each time, the last one {worker}"))
+        else:
+            self._suspects.append(job)
+
+    def _cannot_run(self, error: Exception) -> RuntimeError:
+        """Jobs' own errors come as answers, so this is of a worker that cannot run them."""
+        return RuntimeError(
+            f"the workers of {self._address} cannot run jobs of this energymargin "
+            f"({self._release}): {type(error).__name__}: {error}; "
+            "they need the same release of it, and the same Python"
+        )
+
+    def _answered(self, job: int, answer: Answer | None) -> None:
+        kind, data = answer or ("skipped", b"")
+        if kind == "refused":
+            words = pickle.loads(data)
+            self._failure = RuntimeError(f"{words}; install the same release of energymargin there")
+        elif kind == "skipped" and self._stopping:
+            self._forget(job)
+        elif kind == "skipped" or (kind == "stopped" and not self._stopping):
+            self._again(job)  # it was lost, or its worker was closing
+        else:
+            self._end(_outcome(job, kind == "error", data))
+
+    def _again(self, job: int) -> None:
+        if job not in self._suspects:
+            self._waiting.append(job)
+
+    def _end(self, outcome: Outcome) -> None:
+        self._forget(outcome.job)
+        self._ended.append(outcome)
+
+    def _forget(self, job: int) -> None:
+        self._jobs.pop(job, None)
+        if job in self._suspects:
+            self._suspects.remove(job)
 
 
 def _scheduler(cluster: str | distributed.Client) -> tuple[str, Any]:
@@ -203,13 +322,40 @@ def _scheduler(cluster: str | distributed.Client) -> tuple[str, Any]:
     )
 
 
+def _connected(address: str, security: Any, patience: float) -> Any:
+    """A Client that, once it was connected, looks for a lost scheduler as long as the patience."""
+    from distributed import Client
+
+    options = {"security": security, "set_as_default": False, "name": "energymargin"}
+    try:
+        Client(address, timeout=CONNECT, **options).close(timeout=CLOSE)
+        return Client(address, timeout=max(patience, CONNECT), **options)
+    except (OSError, asyncio.TimeoutError) as error:
+        raise ConnectionError(
+            f"no Dask scheduler answers at {address} within {CONNECT:g} s; "
+            "start one with `dask scheduler`, or check the address"
+        ) from error
+    except ValueError as error:
+        raise ValueError(
+            f"cluster is {address!r}, but expected the address of a Dask scheduler, "
+            f"as tcp://127.0.0.1:8786: {error}"
+        ) from error
+
+
+def _outcome(job: int, is_error: bool, data: bytes) -> Outcome:
+    try:
+        value = pickle.loads(data)
+    except Exception as error:
+        return Outcome(job, error=error)
+    return Outcome(job, error=value) if is_error else Outcome(job, value)
+
+
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keeps Dask's reports on connections of this thread from the terminal."""
-    ours = threading.get_ident()
+    """Keeps Dask's reports on connections from the terminal."""
 
     def others(record: logging.LogRecord) -> bool:
-        return record.thread != ours
+        return record.threadName != _DASKS_THREAD
 
     for name in _NOISY:
         logging.getLogger(name).addFilter(others)

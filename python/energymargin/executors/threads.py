@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from energymargin._core import ScoreRun
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.executors.session import Executor, Pace, Row, Work
 from energymargin.metrics import METRICS
 from energymargin.settings import SearchSettings
-from energymargin.tasks.base import whole_number
 
 __all__ = ["Threads", "add_to_run", "chosen_executor", "core_count", "thread_count"]
 

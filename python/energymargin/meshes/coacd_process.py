@@ -1,4 +1,4 @@
-"""A process of its own that takes one mesh apart, so that Ctrl-C can end it at any time.
+"""A process of its own that decomposes one mesh, so that Ctrl-C can end it at any time.
 
 Run by path with a folder, it reads `mesh.npz` there and writes `parts.npz`. It does not import the
 package, which would take it longer than most meshes do.

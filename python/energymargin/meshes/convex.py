@@ -39,6 +39,10 @@ POLL = 0.02  # s; Ctrl-C is answered within it
 # Parts with less than this share of the whole hull's volume are flat but for rounding.
 NOTHING = 1e-9
 
+# Where no point sticks out of the thinned hull by more than this share of its size, it is the same.
+SAME = 2e-3
+OPTIONS = "Qt Q12"  # facets of triangles; wide ones, of rounded points, are no error
+
 
 def decomposed(
     vertices: NDArray[np.float64],
@@ -70,7 +74,7 @@ def decomposed(
     )
     parts = _load(kept)
     if parts is None:
-        log.info("taking %s apart into convex parts", name)
+        log.info("decomposing %s into convex parts", name)
         raw = _run(vertices, faces, settings, name, limit)
         least = NOTHING * hull_volume(vertices)
         parts = [corners(points, max_points) for points in raw if hull_volume(points) > least]
@@ -124,20 +128,15 @@ def _wait(process: subprocess.Popen[bytes], name: str, limit: Limit) -> None:
     told = False
     while process.poll() is None:
         time.sleep(POLL)
-        limit.require(f"{name} was taken apart")
+        limit.require(f"{name} was decomposed")
         if not told and time.monotonic() - start > PATIENCE:
             log.warning(
-                "%s is still being taken apart into convex parts, once: they are kept in %s. A "
+                "%s is still being decomposed into convex parts, once: they are kept in %s. A "
                 "greater threshold is faster, and decompose=False takes the hull at once",
                 name,
                 cache_folder(),
             )
             told = True
-
-
-# Where no point sticks out of the thinned hull by more than this share of its size, it is the same.
-SAME = 2e-3
-OPTIONS = "Qt Q12"  # facets of triangles; wide ones, of rounded points, are no error
 
 
 def hull_volume(points: NDArray[np.float64]) -> float:

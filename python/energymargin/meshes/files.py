@@ -36,7 +36,7 @@ FILLED = 0.1
 LEAST_THRESHOLD = 0.01  # coacd's own
 PRIMITIVES = ("triangles", "polylist", "polygons")  # of a DAE file
 MAX_CORNERS = 10_000  # of a face: a round cap has hundreds
-MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is taken apart as a whole
+MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is decomposed as a whole
 
 
 def mesh(
@@ -54,7 +54,7 @@ def mesh(
 
     The file's numbers are metres, times `scale`, one number or one for each axis; a DAE file's own
     unit is applied, and its up axis is not. Several geometries in a file are joined. A closed
-    surface that is convex within 1 % of its volume becomes one part, any other is taken apart with
+    surface that is convex within 1 % of its volume becomes one part, any other is decomposed with
     coacd: `threshold` is the concavity that a part may keep, as a share of the mesh's size, and
     `seed` that of coacd's search. `decompose=False` takes the convex hull of it all instead. A part
     has `max_points` corners at most.
@@ -68,7 +68,7 @@ def mesh(
     error if even the least threshold fills a cavity, or if a surface may be one or not.
 
     Parts are kept in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so that
-    the same mesh is taken apart once. Raises FileNotFoundError; ValueError that names what is wrong
+    the same mesh is decomposed once. Raises FileNotFoundError; ValueError that names what is wrong
     with the file or an argument; RuntimeError if coacd fails; ImportError without the extra [urdf];
     TimeoutError if it takes longer than `timeout` [s], and Cancelled once `cancel` is set.
     """
@@ -87,17 +87,17 @@ def mesh(
     if not decompose:
         solid = _solid_of_hull(shells, path, limit) if shells else None
         return Compound([ConvexHull(corners(vertices, max_points))], solid=solid)
-    cut = _Cut(path, threshold, max_points, seed, limit)
+    decomposition = _Decomposition(path, threshold, max_points, seed, limit)
     if shells is None:
         _require_no_cavity(whole, path, limit)
-        return Compound([ConvexHull(part) for part in cut.parts(whole, closed=False)])
+        return Compound([ConvexHull(part) for part in decomposition.parts(whole, closed=False)])
     bodies = solids(shells, path, limit)
     solid = _solid(_joined(shells))
     if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
-        parts = cut.parts(whole, closed=False)
+        parts = decomposition.parts(whole, closed=False)
     else:
         size = float(whole.extents.max())
-        parts = [part for body in bodies for part in cut.parts_of(body, size)]
+        parts = [part for body in bodies for part in decomposition.parts_of(body, size)]
     return Compound([ConvexHull(part) for part in parts], solid=solid)
 
 
@@ -270,8 +270,8 @@ def _require_volume(vertices: NDArray[np.float64], path: Path) -> None:
 
 
 @dataclass(frozen=True)
-class _Cut:
-    """How the surfaces of a file are taken apart."""
+class _Decomposition:
+    """How the solids of a file become convex parts."""
 
     path: Path
     threshold: float
@@ -291,8 +291,8 @@ class _Cut:
         points = [_points_within(cavity) for cavity in body.cavities]
         threshold = min(threshold, 0.5)
         while True:
-            cut = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
-            parts = cut.parts(surface, closed=True, hollow=True)
+            decomposition = replace(self, threshold=max(threshold, LEAST_THRESHOLD))
+            parts = decomposition.parts(surface, closed=True, hollow=True)
             filled = max(_filled(inside, parts) for inside in points)
             if filled <= FILLED:
                 return parts
@@ -381,5 +381,5 @@ def _solid_of_hull(shells: list[Trimesh], path: Path, limit: Limit) -> MassPrope
 def _solid(closed: Trimesh) -> MassProperties:
     """Exact mass properties of a closed mesh of 1 kg."""
     volume = float(closed.volume)
-    spread = Inertial(closed.center_mass, inertia=closed.moment_inertia / volume)
-    return MassProperties(volume, spread.center, spread.moments, spread.axes)
+    inertial = Inertial(closed.center_mass, inertia=closed.moment_inertia / volume)
+    return MassProperties(volume, inertial.center, inertial.moments, inertial.axes)

@@ -10,10 +10,10 @@ import numpy as np
 from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores
 from energymargin.metrics import unit, value_text
-from energymargin.notebook.tables import MOST_ROWS, Row, grid, table
+from energymargin.notebook.tables import MOST_ROWS, NamedValue, grid, table
 from energymargin.scoring import ScoreTable
 from energymargin.store import Run, ScoreStore
-from energymargin.tasks.base import Trajectory
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "dataset",
@@ -94,7 +94,7 @@ def trajectory(recorded: Trajectory) -> str:
     """Its frames and labels, and what was drawn for it."""
     captured = recorded.captured
     lost = "" if captured.all() else f", first lost at {recorded.times[captured.argmin()]:.3g} s"
-    rows: list[Row] = [
+    rows: list[NamedValue] = [
         ("frames", f"{len(recorded)}, {recorded.times[0]:.3g} to {recorded.times[-1]:.3g} s"),
         ("captured", f"{int(captured.sum())} frames{lost}"),
         ("success", _yes(recorded.success)),

@@ -7,7 +7,7 @@ from typing import Any
 
 from energymargin._core import Plan, Problem, Scene
 from energymargin.future_text import future_rows, plan_rows
-from energymargin.notebook.tables import Row, beside, drawn, grid, table
+from energymargin.notebook.tables import NamedValue, beside, drawn, grid, table
 
 __all__ = ["plan", "problem", "scene"]
 
@@ -24,7 +24,7 @@ def problem(asked: Problem) -> str:
         "capture set of at least one object": asked.captured_any,
         "bounds of the search": asked.within,
     }
-    rows: list[Row] = [
+    rows: list[NamedValue] = [
         ("bodies", _bodies_in_words(asked.scene)),
         ("largest force", _vector(asked.force, "N")),
         ("largest torque", _vector(asked.torque, "N m")),

@@ -14,7 +14,7 @@ from energymargin._core import (
     ForceScore,
     Tree,
 )
-from energymargin.notebook.tables import Row, beside, drawn, table
+from energymargin.notebook.tables import NamedValue, beside, drawn, table
 
 __all__ = [
     "capture_probability",
@@ -37,7 +37,7 @@ def capture_score(score: CaptureScore) -> str:
     """Likelihoods with their standard errors, if there are several trees."""
     if not (score.nodes or score.complete):
         return table("Capture score", [], NOTHING_SEARCHED)
-    rows: list[Row] = []
+    rows: list[NamedValue] = []
     for which in ("capture", "success", "capture_any", "success_any"):
         value = getattr(score, which)
         if value is not None:
@@ -61,7 +61,7 @@ def escape_effort(result: EscapeEffort) -> str:
     """The effort, and when it was found."""
     if not (result.nodes or result.complete):
         return table("Effort of escape", [], NOTHING_SEARCHED)
-    rows: list[Row] = [("effort", _energy(result.effort))]
+    rows: list[NamedValue] = [("effort", _energy(result.effort))]
     if math.isfinite(result.effort):
         rows.append(("path", f"{max(len(result.path) - 1, 0)} edges"))
         rows.append(("found at node", result.history[-1][0] if result.history else 0))
@@ -73,7 +73,7 @@ def escape_energy(result: EscapeEnergy) -> str:
     """The barrier, and how it was found."""
     if not (result.samples or result.complete):
         return table("Escape energy", [], NOTHING_SEARCHED)
-    rows: list[Row] = [("energy", _energy(result.energy))]
+    rows: list[NamedValue] = [("energy", _energy(result.energy))]
     if math.isfinite(result.energy):
         rows.append(("path", f"{len(result.path)} states, the barrier at row {result.barrier}"))
     rows.append(("poses drawn", result.samples))
@@ -101,7 +101,7 @@ def _without_noise(value: float) -> str:
 
 def tree(found: Tree) -> str:
     """How large a search tree is."""
-    rows: list[Row] = [
+    rows: list[NamedValue] = [
         ("nodes", f"{len(found) - 1} and the root"),
         ("numbers in a state", found.states.shape[1]),
         ("largest cost", _energy(float(found.costs.max()))),
@@ -127,7 +127,7 @@ def _unfinished(complete: bool) -> str:
 def capture_probability(found: CaptureProbability) -> str:
     """The probability with its interval, what became of it undisturbed, and the curve beside."""
     horizon = float(found.times[-1])
-    rows: list[Row] = [
+    rows: list[NamedValue] = [
         (f"captured for {horizon:.3g} s", _with_interval(found, found.captured, "captured")),
         ("mean time captured", f"{found.mean_time:.3g} s"),
         ("undisturbed", _undisturbed(found)),

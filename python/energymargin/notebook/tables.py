@@ -9,16 +9,16 @@ from html import escape
 from importlib.util import find_spec
 from typing import Any
 
-__all__ = ["MOST_ROWS", "Row", "beside", "drawn", "grid", "note", "table"]
+__all__ = ["MOST_ROWS", "NamedValue", "beside", "drawn", "grid", "note", "table"]
 
-Row = tuple[str, object]
+NamedValue = tuple[str, object]
 MOST_ROWS = 12  # of a long table
 CELL = "text-align:left;padding:0.1em 1em 0.1em 0"
 
 RESOLUTION = 80  # dots an inch
 
 
-def table(title: str, rows: Iterable[Row], said: str = "") -> str:
+def table(title: str, rows: Iterable[NamedValue], said: str = "") -> str:
     """Names and values, a line each, and what is said below."""
     lines = "".join(
         f'<tr><th style="{CELL};font-weight:normal">{escape(name)}</th>'

@@ -1,4 +1,4 @@
-"""How well scores tell labels apart: ROC, and precision over recall."""
+"""How well scores predict labels: ROC, and precision over recall."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from energymargin.checks import yes_or_no
 from energymargin.evaluation import Among, LabelledScores, curves
-from energymargin.evaluation.cells import short
 from energymargin.evaluation.curves import (
     CAPTURED,
     OneLabelError,
@@ -28,7 +28,7 @@ from energymargin.plots.styles import (
     light_grid,
     metric_style,
 )
-from energymargin.tasks.base import yes_or_no
+from energymargin.shares import short
 
 __all__ = ["plot_precision_recall", "plot_roc"]
 
@@ -176,7 +176,7 @@ def _finish(ax: Axes, lacking: Mapping[str, str], target: str) -> None:
     for metric, why in lacking.items():
         ax.plot([], [], linestyle="", label=f"{metric}: {why}")
     if lacking and len(ax.get_lines()) <= len(lacking) + 1:
-        ax.text(0.5, 0.5, "nothing to tell apart", ha="center", transform=ax.transAxes)
+        ax.text(0.5, 0.5, "one label alone", ha="center", transform=ax.transAxes)
     ax.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
     ax.set_title(target, fontsize=10)
     light_grid(ax)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from energymargin._core import EscapeEffort
+from energymargin.checks import yes_or_no
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     axes_or_new,
@@ -19,7 +20,6 @@ from energymargin.plots.styles import (
     light_grid,
     nodes_in_words,
 )
-from energymargin.tasks.base import yes_or_no
 
 __all__ = ["plot_effort"]
 

@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from energymargin._core import Problem
+from energymargin.checks import yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_ghost
 from energymargin.plots.legends import draw_state_legend, state_legend
 from energymargin.plots.sets import leaving_objects
 from energymargin.plots.states import AROUND, plot_state
 from energymargin.plots.styles import LOST_COLOR, axes_or_new
-from energymargin.tasks.base import yes_or_no
 from energymargin.undisturbed import Undisturbed, undisturbed
 
 __all__ = ["plot_future"]

@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
-from matplotlib.figure import Figure, SubFigure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -27,7 +26,7 @@ from energymargin.plots.trees import Escape, Result, escape_in_words, escape_lin
 __all__ = ["Notes", "draw_state_legend", "score_title", "state_legend", "state_title"]
 
 MOST_NAMES = 3  # of bodies without a role
-MOST_ROOM = 0.6  # of axes that the caller brought, for a legend below
+NAMES = 30  # points that the numbers and the name of the x axis are high
 Notes = tuple[str, str, str]
 
 
@@ -116,28 +115,18 @@ def _unfinished(result: Result) -> str:
 
 
 def draw_state_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
-    """Below the axes, over no data. Axes that the caller brought make room for it."""
-    options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
+    """Below the axes, over no data. Axes that the caller brought stay where they are: a layout
+    engine makes room for it, or else the caller does."""
     figure = ax.get_figure()
     assert figure is not None
+    options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
     if own_figure:
         outside = partial(figure.legend, loc="outside lower center", **options)
         _as_wide_as(figure.bbox.width, outside)
     else:
-        _draw_below(ax, figure, options)
-
-
-def _draw_below(ax: Axes, figure: Figure | SubFigure, options: dict[str, Any]) -> None:
-    """Under the label of the x axis, no wider than the axes are now, if it can be."""
-    named = ax.xaxis.get_tightbbox()
-    down = ax.bbox.y0 - named.y0 if named is not None else 0.0  # pixels
-    lower = ScaledTranslation(0.0, -down / figure.dpi, figure.dpi_scale_trans)
-    options |= {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": ax.transAxes + lower}
-    width = ax.get_position(original=True).width * figure.bbox.width
-    legend = _as_wide_as(width, partial(ax.legend, loc="upper center", **options))
-    if figure.get_layout_engine() is None:  # else the layout makes room
-        height = legend.get_window_extent().height + 2 * LEGEND_SIZE * figure.dpi / 72
-        _make_room(ax, figure, down, height)
+        below = ax.transAxes + ScaledTranslation(0.0, -NAMES / 72, figure.dpi_scale_trans)
+        options |= {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
+        ax.legend(loc="upper center", ncols=2, **options)
 
 
 def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:
@@ -148,19 +137,3 @@ def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:
             return legend
         legend.remove()
     return make(ncols=1)
-
-
-def _make_room(ax: Axes, figure: Figure | SubFigure, named: float, legend: float) -> None:
-    """Raises the lower end of the axes, below which are names and a legend of these heights
-    [pixels]; room for the names is there, below the last row of axes as much as there is."""
-    place, spec = ax.get_position(original=True), ax.get_subplotspec()
-    last = spec is None or spec.is_last_row()
-    there = place.y0 * figure.bbox.height if last else named
-    room = max(0.0, named + legend - there) / (place.height * figure.bbox.height)
-    share = min(room, MOST_ROOM)  # of the axes' height
-    if spec is None:
-        low = place.y0 + share * place.height
-        ax.set_position((place.x0, low, place.width, place.y1 - low))
-    else:
-        ratios = (1.0 - share, share)
-        ax.set_subplotspec(spec.subgridspec(2, 1, height_ratios=ratios, hspace=0.0)[0])

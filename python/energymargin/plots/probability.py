@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureProbability, Survival
+from energymargin.checks import one_of, yes_or_no
 from energymargin.plots.styles import (
     LineStyle,
     axes_or_new,
@@ -15,7 +16,6 @@ from energymargin.plots.styles import (
     draw_legend,
     light_grid,
 )
-from energymargin.tasks.base import one_of, yes_or_no
 
 __all__ = ["plot_probability"]
 

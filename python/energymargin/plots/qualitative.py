@@ -11,12 +11,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from energymargin._core import CaptureScore, Problem, capture_score, stream
+from energymargin.checks import whole_number
 from energymargin.outlines import Limits, view_of
 from energymargin.plots.legends import score_title, state_legend
 from energymargin.plots.sets import lost_objects
 from energymargin.plots.states import plot_state
 from energymargin.plots.trees import draw_color_bar, most_cost
-from energymargin.tasks.base import Task, Trajectory, plane_of, whole_number
+from energymargin.tasks.base import Task, plane_of
+from energymargin.trajectories import Trajectory
 
 __all__ = ["figure_qualitative"]
 

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from energymargin._core import EscapeEffort, Problem, Tree
+from energymargin.checks import positive_number, whole_number, yes_or_no
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.bodies import draw_bodies, draw_ghost
 from energymargin.plots.legends import draw_state_legend, state_legend, state_title
@@ -34,7 +35,7 @@ from energymargin.plots.trees import (
     in_view,
     most_cost,
 )
-from energymargin.tasks.base import positive_number, whole_number, yes_or_no
+from energymargin.regions import Region
 
 __all__ = ["plot_state"]
 
@@ -79,9 +80,10 @@ def plot_state(
     `plane` is looked at along the third axis. None takes the one across the axis along which
     nothing can move, else the two axes along which the objects of the tree get about most, or along
     which the moving bodies are longest; a task's own is `tasks.base.plane_of(task)`. `limits` are
-    the ranges of the plane's axes [m]. `legend` is below; None draws one if there is no `ax`. The
-    bodies of `ghosts` random nodes are drawn half transparent, chosen by `seed`. `detail` is how
-    many cells the sets have along the view's longer side.
+    the ranges of the plane's axes [m]. `legend` is below; None draws one if there is no `ax`, and
+    `state_legend` has what it shows, for another place. The bodies of `ghosts` random nodes are
+    drawn half transparent, chosen by `seed`. `detail` is how many cells the sets have along the
+    view's longer side.
 
     Returns `ax`, or the axes of a new figure. Raises ValueError on a result of another problem.
     """
@@ -108,10 +110,8 @@ def plot_state(
     if legend:
         handles = state_legend(problem, (*notes, view.unseen), tree=crosses, escape=way)
         draw_state_legend(ax, handles, own_figure=own_figure)
-    if color_bar and view.tree is not None:  # after the legend, which may make the axes smaller
+    if color_bar and view.tree is not None:
         _draw_color_bar(ax, view.tree, costs)
-    if legend and not own_figure:  # else a layout sees too late what is below axes of equal scales
-        ax.set_anchor("SE" if color_bar else "S")
     return ax
 
 
@@ -246,17 +246,15 @@ def _draw_sets(ax: Axes, view: _View, detail: int) -> tuple[str, str]:
     """Success set below capture set; returns what a legend says of where capture and success set
     are."""
     captured, succeeded = sets_of(view.problem)
-    looks = (
-        (succeeded, {"color": SUCCEEDED_COLOR, "line": "dashed", "order": 0}),
-        (captured, {"color": CAPTURED_COLOR, "line": "solid", "order": 1}),
-    )
     shown: dict[str, Any] = {"detail": detail, "seen": view.states[view.inside]}
-    of_succeeded, of_captured = (
-        ""
-        if region is None
-        else draw_set(ax, view.problem, region, view.limits, view.plane, **look, **shown)
-        for region, look in looks
-    )
+
+    def draw(region: Region | None, **look: Any) -> str:
+        if region is None:
+            return ""
+        return draw_set(ax, view.problem, region, view.limits, view.plane, **look, **shown)
+
+    of_succeeded = draw(succeeded, color=SUCCEEDED_COLOR, line="dashed", order=0)
+    of_captured = draw(captured, color=CAPTURED_COLOR, line="solid", order=1)
     return of_captured, of_succeeded
 
 

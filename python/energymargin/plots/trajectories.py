@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import AutoLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
 
+from energymargin.checks import one_of, yes_or_no
 from energymargin.metrics import ANY, KINDS, of_kind
 from energymargin.plots.series import Along, checked
 from energymargin.plots.styles import (
@@ -22,7 +23,6 @@ from energymargin.plots.styles import (
     light_grid,
     metric_style,
 )
-from energymargin.tasks.base import one_of, yes_or_no
 
 __all__ = ["figure_scores", "plot_scores"]
 

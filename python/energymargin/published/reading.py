@@ -18,7 +18,8 @@ from energymargin.published.folder import SIMULATED, Columns, of_part, read_colu
 from energymargin.published.recordings import recorded_dataset, recorded_scores
 from energymargin.published.task import SimulatedTask
 from energymargin.store.given import add_scores as add_run
-from energymargin.tasks.base import Params, Trajectory
+from energymargin.tasks.base import Params
+from energymargin.trajectories import Trajectory
 
 __all__ = ["add_scores", "dataset", "labelled_scores", "matched_interval"]
 

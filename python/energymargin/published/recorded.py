@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Compound, ConvexHull, Part, Region, Scene
+from energymargin.checks import one_of
 from energymargin.published.planar import Sweep, SweptTask
 from energymargin.published.task import Vector
-from energymargin.tasks.base import STEP, Params, one_of
+from energymargin.tasks.base import STEP, Params
 
 __all__ = ["OBJECTS", "TOOLS", "PublishedRecorded", "outlines", "prism"]
 
@@ -131,11 +132,11 @@ class PublishedRecorded(SweptTask):
         near = _below(WALL_Y + TOUCHING[self.object] + SLACK[self.object])
         if self.object not in ALIGNED:
             return near
-        spread = np.radians(ALIGNED[self.object])
+        tolerance = np.radians(ALIGNED[self.object])
         axis = (0.0, 1.0, 0.0)
         if self.object == "concave":
-            return near & regions.Tilt("object", axis, axis, spread)
-        sides = [regions.Tilt("object", axis, (side, 0.0, 0.0), spread) for side in (1.0, -1.0)]
+            return near & regions.Tilt("object", axis, axis, tolerance)
+        sides = [regions.Tilt("object", axis, (side, 0.0, 0.0), tolerance) for side in (1.0, -1.0)]
         return near & (sides[0] | sides[1])
 
     def _reach(self, yaw: NDArray[np.float64]) -> NDArray[np.float64]:

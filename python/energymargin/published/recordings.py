@@ -17,7 +17,7 @@ from energymargin.published.folder import read_columns, require_same
 from energymargin.published.planar import placed
 from energymargin.published.recorded import CLEARANCE, HEIGHT, PublishedRecorded
 from energymargin.scenes import moved_apart
-from energymargin.tasks.base import Trajectory
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "Track",

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from energymargin._core import Contact, Plan, Problem, Region, Scene, World
 from energymargin.scenes import moved_apart
-from energymargin.tasks.base import STEP, Params, Trajectory
+from energymargin.tasks.base import STEP, Params
+from energymargin.trajectories import Trajectory
 
 __all__ = ["DEEPEST", "PublishedTask", "SimulatedTask", "Vector"]
 

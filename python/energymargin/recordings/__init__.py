@@ -4,9 +4,8 @@ In the plane: of each of two bodies x, y and yaw. Poses in space are not read.
 """
 
 from energymargin.recordings.columns import Columns
-from energymargin.recordings.placement import Placed, placed
 from energymargin.recordings.reading import read_csv
-from energymargin.recordings.recording import Mended, Motion, Recording
+from energymargin.recordings.recording import Mended, Motion, Placed, Recording, placed
 from energymargin.recordings.table import read_frame_labels, read_labels
 from energymargin.recordings.trajectories import RecordedTask, dataset
 

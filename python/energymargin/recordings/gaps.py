@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.table import Table
+from energymargin.recordings.table import FrameTable
 
 __all__ = ["Clock", "filled_clock", "require_short_gaps"]
 
@@ -26,7 +26,7 @@ class Clock:
 
 
 def require_short_gaps(
-    table: Table, body: str, good: NDArray[np.bool_], longest_gap: float
+    table: FrameTable, body: str, good: NDArray[np.bool_], longest_gap: float
 ) -> None:
     """Raises ValueError with the line after a longer time without a good pose of this body."""
     times = table.values["time"]
@@ -45,7 +45,7 @@ def require_short_gaps(
         )
 
 
-def filled_clock(table: Table) -> Clock:
+def filled_clock(table: FrameTable) -> Clock:
     """With the frames whose numbers are missing, at times in between.
 
     A camera of which every n-th frame is kept has frames whose numbers rise by n. Raises ValueError

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.recordings.columns import of_body
-from energymargin.recordings.table import Source, Table
+from energymargin.recordings.table import FrameTable, SourceFile
 
 __all__ = ["require_agreement", "require_clock", "require_units"]
 
@@ -24,7 +24,7 @@ DISAGREEMENT = 0.5  # of the larger velocity
 LEAST_DISAGREEMENT = (0.01, 0.2)  # m/s, rad/s; three times what noise makes of poses
 
 
-def require_clock(table: Table) -> None:
+def require_clock(table: FrameTable) -> None:
     """Frames and times rise, and the time is in its unit."""
     for name in ("frame", "time"):
         values = table.values[name]
@@ -44,7 +44,7 @@ def require_clock(table: Table) -> None:
         )
 
 
-def require_units(table: Table, body: str) -> None:
+def require_units(table: FrameTable, body: str) -> None:
     """Positions, angles and their changes are those of something on a table."""
     poses, _ = of_body(body)
     for name in poses:
@@ -83,7 +83,7 @@ def _usual(rates: NDArray[np.float64]) -> float:
 
 
 def require_agreement(
-    source: Source,
+    source: SourceFile,
     body: str,
     given: NDArray[np.float64],
     derived: NDArray[np.float64],
@@ -131,8 +131,8 @@ def _explanation(
     changed = {reason: change(given)[:, columns] for reason, change in _CHANGES.items()}
     if of_other is not None:
         changed["they are those of the other body"] = of_other[:, columns]
-    apart = {reason: _rms(rates - derived[:, columns]) for reason, rates in changed.items()}
-    reason = min(apart, key=lambda reason: apart[reason])
+    differences = {reason: _rms(rates - derived[:, columns]) for reason, rates in changed.items()}
+    reason = min(differences, key=lambda reason: differences[reason])
     if _contradict(changed[reason], derived[:, columns], least):
         return "Are columns swapped, or units others? They may be left out"
     return f"It would fit if {reason}"

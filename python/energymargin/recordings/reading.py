@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import positive_number, yes_or_no
 from energymargin.recordings import columns as layouts
 from energymargin.recordings.columns import BODIES, Columns, of_body
 from energymargin.recordings.gaps import Clock, filled_clock, require_short_gaps
@@ -19,8 +20,7 @@ from energymargin.recordings.outliers import LEAST_JUMP, LEAST_TURN, jumps
 from energymargin.recordings.plausible import require_agreement, require_clock, require_units
 from energymargin.recordings.recording import Mended, Motion, Recording
 from energymargin.recordings.smoothing import LEAST_FRAMES, SMOOTHING, smoothed
-from energymargin.recordings.table import Table, read_table
-from energymargin.tasks.base import positive_number, yes_or_no
+from energymargin.recordings.table import FrameTable, read_table
 
 __all__ = ["LONGEST_GAP", "read_csv"]
 
@@ -60,7 +60,7 @@ class _Track:
 class _Sightings:
     """The R rows of a file, and what the camera saw of both bodies in them."""
 
-    table: Table
+    table: FrameTable
     tracks: tuple[_Track, ...]
 
     def between_ends(self) -> _Sightings:
@@ -68,7 +68,7 @@ class _Sightings:
         ends = [np.flatnonzero(track.good)[[0, -1]] for track in self.tracks]
         first, last = max(first for first, _ in ends), min(last for _, last in ends)
         rows = slice(first, last + 1)
-        table = Table(
+        table = FrameTable(
             self.table.source,
             self.table.lines[rows],
             {name: values[rows] for name, values in self.table.values.items()},
@@ -138,15 +138,15 @@ def read_csv(
     )
 
 
-def _with_frames(table: Table) -> Table:
+def _with_frames(table: FrameTable) -> FrameTable:
     """A file without numbers of frames has none missing."""
     if "frame" in table.values:
         return table
     numbers = np.arange(len(table.lines), dtype=float)
-    return Table(table.source, table.lines, {"frame": numbers, **table.values})
+    return FrameTable(table.source, table.lines, {"frame": numbers, **table.values})
 
 
-def _track(table: Table, body: str, least: tuple[float, float]) -> _Track:
+def _track(table: FrameTable, body: str, least: tuple[float, float]) -> _Track:
     """Checked for units; outliers are known."""
     require_units(table, body)
     of_pose, of_velocity = of_body(body)
@@ -165,12 +165,12 @@ def _track(table: Table, body: str, least: tuple[float, float]) -> _Track:
     return _Track(body, poses, velocities, seen, jumped)
 
 
-def _require_enough(table: Table, count: int, what: str) -> None:
+def _require_enough(table: FrameTable, count: int, what: str) -> None:
     if count < LEAST_FRAMES:
         raise table.source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
 
 
-def _mended(table: Table, sightings: _Sightings, clock: Clock) -> Mended:
+def _mended(table: FrameTable, sightings: _Sightings, clock: Clock) -> Mended:
     """What becomes of the frames of a file, of which those between the ends are kept."""
     kept, tracks = sightings.table, sightings.tracks
     return Mended(
@@ -181,11 +181,11 @@ def _mended(table: Table, sightings: _Sightings, clock: Clock) -> Mended:
     )
 
 
-def _frames(table: Table, rows: NDArray[np.bool_]) -> tuple[int, ...]:
+def _frames(table: FrameTable, rows: NDArray[np.bool_]) -> tuple[int, ...]:
     return tuple(int(number) for number in table.values["frame"][rows])
 
 
-def _require_little(table: Table, mended: Mended, frames: int, *, mend: bool) -> None:
+def _require_little(table: FrameTable, mended: Mended, frames: int, *, mend: bool) -> None:
     """Raises ValueError if more was mended than may be."""
     wrong = sorted({*mended.frames, *mended.left_out})
     if wrong and not mend:

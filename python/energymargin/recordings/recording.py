@@ -1,21 +1,31 @@
-"""A recording: when, where two bodies were and how they moved, and what was mended."""
+"""A recording: when, where two bodies were and how they moved, and what was mended; and its frames
+as states of a scene, without overlaps by errors of measurement."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Scene
+from energymargin._core import Scene, World
+from energymargin.checks import positive_number
+from energymargin.reprs import short_repr
+from energymargin.scenes import moved_apart
 
-__all__ = ["Mended", "Motion", "Recording"]
+__all__ = ["MOST_OVERLAP", "Mended", "Motion", "Placed", "Recording", "placed"]
+
+MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
+UPRIGHT = 1e-6
 
 
 @dataclass(frozen=True)
 class Motion:
     """One body in the plane, over K frames."""
+
+    __repr__ = short_repr
 
     poses: NDArray[np.float64]
     """x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
@@ -26,6 +36,8 @@ class Motion:
 @dataclass(frozen=True)
 class Mended:
     """What was not as the camera saw it, by the numbers of the frames."""
+
+    __repr__ = short_repr
 
     missing: tuple[int, ...] = ()
     """Frames that the file does not have: interpolated."""
@@ -59,6 +71,8 @@ class Mended:
 class Recording:
     """K frames of two bodies in the plane, as a camera saw them."""
 
+    __repr__ = short_repr
+
     name: str
     """The file's."""
     frames: NDArray[np.int64]
@@ -75,6 +89,99 @@ class Recording:
 
     def states(self, scene: Scene, **options: Any) -> NDArray[np.float64]:
         """The states of these frames in a scene, shape (K, n); options, errors: as of `placed`."""
-        from energymargin.recordings.placement import placed
-
         return placed(self, scene, **options).states
+
+
+@dataclass(frozen=True)
+class Placed:
+    """K frames of a recording in a scene."""
+
+    __repr__ = short_repr
+
+    states: NDArray[np.float64]
+    """State vector of each frame, shape (K, n)."""
+    moved: NDArray[np.float64]
+    """How far object and effector were moved out of an overlap [m], shape (K, 2)."""
+
+
+def placed(
+    recording: Recording,
+    scene: Scene,
+    object: str = "object",
+    effector: str = "effector",
+    *,
+    part: bool = True,
+    most_overlap: float = MOST_OVERLAP,
+) -> Placed:
+    """The recording's frames as states of a scene.
+
+    x, y, yaw and their rates are the recording's, all else, as heights, is the scene's own. With
+    `part`, bodies that overlap are moved until they touch: the object out of what stands in the
+    scene, the effector out of the object. Raises ValueError on a body that is unknown, fixed or
+    tilted in the scene, and with the frame where a body would be moved by more than `most_overlap`
+    [m].
+    """
+    most_overlap = positive_number("most_overlap", most_overlap)
+    names = (object, effector)
+    if object == effector:
+        raise ValueError(f"object and effector are both {object!r}, expected two bodies")
+    for name in names:
+        _require_upright(scene, name)
+    world = World(scene)
+    measured = np.stack([_packed(recording, scene, names, k) for k in range(len(recording))])
+    if not part:
+        return Placed(measured, np.zeros((len(recording), 2)))
+    states = np.empty_like(measured)
+    for k, number in enumerate(recording.frames.tolist()):
+        try:
+            states[k] = moved_apart(world, measured[k], names)
+        except ValueError as error:
+            raise ValueError(f"{recording.name}, frame {number}: {error}") from error
+    moved = np.stack([_distances(scene, name, measured, states) for name in names], axis=1)
+    if moved.max() > most_overlap:
+        k, body = divmod(int((moved > most_overlap).argmax()), 2)
+        raise ValueError(
+            f"{recording.name}, frame {recording.frames[k]}: {names[body]!r} overlaps others by "
+            f"{moved[k, body]:.3g} m, expected at most most_overlap = {most_overlap:g} m: do the "
+            "shapes, the units and the origin of the camera's frame fit?"
+        )
+    return Placed(states, moved)
+
+
+def _packed(
+    recording: Recording, scene: Scene, names: tuple[str, str], k: int
+) -> NDArray[np.float64]:
+    """The state of a frame, as measured."""
+    motions = zip(names, (recording.object, recording.effector), strict=True)
+    return np.asarray(scene.pack(**{name: _keywords(scene, name, m, k) for name, m in motions}))
+
+
+def _keywords(scene: Scene, body: str, motion: Motion, k: int) -> dict[str, object]:
+    """Of `Scene.pack`."""
+    x, y, yaw = motion.poses[k]
+    vx, vy, yaw_rate = motion.velocities[k]
+    height = next(b.position[2] for b in scene.bodies if b.name == body)
+    return {
+        "position": (x, y, height),
+        "yaw": yaw,
+        "velocity": (vx, vy, 0.0),
+        "angular_velocity": (0.0, 0.0, yaw_rate),
+    }
+
+
+def _require_upright(scene: Scene, name: str) -> None:
+    """Raises ValueError unless this is a free body that is turned about z alone."""
+    first = scene.slice(name).start
+    x, y, *_ = scene.pack()[first + 3 : first + 7]
+    if math.hypot(x, y) > UPRIGHT:
+        raise ValueError(
+            f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
+        )
+
+
+def _distances(
+    scene: Scene, body: str, before: NDArray[np.float64], after: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far a body was moved in each state [m], shape (K,)."""
+    first = scene.slice(body).start
+    return np.asarray(np.linalg.norm((after - before)[:, first : first + 3], axis=1))

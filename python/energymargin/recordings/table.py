@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from energymargin.recordings.columns import Column, Columns
 
-__all__ = ["Source", "Table", "lines_of", "read_frame_labels", "read_labels", "read_table"]
+__all__ = ["FrameTable", "SourceFile", "lines_of", "read_frame_labels", "read_labels", "read_table"]
 
 NOT_SEEN = ("", "nan", "NaN", "NAN")
 LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
@@ -24,7 +24,7 @@ WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no":
 
 
 @dataclass(frozen=True)
-class Source:
+class SourceFile:
     """A file that errors name."""
 
     path: Path
@@ -36,10 +36,10 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Table:
+class FrameTable:
     """R rows of a file."""
 
-    source: Source
+    source: SourceFile
     lines: NDArray[np.int64]
     """The line of each row in the file, shape (R,)."""
     values: dict[str, NDArray[np.float64]]
@@ -51,7 +51,7 @@ def lines_of(path: str | os.PathLike[str], delimiter: str = ",") -> list[tuple[i
 
     Raises OSError, and ValueError on a file that is not text in UTF-8, or is empty.
     """
-    source = Source(Path(path))
+    source = SourceFile(Path(path))
     raw = source.path.read_bytes()
     try:
         text = raw.decode("utf-8-sig")
@@ -71,12 +71,12 @@ def lines_of(path: str | os.PathLike[str], delimiter: str = ",") -> list[tuple[i
     return rows
 
 
-def read_table(path: str | os.PathLike[str], columns: Columns) -> Table:
+def read_table(path: str | os.PathLike[str], columns: Columns) -> FrameTable:
     """The numbers of a file.
 
     Raises OSError, and ValueError with the line of a header or cell that is none of those expected.
     """
-    source = Source(Path(path))
+    source = SourceFile(Path(path))
     rows = lines_of(path, columns.delimiter)
     first, cells = rows[0]
     try:
@@ -87,7 +87,7 @@ def read_table(path: str | os.PathLike[str], columns: Columns) -> Table:
     for line, row in data:
         if len(row) != len(cells):
             raise source.error(f"has {len(row)} cells, expected {len(cells)}", line)
-    return Table(
+    return FrameTable(
         source,
         np.array([line for line, _ in data], dtype=np.int64),
         {column.field: _column(source, column, data) for column in found},
@@ -95,7 +95,7 @@ def read_table(path: str | os.PathLike[str], columns: Columns) -> Table:
 
 
 def _column(
-    source: Source, column: Column, rows: list[tuple[int, list[str]]]
+    source: SourceFile, column: Column, rows: list[tuple[int, list[str]]]
 ) -> NDArray[np.float64]:
     values = np.empty(len(rows))
     for k, (line, row) in enumerate(rows):
@@ -129,7 +129,7 @@ def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
     The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
     Raises OSError, and ValueError with the line that is something else or names a recording again.
     """
-    source = Source(Path(path))
+    source = SourceFile(Path(path))
     labels: dict[str, bool] = {}
     for line, (name, word) in _label_rows(path, ("recording", "success")):
         if name in labels:
@@ -143,7 +143,7 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
 
     The file has the columns recording,frame,captured. Raises as `read_labels`.
     """
-    source = Source(Path(path))
+    source = SourceFile(Path(path))
     labels: dict[str, dict[int, bool]] = {}
     for line, (name, number, word) in _label_rows(path, ("recording", "frame", "captured")):
         of_recording = labels.setdefault(name, {})
@@ -159,7 +159,7 @@ def _label_rows(
     path: str | os.PathLike[str], header: tuple[str, ...]
 ) -> list[tuple[int, list[str]]]:
     """Raises ValueError on another header, and on rows that are not as long."""
-    source = Source(Path(path))
+    source = SourceFile(Path(path))
     (first, names), *rows = lines_of(path)
     if tuple(names) != header:
         raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
@@ -173,7 +173,7 @@ def _label_rows(
     return rows
 
 
-def _label(source: Source, line: int, name: str, word: str) -> bool:
+def _label(source: SourceFile, line: int, name: str, word: str) -> bool:
     if word.lower() not in WORDS:
         raise source.error(f"{name} is {word!r}, expected one of {', '.join(WORDS)}", line)
     return WORDS[word.lower()]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Region, Scene, World
 from energymargin.datasets import Dataset
-from energymargin.recordings.placement import MOST_OVERLAP, Placed, placed
-from energymargin.recordings.recording import Recording
-from energymargin.tasks.base import Params, Regions, Task, Trajectory, parameters_of
+from energymargin.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
+from energymargin.tasks.base import Params, Regions, Task, parameters_of
+from energymargin.trajectories import Trajectory
 
 __all__ = ["RecordedTask", "dataset"]
 

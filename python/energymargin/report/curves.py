@@ -25,7 +25,7 @@ from energymargin.evaluation.curves import (
     target_name,
 )
 from energymargin.evaluation.labelled import HORIZONS
-from energymargin.evaluation.wrongness import Judged
+from energymargin.evaluation.wrongness import Wrongness
 from energymargin.metrics import axis_label, is_likelihood, unit
 from energymargin.report.plots import (
     CAPTURED_COLOR,
@@ -196,7 +196,7 @@ def _guessing(lines: Sequence[tuple[float, float]]) -> go.Scatter:
     )
 
 
-def distributions(every: list[Judged]) -> list[Plot]:
+def distributions(every: list[Wrongness]) -> list[Plot]:
     """A histogram of each metric that has scores."""
     return [
         Plot(
@@ -210,7 +210,7 @@ def distributions(every: list[Judged]) -> list[Plot]:
     ]
 
 
-def _histogram(one: Judged) -> go.Figure:
+def _histogram(one: Wrongness) -> go.Figure:
     """Bars of both labels side by side; infinity has a place of its own at the right end."""
     scores = one.compared.scores
     finite = scores[np.isfinite(scores)]
@@ -234,7 +234,7 @@ def _histogram(one: Judged) -> go.Figure:
     return made
 
 
-def _bars(one: Judged, label: bool, edges: NDArray[np.float64], endless: float) -> go.Bar:
+def _bars(one: Wrongness, label: bool, edges: NDArray[np.float64], endless: float) -> go.Bar:
     """Of the scores with one label."""
     name, (color, pattern) = one.words(label).one, LOOKS[label]
     scores = one.compared.scores[one.compared.labels == label]

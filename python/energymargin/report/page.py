@@ -19,7 +19,7 @@ from energymargin.report.along import Along
 from energymargin.report.plots import Plot
 from energymargin.report.worst import Worst
 
-__all__ = ["Page", "Table", "rendered", "tables"]
+__all__ = ["EvaluationTable", "ReportPage", "rendered", "tables"]
 
 _AMONG = {"all": "all states", "captured": "states that are captured now"}
 
@@ -35,7 +35,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Table:
+class EvaluationTable:
     """Rows of scores."""
 
     title: str
@@ -43,12 +43,12 @@ class Table:
     rows: list[tuple[str, list[Entry]]]
 
 
-def tables(results: Iterable[Evaluation]) -> list[Table]:
+def tables(results: Iterable[Evaluation]) -> list[EvaluationTable]:
     """Of each one table, or two if there are several objects: of all, and of at least one."""
     return [table for result in results for table in _tables(result)]
 
 
-def _tables(result: Evaluation) -> list[Table]:
+def _tables(result: Evaluation) -> list[EvaluationTable]:
     among = _AMONG[result.among]
     paper = result.shows_paper
     columns = [f"h = {horizon}" for horizon in result.horizons]
@@ -57,10 +57,10 @@ def _tables(result: Evaluation) -> list[Table]:
     of_all = [row for row in rows if not row[0].endswith(ANY)]
     of_any = [row for row in rows if row[0].endswith(ANY)]
     if not of_any:
-        return [Table(f"AUC/AP of each score, {among}", columns, of_all)]
+        return [EvaluationTable(f"AUC/AP of each score, {among}", columns, of_all)]
     return [
-        Table(f"{ALL_TITLE}; {among}", columns, of_all),
-        Table(f"{ANY_TITLE}; {among}", columns, of_any),
+        EvaluationTable(f"{ALL_TITLE}; {among}", columns, of_all),
+        EvaluationTable(f"{ANY_TITLE}; {among}", columns, of_any),
     ]
 
 
@@ -82,7 +82,7 @@ def _paper(result: Evaluation, score: str, paper: bool) -> list[Entry]:
 
 
 @dataclass(frozen=True)
-class Page:
+class ReportPage:
     """What the page says."""
 
     title: str
@@ -96,7 +96,7 @@ class Page:
     """Trajectories, below which the page warns of its intervals."""
     target: str
     """What the scores of states are held against, in words."""
-    tables: Sequence[Table]
+    tables: Sequence[EvaluationTable]
     along: Along
     curves: Sequence[Plot]
     distributions: Sequence[Plot]
@@ -114,7 +114,7 @@ class Page:
     """States without a score, of each metric that has such."""
 
 
-def rendered(page: Page) -> str:
+def rendered(page: ReportPage) -> str:
     """The page as HTML. Whatever comes from files is escaped by the template."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True

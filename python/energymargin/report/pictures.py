@@ -35,7 +35,7 @@ from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.settings import SearchSettings
 from energymargin.tasks.base import plane_of
 
-__all__ = ["Grower", "Grown", "picture"]
+__all__ = ["RepeatedSearch", "SearchRepeater", "picture"]
 
 WIDTH = 5.4  # inch
 HEIGHTS = (3.0, 7.5)  # inch
@@ -46,7 +46,7 @@ COLORS = 256
 
 
 @dataclass(frozen=True)
-class Grown:
+class RepeatedSearch:
     """A state's problem, the search for one of its scores, and that score."""
 
     problem: Problem
@@ -55,7 +55,7 @@ class Grown:
     score: float
 
 
-class Grower:
+class SearchRepeater:
     """Grows the searches of a dataset's states, each once."""
 
     def __init__(
@@ -74,7 +74,7 @@ class Grower:
         """In which pictures show the task."""
         self._kept: dict[tuple[int, str], tuple[Problem, Any]] = {}
 
-    def grow(self, number: int, metric: str) -> Grown:
+    def grow(self, number: int, metric: str) -> RepeatedSearch:
         """The search behind a metric of the state of this number. Raises ValueError if its problem
         cannot be made."""
         kind = _kind(metric)
@@ -83,12 +83,12 @@ class Grower:
             self._kept[number, kind] = problem, self._search(problem, number, metric)
         problem, found = self._kept[number, kind]
         if kind in TIMED:
-            return Grown(problem, found, _probability(found, metric))
+            return RepeatedSearch(problem, found, _probability(found, metric))
         if kind == "force":
-            return Grown(problem, None, found.force)
+            return RepeatedSearch(problem, None, found.force)
         if kind == "tree":
-            return Grown(problem, found, getattr(found, metric.replace("/", "_")))
-        return Grown(problem, found, found.effort)
+            return RepeatedSearch(problem, found, getattr(found, metric.replace("/", "_")))
+        return RepeatedSearch(problem, found, found.effort)
 
     def _search(self, problem: Problem, number: int, metric: str) -> Any:
         """As a scorer of the file does it."""
@@ -140,7 +140,7 @@ def _probability(found: CaptureProbability, metric: str) -> float:
     return found.captured if survival is None else survival.captured
 
 
-def picture(grown: Grown, plane: Plan) -> str:
+def picture(grown: RepeatedSearch, plane: Plan) -> str:
     """A data URI of a picture, with a legend. Of a probability it is the undisturbed future, and
     the curve below it."""
     if isinstance(grown.search, CaptureProbability):

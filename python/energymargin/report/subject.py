@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
@@ -20,7 +21,6 @@ from energymargin.evaluation.bootstrap import DRAWS
 from energymargin.evaluation.labelled import FORCE, HORIZON, LAST_FRAMES
 from energymargin.metrics import ANY
 from energymargin.store import ScoreStore
-from energymargin.tasks.base import whole_number
 
 __all__ = ["Data", "Options", "Subject", "read_data", "read_subject"]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from energymargin._core import CaptureScore
 from energymargin.evaluation.curves import CAPTURED
-from energymargin.evaluation.wrongness import Judged
+from energymargin.evaluation.wrongness import Wrongness
 from energymargin.metrics import with_unit
-from energymargin.report.pictures import Grower, Grown, picture
+from energymargin.report.pictures import RepeatedSearch, SearchRepeater, picture
 from energymargin.report.subject import Data, Subject
 
 __all__ = ["Card", "Mistakes", "Worst", "worst"]
@@ -50,7 +50,7 @@ class Worst:
 def worst(
     subject: Subject,
     data: Data,
-    every: Sequence[Judged],
+    every: Sequence[Wrongness],
     *,
     each: int,
     progress: Callable[[float], None],
@@ -77,16 +77,16 @@ class _Drawer:
 
     def __init__(self, subject: Subject, data: Data) -> None:
         self._subject, self._data = subject, data
-        self._grower: Grower | None = None
+        self._grower: SearchRepeater | None = None
         self.lacking = data.lacking
         """Why it can draw no picture; empty if it can."""
         if data.dataset is not None:
             try:
-                self._grower = Grower(data.dataset, subject.settings, subject.future)
+                self._grower = SearchRepeater(data.dataset, subject.settings, subject.future)
             except ValueError as error:
                 self.lacking = str(error)
 
-    def card(self, one: Judged, place: int) -> Card:
+    def card(self, one: Wrongness, place: int) -> Card:
         """Of a state, or of the last state of a trajectory."""
         number = self._number(one, place)
         title = _title(one, place)
@@ -100,7 +100,7 @@ class _Drawer:
             return Card(title, text, None, f"No picture: {error}.")
         return Card(title, text, image, self._notes(one, number, grown))
 
-    def _number(self, one: Judged, place: int) -> int:
+    def _number(self, one: Wrongness, place: int) -> int:
         """Of the state that stands for a place in what is compared."""
         if one.target == CAPTURED:
             return int(one.compared.number[place])
@@ -114,14 +114,14 @@ class _Drawer:
             time = f" ({self._data.dataset.trajectories[t].times[frame]:.3g} s)"
         return f"Trajectory {t}, frame {frame}{time}"
 
-    def _notes(self, one: Judged, number: int, grown: Grown) -> str:
+    def _notes(self, one: Wrongness, number: int, grown: RepeatedSearch) -> str:
         """What is to be known of the picture, and of the score."""
         doubts = grown.search.doubts if isinstance(grown.search, CaptureScore) else ()
         notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts]
         changed = self._changed(one, number, grown)
         return " ".join([changed, *notes] if changed else notes)
 
-    def _changed(self, one: Judged, number: int, grown: Grown) -> str:
+    def _changed(self, one: Wrongness, number: int, grown: RepeatedSearch) -> str:
         """Whether the tree in the picture is another one than that of the score in the file."""
         stored = self._subject.scores(one.metric)[number]
         if grown.score == stored:
@@ -132,13 +132,13 @@ class _Drawer:
         )
 
 
-def _title(one: Judged, place: int) -> str:
+def _title(one: Wrongness, place: int) -> str:
     """The score and what happened: the contradiction."""
     score, label = one.compared.scores[place], bool(one.compared.labels[place])
     return f"{one.metric} {with_unit(one.metric, float(score))}, but {one.words(label).one}"
 
 
-def _why(one: Judged, place: int) -> str:
+def _why(one: Wrongness, place: int) -> str:
     label = bool(one.compared.labels[place])
     side = "below" if label else "above"
     if one.ranks.level[place]:
@@ -147,7 +147,7 @@ def _why(one: Judged, place: int) -> str:
     return f"Ranked {side} {_percent(share)} of the {one.words(not label).many}."
 
 
-def _none(one: Judged) -> str:
+def _none(one: Wrongness) -> str:
     if one.compared.of_both_kinds:
         return "it ranks none on the wrong side"
     return "there are no scores" if not len(one.compared.labels) else "all have the same label"

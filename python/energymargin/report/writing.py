@@ -12,14 +12,14 @@ import numpy as np
 from energymargin.evaluation import Among, Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.curves import target_name
 from energymargin.evaluation.labelled import AMONG
-from energymargin.evaluation.wrongness import by_trajectory, judged
+from energymargin.evaluation.wrongness import by_trajectory, wrongness
 from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
 from energymargin.report.about import facts, notices, time_facts, version_facts
 from energymargin.report.along import along
 from energymargin.report.curves import curves, distributions
-from energymargin.report.page import Page, rendered, tables
+from energymargin.report.page import ReportPage, rendered, tables
 from energymargin.report.subject import Data, Options, Subject, read_data, read_subject
 from energymargin.report.worst import worst
 
@@ -75,7 +75,9 @@ def write(
     return [" ".join(filter(None, (n.text, n.command))) for n in page.notices]
 
 
-def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Progress) -> Page:
+def _page(
+    subject: Subject, data: Data, options: Options, output: Path, tell: Progress
+) -> ReportPage:
     """All that the page says, computed."""
     labelled, last = subject.labelled, options.last
     future = subject.future
@@ -85,10 +87,10 @@ def _page(subject: Subject, data: Data, options: Options, output: Path, tell: Pr
     result, of_captured = (
         _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
     )
-    every = judged(subject.labelled, horizon, last)
+    every = wrongness(subject.labelled, horizon, last)
     wrong = by_trajectory(every, len(subject.members))
     lacking = {metric: int(np.isnan(own).sum()) for metric, own in labelled.scores.items()}
-    return Page(
+    return ReportPage(
         title=f"Scores of {labelled.task}",
         notices=notices(subject, data, result, output),
         facts=facts(subject, data),

@@ -21,6 +21,24 @@ from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robo
 
 __all__ = ["from_urdf"]
 
+OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
+Pair = tuple[str, str]
+# What the caller may say of a joint; the rest is the file's.
+CONTROL = (
+    "start",
+    "start_velocity",
+    "held",
+    "target",
+    "target_velocity",
+    "stiffness",
+    "damping",
+    "torque_limit",
+    "limits",
+)
+UNLIMITED = (-math.inf, math.inf)
+SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
+Control = Mapping[str, Mapping[str, Any]]
+
 
 @dataclass(frozen=True)
 class _Plan:
@@ -28,7 +46,7 @@ class _Plan:
 
     bodies: list[dict[str, Any]]
     joints: list[dict[str, Any]]
-    apart: list[tuple[str, str]]
+    disabled: list[tuple[str, str]]
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -38,7 +56,7 @@ class _Plan:
         for keywords in self.joints:
             limit.require(f"joint {keywords['name']!r} was added")
             scene.add_joint(**keywords)
-        for body_a, body_b in self.apart:
+        for body_a, body_b in self.disabled:
             limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)
         return scene
@@ -106,8 +124,8 @@ def from_urdf(
     root = pose(position, orientation)
     robot = read(Path(path), tuple(ignore), limit, free=base == "free")
     roles, frictions, disabled = roles or {}, frictions or {}, _pairs(disable_collisions)
-    apart_names = [name for pair in disabled for name in pair]
-    _check_links(robot, roles=roles, frictions=frictions, disable_collisions=apart_names)
+    paired = [name for pair in disabled for name in pair]
+    _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
     shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages), limit)
     bodies = []
     for name, link in robot.links.items():
@@ -120,7 +138,7 @@ def from_urdf(
     plan = _Plan(
         bodies,
         joint_keywords(robot.joints, joints or {}, prefix),
-        apart(robot, disabled, prefix, self_collision=self_collision),
+        _disabled_pairs(robot, disabled, prefix, self_collision=self_collision),
     )
     if scene is not None:
         _check_names(scene, plan)
@@ -255,12 +273,7 @@ def _placed(geometry: Geometry, how: Shaping) -> Compound:
     return moved(mesh, geometry.pose)
 
 
-OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
-
-Pair = tuple[str, str]
-
-
-def apart(
+def _disabled_pairs(
     robot: Robot, disabled: Iterable[Pair], prefix: str, *, self_collision: bool
 ) -> list[Pair]:
     """Pairs of bodies that never collide, besides those that a joint connects.
@@ -306,24 +319,6 @@ def require_no_overlap(robot: Scene, prefix: str) -> None:
             f"links overlap at the start: {found}; another start, "
             f"disable_collisions={list(deep)}, or self_collision=False avoids that"
         )
-
-
-# What the caller may say of a joint; the rest is the file's.
-CONTROL = (
-    "start",
-    "start_velocity",
-    "held",
-    "target",
-    "target_velocity",
-    "stiffness",
-    "damping",
-    "torque_limit",
-    "limits",
-)
-UNLIMITED = (-math.inf, math.inf)
-SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
-
-Control = Mapping[str, Mapping[str, Any]]
 
 
 def joint_keywords(joints: Mapping[str, Joint], said: Control, prefix: str) -> list[dict[str, Any]]:

@@ -19,6 +19,36 @@ from energymargin.limits import Limit
 
 __all__ = ["checked"]
 
+# How many numbers an attribute holds; the others are words.
+NUMBERS = {
+    **dict.fromkeys(("xyz", "rpy", "size"), (3,)),
+    "scale": (1, 3),
+    **dict.fromkeys(("value", "radius", "length", "lower", "upper", "effort"), (1,)),
+    **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
+    **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
+}
+XACRO = "xacro:"  # its elements make others, so they are never left out for want of a declaration
+LOOKS = ("visual", "material")
+# What asks for nothing at this value.
+NOTHING = {
+    ("dynamics", "friction"): 0.0,
+    ("axis", "rpy"): 0.0,
+    ("rolling_friction", "value"): 0.0,
+    ("spinning_friction", "value"): 0.0,
+    ("restitution", "value"): 0.0,
+    ("inertia_scaling", "value"): 1.0,
+}
+# Better ways out than to do without.
+HINTS = {
+    "xacro": "and xacro turns such a file into URDF",
+    "capsule": "and a capsule is a cylinder with a sphere at each end",
+    "plane": "and Scene.add_plane makes a plane",
+}
+MAX_DEPTH = 100  # of nested elements; a shape is the fifth
+# Marks a name whose prefix the file does not declare; no name in XML begins so.
+UNDECLARED = "?"
+NAMESPACES = {"": "", "xml": "xml"}  # by prefix, where a file declares none
+
 
 @dataclass(frozen=True)
 class _Element:
@@ -61,31 +91,6 @@ GRAMMAR = {
     "limit": _Element(takes=("lower", "upper", "effort", "velocity")),
     "dynamics": _Element(takes=("damping",)),
     "mimic": _Element(("joint",), ("multiplier", "offset")),
-}
-# How many numbers an attribute holds; the others are words.
-NUMBERS = {
-    **dict.fromkeys(("xyz", "rpy", "size"), (3,)),
-    "scale": (1, 3),
-    **dict.fromkeys(("value", "radius", "length", "lower", "upper", "effort"), (1,)),
-    **dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
-    **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
-}
-XACRO = "xacro:"  # its elements make others, so they are never left out for want of a declaration
-LOOKS = ("visual", "material")
-# What asks for nothing at this value.
-NOTHING = {
-    ("dynamics", "friction"): 0.0,
-    ("axis", "rpy"): 0.0,
-    ("rolling_friction", "value"): 0.0,
-    ("spinning_friction", "value"): 0.0,
-    ("restitution", "value"): 0.0,
-    ("inertia_scaling", "value"): 1.0,
-}
-# Better ways out than to do without.
-HINTS = {
-    "xacro": "and xacro turns such a file into URDF",
-    "capsule": "and a capsule is a cylinder with a sphere at each end",
-    "plane": "and Scene.add_plane makes a plane",
 }
 
 
@@ -222,12 +227,6 @@ def _check_numbers(tag: str, name: str, text: str, where: str) -> None:
     if len(values) not in NUMBERS[name] or not all(map(math.isfinite, values)):
         expected = " or ".join({1: "one finite number", 3: "three"}[n] for n in NUMBERS[name])
         raise ValueError(f"{where}: <{tag} {name}={text!r}>, expected {expected}")
-
-
-MAX_DEPTH = 100  # of nested elements; a shape is the fifth
-# Marks a name whose prefix the file does not declare; no name in XML begins so.
-UNDECLARED = "?"
-NAMESPACES = {"": "", "xml": "xml"}  # by prefix, where a file declares none
 
 
 def parsed(path: Path, limit: Limit) -> ET.Element:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from energymargin.closing import Closing
 from energymargin.executors import Row
 from energymargin.processes import is_running
-from energymargin.store.file import ScoreStore
+from energymargin.store.database import Database
 from energymargin.store.run import FLOATS, Run
 
 __all__ = ["Claim", "Scorer"]
@@ -44,7 +44,7 @@ class Claim:
 class Scorer(Closing):
     """A scorer of one run. Use it in a `with` statement, at whose end its claims are given up."""
 
-    def __init__(self, store: ScoreStore, run: Run) -> None:
+    def __init__(self, store: Database, run: Run) -> None:
         """Signs up."""
         self._store, self._run, self._database = store, run, store.database
         self._problems: dict[int, int] = {}  # of the claimed states, by their numbers

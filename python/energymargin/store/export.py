@@ -43,7 +43,7 @@ def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
     except ImportError:
         raise ImportError(f"data frames are made by pandas: {NEEDS}") from None
     with ScoreStore(path) as store:
-        table = _Table(_runs(store, run))
+        table = _RunsTable(_runs(store, run))
         kinds = table.kinds
         columns = list(zip(*table.rows(), strict=True)) or [()] * len(kinds)
     return pd.DataFrame(
@@ -76,11 +76,11 @@ def export(
         runs = _runs(store, run)
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
-                write(_Curves(runs), file)
+                write(_CurvesTable(runs), file)
         else:
             curves_path(output).unlink(missing_ok=True)  # of another run
         with replaced(output) as file:
-            return write(_Table(runs), file)
+            return write(_RunsTable(runs), file)
 
 
 def curves_path(output: str | os.PathLike[str]) -> Path:
@@ -111,7 +111,7 @@ class _Rows(Protocol):
 
 
 @dataclass(frozen=True)
-class _Curves:
+class _CurvesTable:
     """The curves of some runs, below one another."""
 
     runs: Sequence[Run]
@@ -131,7 +131,7 @@ class _Curves:
 
 
 @dataclass(frozen=True)
-class _Table:
+class _RunsTable:
     """Some runs of a store, below one another."""
 
     runs: Sequence[Run]

@@ -1,39 +1,25 @@
-"""A file of scores: what it holds, and how it is opened."""
+"""A file of scores: the runs that it holds."""
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-import sqlite3
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
-from energymargin.closing import Closing
+from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
-from energymargin.interrupts import since_interrupt
 from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
 from energymargin.store import schema
+from energymargin.store.database import Database
 from energymargin.store.run import Run
-from energymargin.tasks.base import whole_number
 
 __all__ = ["ScoreStore"]
 
-# How long the file may be held by another process [s], and how often a signal is looked at.
-PATIENCE = 600.0
-WAIT = 0.1
-CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
-CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
 LABELS = 10000  # states that are put in at a time
 
-DESCRIPTORS = Path("/proc/self/fd")  # of Linux: the present names of all files that are open
 
-
-class ScoreStore(Closing):
+class ScoreStore(Database):
     """An open file of scores; close it, or use it in a `with` statement.
 
     It holds the runs of any number of datasets, futures and settings. Several processes of one
@@ -41,33 +27,6 @@ class ScoreStore(Closing):
     """
 
     _repr_html_ = shown_by("data.score_store")
-
-    def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
-        """Opens a file, or with `create` makes it if there is none.
-
-        A file of an older version is brought to this one. Raises FileNotFoundError if there is
-        none, PermissionError if it or its folder cannot be written (as is needed to read it, too,
-        unless it is open elsewhere), ValueError if it is not a file of scores, is damaged, or comes
-        from a newer version.
-        """
-        self.path = Path(path)
-        self._place = OpenPlace(self.path)
-        if not self.path.exists():
-            if not create:
-                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
-            if not self.path.parent.is_dir():
-                raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
-        if self.path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(self.path))
-        with self._named():
-            self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
-        try:
-            with self._named():
-                self._open(create)
-            self._place.begin()
-        except BaseException:
-            self.database.close()
-            raise
 
     def runs(self) -> list[Run]:
         """Every dataset with a future and settings that was ever begun here, in that order."""
@@ -122,104 +81,6 @@ class ScoreStore(Closing):
             assert cursor.lastrowid is not None  # it was just inserted
             return Run(self, cursor.lastrowid)
 
-    @contextmanager
-    def transaction(self, patience: float = PATIENCE) -> Iterator[None]:
-        """Everything that is written in it is kept, or nothing; others wait for its end.
-
-        Raises OSError if the disk is full, PermissionError if the file cannot be written,
-        TimeoutError if another process holds it for longer than `patience` [s], KeyboardInterrupt
-        if it does so after Ctrl-C; FileNotFoundError as `require_in_place`, once all is kept.
-        """
-        with self._named():
-            self._retried("BEGIN IMMEDIATE", patience)
-            try:
-                yield
-                self._retried("COMMIT")
-            except BaseException:
-                if self.database.in_transaction:
-                    self.database.execute("ROLLBACK")
-                raise
-        self.require_in_place()
-
-    def require_in_place(self) -> None:
-        """Raises FileNotFoundError if the file was renamed or removed since it was opened. The file
-        of the new name then has all that was written."""
-        change = self._place.change()
-        if change:
-            # SQLite does not do so when it closes a file of another name, whose log it would lose.
-            self.database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-            raise FileNotFoundError(errno.ENOENT, change, str(self.path))
-
-    def close(self) -> None:
-        """Closes the file."""
-        self.database.close()
-
-    def _open(self, create: bool) -> None:
-        self.database.execute("PRAGMA foreign_keys = ON")
-        self.database.execute(f"PRAGMA cache_size = -{CACHE}")
-        if create and self._is_empty():
-            with self.transaction():
-                if self._is_empty():  # still, now that nobody else can make it
-                    schema.create(self.database)
-        self._check_format()
-        self._retried("PRAGMA journal_mode = WAL")
-        self.database.execute("PRAGMA synchronous = NORMAL")
-        if self._version() < schema.VERSION:
-            with self.transaction():
-                if self._version() < schema.VERSION:
-                    schema.migrate(self.database, self._version())
-
-    @contextmanager
-    def _named(self) -> Iterator[None]:
-        """Says of which file it is that SQLite cannot go on with it, and what to do."""
-        try:
-            yield
-        except sqlite3.DatabaseError as error:
-            raise self._in_words(error) from error
-
-    def _in_words(self, error: sqlite3.DatabaseError) -> Exception:
-        text, path = str(error), str(self.path)
-        if is_busy(error) or isinstance(error, (sqlite3.IntegrityError, sqlite3.ProgrammingError)):
-            return error
-        if "full" in text:
-            advice = "what was kept before is safe: make room, and the same command goes on"
-            return OSError(errno.ENOSPC, f"the disk is full; {advice}", path)
-        if "readonly" in text or "unable to open" in text:
-            advice = "it and its folder must be writable: copy it, or choose another place"
-            return PermissionError(errno.EACCES, f"{text}; {advice}", path)
-        if "disk I/O" in text:
-            return OSError(errno.EIO, text, path)
-        return ValueError(f"{path} is not a file of scores, or damaged: {text}")
-
-    def _is_empty(self) -> bool:
-        (tables,) = self._retried("SELECT count(*) FROM sqlite_master").fetchone()
-        return bool(tables == 0)
-
-    def _version(self) -> int:
-        return int(self._retried("PRAGMA user_version").fetchone()[0])
-
-    def _check_format(self) -> None:
-        (application,) = self._retried("PRAGMA application_id").fetchone()
-        if application != schema.APPLICATION_ID:
-            raise ValueError(
-                f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
-                "else"
-            )
-        version = self._version()
-        if version > schema.VERSION:
-            raise ValueError(
-                f"{self.path} has version {version} of the scores' format, "
-                f"and this energymargin reads up to {schema.VERSION}: update it"
-            )
-        if self.path.stat().st_size < CHECKED:
-            (state,) = self._retried("PRAGMA quick_check(1)").fetchone()
-            if state != "ok":
-                raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
-        if version == schema.VERSION and not schema.has_its_tables(self.database):
-            raise ValueError(
-                f"{self.path} is damaged: its tables are not those of a file of scores"
-            )
-
     def _dataset(self, dataset: Dataset, digest: str) -> int:
         """The number of a dataset, which is put in with its labels if it is not there."""
         found = self.database.execute("SELECT id FROM datasets WHERE digest = ?", (digest,))
@@ -264,74 +125,6 @@ class ScoreStore(Closing):
         ).fetchone()
         return int(number)
 
-    def _retried(self, statement: str, patience: float = PATIENCE) -> sqlite3.Cursor:
-        """Runs a statement once other processes let go of the file; a Ctrl-C gets through."""
-        end = time.monotonic() + patience
-        while True:
-            try:
-                return self.database.execute(statement)
-            except sqlite3.OperationalError as error:
-                if not is_busy(error):
-                    raise
-                if since_interrupt() > WAIT:
-                    raise KeyboardInterrupt from error
-                if time.monotonic() > end:
-                    raise TimeoutError(
-                        f"{self.path} was held by another process for {patience:.0f} s"
-                    ) from error
-
-
-def is_busy(error: BaseException) -> bool:
-    """Whether another process holds the file right now."""
-    return isinstance(error, sqlite3.OperationalError) and "locked" in str(error)
-
 
 def _json(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True)
-
-
-class OpenPlace:
-    """The place of a file that this process has open."""
-
-    def __init__(self, path: Path) -> None:
-        """Of a file that may not be there yet."""
-        self._path = Path(os.path.abspath(path))  # the process may change its folder
-        self._identity: tuple[int, int] | None = None
-
-    def begin(self) -> None:
-        """The file is there now."""
-        self._identity = _identity(self._path)
-
-    def change(self) -> str:
-        """What became of the file, and what to do; empty if it is where it was."""
-        if self._identity is None or _identity(self._path) == self._identity:
-            return ""
-        name = self._present_name()
-        if name is None:
-            return (
-                "was renamed while it was written: the file of the new name has all scores; give "
-                "it the old name again, and the same command goes on"
-            )
-        if not os.path.exists(name):
-            return "was removed while it was written, and what was scored since then is lost"
-        return (
-            f"was renamed to {name} while it was written: that file has all scores; give it the "
-            "old name again, and the same command goes on"
-        )
-
-    def _present_name(self) -> str | None:
-        """None where the system does not tell."""
-        if not DESCRIPTORS.is_dir():
-            return None
-        links = (DESCRIPTORS / name for name in os.listdir(DESCRIPTORS))
-        found = (os.readlink(link) for link in links if _identity(link) == self._identity)
-        return next(found, None)
-
-
-def _identity(path: Path) -> tuple[int, int] | None:
-    """The same for all names of a file; None if there is none."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_dev, status.st_ino

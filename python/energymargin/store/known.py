@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from energymargin.store.file import ScoreStore
+from energymargin.store.database import Database
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 
@@ -21,7 +21,7 @@ SAMPLE = 100  # states that are looked at; of a smaller dataset, all
 BLOCK = 100  # states that are adopted at a time
 
 
-def adopt(store: ScoreStore, run: Run, digests: Digests) -> None:
+def adopt(store: Database, run: Run, digests: Digests) -> None:
     """Gives the problems of a dataset that comes from an older file the digests they have now.
 
     `digests`: of the states as they are, for an older file asks of no future.
@@ -56,7 +56,7 @@ def _rename(database: sqlite3.Connection, run: Run, number: int, old: bytes, new
         )
 
 
-def forget_if_changed(store: ScoreStore, run: Run, digests: Digests) -> None:
+def forget_if_changed(store: Database, run: Run, digests: Digests) -> None:
     """Looks up all states anew, if some of a sample make another problem than they once did.
 
     So it is when the task's code was changed since. A change that touches only a few states of a

@@ -6,22 +6,20 @@ import json
 import re
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.checks import whole_number
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
 from energymargin.future_text import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
 from energymargin.notebook import shown_by
 from energymargin.settings import algorithm_of
+from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE, with_those_before
-from energymargin.tasks.base import whole_number
-
-if TYPE_CHECKING:
-    from energymargin.store.file import ScoreStore
 
 __all__ = ["FLOATS", "Run", "ScoredState"]
 
@@ -54,7 +52,7 @@ class Run:
 
     _repr_html_ = shown_by("data.run")
 
-    def __init__(self, store: ScoreStore, number: int) -> None:
+    def __init__(self, store: Database, number: int) -> None:
         """A run that is in the store."""
         self.store = store
         self.number = number
@@ -148,6 +146,12 @@ class Run:
         )
         return [number for (number,) in rows]
 
+    @property
+    def is_only(self) -> bool:
+        """Whether its store has no other run."""
+        (runs,) = self._database.execute("SELECT count(*) FROM runs").fetchone()
+        return bool(runs == 1)
+
     def seconds(self) -> float:
         """Mean computing time of a state that has all its scores [s]; 0 if none has."""
         scored, _ = self.counts()
@@ -182,7 +186,7 @@ class Run:
             (self.dataset,),
         )
         for row in rows:
-            yield ScoredState(*row[:7], row[7:])
+            yield ScoredState._make((*row[:7], row[7:]))
 
     def curve(self, number: int, metric: str = "probability") -> Curve | None:
         """How a probability of the state of this number falls with time; None if it is not there.

@@ -111,7 +111,7 @@ def _digests(dataset: Dataset, run: Run, future: Future | None) -> Digests:
 
     def digests(numbers: Sequence[int]) -> dict[int, bytes]:
         problems = _problems(dataset, numbers, future, {})
-        return {n: _known(run, n, problem, future).digest for n, problem in problems.items()}
+        return {n: _posed_state(run, n, problem, future).digest for n, problem in problems.items()}
 
     return digests
 
@@ -134,8 +134,8 @@ def score_run(
             progress(scored, states)
         return True
     with Scorer(run.store, run) as scorer:
-        counted = _Counted(run, scorer, progress)
-        missing = _Missing(dataset, run, scorer, counted)
+        counted = _ScoredCount(run, scorer, progress)
+        missing = _MissingScores(dataset, run, scorer, counted)
         complete = run_all(missing, executor, settings, missing.deliver, limit)
     run.store.require_in_place()
     counted.tell()
@@ -197,7 +197,7 @@ def _problems(
 
 
 @dataclass(frozen=True)
-class _Known:
+class _PosedState:
     """A state's problem, and what it is known by."""
 
     problem: Problem
@@ -206,7 +206,7 @@ class _Known:
     digest: bytes
 
 
-def _known(run: Run, number: int, problem: Problem, future: Future | None) -> _Known:
+def _posed_state(run: Run, number: int, problem: Problem, future: Future | None) -> _PosedState:
     """What a state is known by; where it stands, and what is asked, if its problem cannot be
     written down."""
     try:
@@ -215,8 +215,8 @@ def _known(run: Run, number: int, problem: Problem, future: Future | None) -> _K
         place = (
             run.digest if future is None else f"{run.digest}, with the future {future.to_json()}"
         )
-        return _Known(problem, None, state_digest(place, number))
-    return _Known(problem, written, hashlib.sha256(written.encode()).digest())
+        return _PosedState(problem, None, state_digest(place, number))
+    return _PosedState(problem, written, hashlib.sha256(written.encode()).digest())
 
 
 class _Pass:
@@ -260,13 +260,13 @@ class _Pass:
         return some
 
 
-class _Missing:
-    """A Source of all that a run lacks and nobody else computes, in the order of the states.
+class _MissingScores:
+    """A ProblemSource of all that a run lacks and nobody else computes, in the order of the states.
 
     It goes through the states pass after pass, first from the scorer's start.
     """
 
-    def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _Counted) -> None:
+    def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _ScoredCount) -> None:
         self.errors: dict[int, str] = {}
         """What went wrong, by the number of the state."""
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
@@ -275,11 +275,11 @@ class _Missing:
 
     @property
     def empty(self) -> bool:
-        """As Source.empty."""
+        """As ProblemSource.empty."""
         return self._pass.over and not self._pass.another_is_due
 
     def take(self, most: int) -> Sequence[Work]:
-        """As Source.take."""
+        """As ProblemSource.take."""
         self._scorer.beat()
         if self._pass.over:
             if not self._pass.rested:
@@ -317,7 +317,7 @@ class _Missing:
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
         future = self._run.future
         problems = _problems(self._dataset, numbers, future, self.errors)
-        known = {n: _known(self._run, n, problem, future) for n, problem in problems.items()}
+        known = {n: _posed_state(self._run, n, problem, future) for n, problem in problems.items()}
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._pass.another_is_due |= any(claim.taken for claim in claims.values())
         self._counted.add(sum(not (claim.metrics or claim.taken) for claim in claims.values()))
@@ -328,7 +328,7 @@ class _Missing:
         ]
 
 
-class _Counted:
+class _ScoredCount:
     """How many states are scored, by whomever, for a progress bar."""
 
     SHARE = 0.05  # of the time, at most, that counting anew may take

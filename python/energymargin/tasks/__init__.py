@@ -7,8 +7,9 @@ Tasks are plugins: whatever an installed package registers under the entry point
 from typing import TYPE_CHECKING
 
 from energymargin.deprecations import moved_names
-from energymargin.tasks.base import Drive, Params, Regions, ScriptedTask, Task, Trajectory
+from energymargin.tasks.base import Drive, Params, Regions, ScriptedTask, Task
 from energymargin.tasks.registry import TaskError, make, names, register
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "Drive",

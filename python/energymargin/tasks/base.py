@@ -12,7 +12,6 @@ and whether at least one is.
 from __future__ import annotations
 
 import inspect
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,8 +31,9 @@ from energymargin._core import (
     World,
     regions,
 )
+from energymargin.checks import one_of, positive_number, whole_number
 from energymargin.limits import Limit
-from energymargin.notebook import shown_by
+from energymargin.trajectories import Trajectory
 
 __all__ = [
     "Drive",
@@ -44,14 +44,9 @@ __all__ = [
     "Regions",
     "ScriptedTask",
     "Task",
-    "Trajectory",
     "drawn",
-    "one_of",
     "parameters_of",
     "plane_of",
-    "positive_number",
-    "whole_number",
-    "yes_or_no",
 ]
 
 Params = Mapping[str, float]
@@ -69,53 +64,6 @@ Following = Literal["script", "hold"]
 EFFECTORS = ("coast", "drive")
 STEP = 1 / 240  # s; the paper's simulator
 PLANE = ("x", "y")  # of pictures, where a task does not say it
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """K recorded frames of one manipulation, with the labels of Section VI-D.
-
-    Raises ValueError on arrays of other shapes.
-    """
-
-    _repr_html_ = shown_by("data.trajectory")
-
-    times: NDArray[np.float64]
-    """Time of each frame [s], shape (K,)."""
-    states: NDArray[np.float64]
-    """State vector of each frame, shape (K, n)."""
-    contacts: Sequence[list[Contact]]
-    """Contacts and their forces in each frame, K lists."""
-    captured: NDArray[np.bool_]
-    """Whether each state lies in its own capture set, shape (K,); all objects in theirs."""
-    success: bool
-    """Whether the last state lies in the success set; all objects in theirs."""
-    params: dict[str, float]
-    """What was drawn for this trajectory alone, such as the friction: a problem needs it again."""
-    seed: int
-    """`task.rollout(seed)` gives this trajectory again."""
-    captured_any: NDArray[np.bool_] | None = None
-    """Whether at least one object is in its capture set, shape (K,); None: there is one for all."""
-    success_any: bool | None = None
-    """Whether at least one object ends in its success set; None: there is one for all."""
-
-    def __post_init__(self) -> None:
-        """Checks the shapes."""
-        frames = len(self.times)
-        _check_shape("times", self.times, (frames,))
-        _check_shape("states", self.states, (frames, *np.shape(self.states)[1:2]))
-        for name in ("captured", "captured_any"):
-            labels = getattr(self, name)
-            if labels is not None:
-                _check_shape(name, labels, (frames,), bool)
-        if frames == 0 or np.ndim(self.states) != 2:
-            raise ValueError(f"states has shape {np.shape(self.states)}, expected (K, n), K > 0")
-        if len(self.contacts) != frames:
-            raise ValueError(f"contacts has {len(self.contacts)} lists, expected one a frame")
-
-    def __len__(self) -> int:
-        """K, the number of frames."""
-        return len(self.times)
 
 
 @dataclass(frozen=True)
@@ -523,60 +471,6 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
             f"pass params=trajectory.params, or make the task with a {name}"
         )
     return value
-
-
-def whole_number(name: str, value: int, least: int, most: int | None = None) -> int:
-    """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`."""
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if whole and value >= least and (most is None or value <= most):
-        return int(value)
-    given: object = value
-    if isinstance(given, float) and given.is_integer():
-        raise ValueError(f"{name} is {value!r}, expected a whole number, as {int(value)}")
-    expected = f"of at least {least}" if most is None else f"from {least} to {most}"
-    raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
-
-
-def positive_number(name: str, value: float) -> float:
-    """`value`, if it is a finite number above 0; else a ValueError with `name`."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if number and math.isfinite(value) and value > 0:
-        return value
-    raise ValueError(f"{name} is {value!r}, expected a positive number")
-
-
-def not_negative_number(name: str, value: float) -> float:
-    """`value` as a float, if it is a finite number of at least 0; else a ValueError with `name`."""
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and math.isfinite(value) and value >= 0:
-        return float(value) + 0.0  # which makes 0.0 of -0.0
-    raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0")
-
-
-def yes_or_no(name: str, value: bool) -> bool:
-    """`value`, if it is a bool; else a ValueError with `name`."""
-    if isinstance(value, bool):
-        return value
-    raise ValueError(f"{name} is {value!r}, expected true or false")
-
-
-def one_of(name: str, value: str, choices: Sequence[str]) -> str:
-    """`value`, if it is one of these words; else a ValueError with `name`."""
-    if value in choices:
-        return value
-    raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
-
-
-def _check_shape(
-    name: str, array: NDArray[Any], shape: tuple[int, ...], kind: type | None = None
-) -> None:
-    """Raises a ValueError with `name` unless the array is of this shape, and of this kind."""
-    right = np.shape(array) == shape and (kind is None or np.asarray(array).dtype == kind)
-    if not right:
-        found = f"shape {np.shape(array)} of {np.asarray(array).dtype}"
-        raise ValueError(
-            f"{name} has {found}, expected {shape}{f' of {kind.__name__}' if kind else ''}"
-        )
 
 
 def _simulate(

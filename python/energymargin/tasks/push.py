@@ -15,15 +15,8 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Cylinder, Problem, Scene, World
-from energymargin.tasks.base import (
-    STEP,
-    Drive,
-    FrictionTask,
-    Params,
-    PerStep,
-    drawn,
-    yes_or_no,
-)
+from energymargin.checks import yes_or_no
+from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, PerStep, drawn
 
 __all__ = ["PushTask"]
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Inertial, Problem, Scene, World
-from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask, one_of
+from energymargin.checks import one_of
+from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask
 from energymargin.tasks.printed import OBJECTS, TOOLS, Printed, printed
 
 __all__ = ["PushRealTask"]

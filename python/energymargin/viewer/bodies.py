@@ -16,7 +16,7 @@ from energymargin.plots.styles import BODY_COLORS
 from energymargin.viewer.solids import shape_triangles
 from energymargin.viewer.views import View
 
-__all__ = ["Bodies", "rgb", "wxyz"]
+__all__ = ["DrawnBodies", "rgb", "wxyz"]
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
@@ -41,7 +41,7 @@ def wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.roll(orientation, 1))
 
 
-class Bodies:
+class DrawnBodies:
     """All bodies of one scene; those that move can be put into any state."""
 
     def __init__(self, server: viser.ViserServer, scene: Scene, view: View, cells: float) -> None:

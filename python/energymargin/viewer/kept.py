@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Iterable
 
 import numpy as np
+from cachetools import LRUCache
 from numpy.typing import NDArray
 
 from energymargin.viewer.search import Scored
@@ -18,24 +18,18 @@ Place = tuple[int, int]  # trajectory, frame
 
 
 class Kept:
-    """Scored states; once there are too many nodes the oldest go."""
+    """Scored states; once there are too many nodes, those go that were not looked at for longest.
+
+    One with more nodes than there may be is kept alone.
+    """
 
     def __init__(self) -> None:
         """None yet."""
-        self._scored: OrderedDict[Place, Scored] = OrderedDict()
-        self._nodes = 0
+        self._scored: LRUCache[Place, Scored] = LRUCache(MOST, lambda one: min(one.size, MOST))
 
-    def put(self, place: Place, scored: Scored, shown: Place | None = None) -> None:
-        """Keeps it, instead of what was there; `shown` is not among those that go for it."""
-        if place in self._scored:
-            self._nodes -= self._scored.pop(place).size
+    def put(self, place: Place, scored: Scored) -> None:
+        """Keeps it, instead of what was there."""
         self._scored[place] = scored
-        self._nodes += scored.size
-        while self._nodes > MOST:
-            oldest = next((one for one in self._scored if one not in (place, shown)), None)
-            if oldest is None:
-                return
-            self._nodes -= self._scored.pop(oldest).size
 
     def at(self, trajectory: int, frame: int) -> Scored | None:
         """None if it is not there."""
@@ -47,8 +41,9 @@ class Kept:
         """Scores of so many frames by name, shape (frames,), of the first `nodes` nodes at that
         lambda [1/J]; NaN where there is no tree."""
         values = {name: np.full(frames, np.nan) for name in names}
-        for (which, frame), scored in self._scored.items():
-            if which == trajectory:
+        for frame in range(frames):
+            scored = self.at(trajectory, frame)
+            if scored is not None:
                 scores = scored.values(nodes, rate)
                 for name, row in values.items():
                     row[frame] = scores.get(name, np.nan)

@@ -16,8 +16,8 @@ from energymargin.undisturbed import Undisturbed, undisturbed
 from energymargin.viewer.kept import Kept
 from energymargin.viewer.panel import Panel, Player, set_value, value_of
 from energymargin.viewer.quiet import Quiet
-from energymargin.viewer.search import ROLLOUTS, Live, Scored, score_state
-from energymargin.viewer.sources import Frames, Source, StoredScores
+from energymargin.viewer.search import ROLLOUTS, Live, Scored, ShareProgress, score_state
+from energymargin.viewer.sources import Frames, StateSource, StoredScores
 from energymargin.viewer.stage import Stage
 from energymargin.viewer.texts import (
     drawn_text,
@@ -35,8 +35,6 @@ READ = 10.0  # s, for a word on the page
 AMBIENT = 1.3  # light from all sides, beside the lamps
 TOLD = 0.1  # s between two words on the progress
 
-Told = Callable[[float], None]  # of the share that is done
-
 
 class Page:
     """What all browsers see: they share one state."""
@@ -44,7 +42,7 @@ class Page:
     def __init__(
         self,
         server: viser.ViserServer,
-        source: Source,
+        source: StateSource,
         *,
         trajectory: int = 0,
         frame: int = 0,
@@ -100,7 +98,7 @@ class Page:
         """The scores of the frame that is shown, with their trees; None if there are none yet."""
         return self._kept.at(self._trajectory, self._frame)
 
-    def score(self, progress: Told | None = None) -> None:
+    def score(self, progress: ShareProgress | None = None) -> None:
         """Scores the frame that is shown, in the background; progress(share) is told as well."""
         self._start([self._frame], progress)
 
@@ -305,7 +303,9 @@ class Page:
 
     # Scores
 
-    def _start(self, frames: list[int] | None = None, progress: Told | None = None) -> None:
+    def _start(
+        self, frames: list[int] | None = None, progress: ShareProgress | None = None
+    ) -> None:
         """Scores these frames of the trajectory, by default all, one after the other, in the
         background."""
         with self._lock:
@@ -322,10 +322,10 @@ class Page:
                     problem = self._problem_of(recorded, frame)
                     if problem is None or cancel.is_set:
                         continue
-                    told = self._teller(number, len(chosen), progress)
+                    report = self._teller(number, len(chosen), progress)
                     seed = recorded.search_seed(self._seed, frame)
                     scored = score_state(
-                        *(problem, nodes, seed, cancel, told),
+                        *(problem, nodes, seed, cancel, report),
                         search=self._search,
                         rollouts=rollouts,
                         disturbance=self._disturbance,
@@ -349,7 +349,8 @@ class Page:
             before = self._kept.at(trajectory, frame)
             if not scored.complete and before is not None and before.size >= scored.size:
                 return
-            self._kept.put((trajectory, frame), scored, (self._trajectory, self._frame))
+            self._kept.at(self._trajectory, self._frame)  # what is shown is not the next to go
+            self._kept.put((trajectory, frame), scored)
             if (trajectory, frame) == (self._trajectory, self._frame):
                 self._show_scored()
             elif trajectory == self._trajectory:
@@ -368,7 +369,7 @@ class Page:
         for client in self._server.get_clients().values():
             client.add_notification(title, text, auto_close_seconds=READ)
 
-    def _teller(self, number: int, count: int, progress: Told | None) -> Told:
+    def _teller(self, number: int, count: int, progress: ShareProgress | None) -> ShareProgress:
         """Moves the bar, of the search of one of several frames; now and then."""
         said = 0.0
 

@@ -31,12 +31,12 @@ from energymargin.plots.trees import most_cost
 from energymargin.viewer.likelihoods import Memberships
 from energymargin.viewer.replay import Replay, replay
 
-__all__ = ["ROLLOUTS", "Live", "Scored", "score_state"]
+__all__ = ["ROLLOUTS", "Live", "Scored", "ShareProgress", "score_state"]
 
 ROLLOUTS = 30  # of a probability, as of `capture_probability`
 
 
-Told = Callable[[float], None]  # of the share that is done
+ShareProgress = Callable[[float], None]  # of the share that is done
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def score_state(
     nodes: int,
     seed: int,
     cancel: Cancel | None = None,
-    progress: Told | None = None,
+    progress: ShareProgress | None = None,
     *,
     search: str = "improved",
     rollouts: int = ROLLOUTS,
@@ -144,25 +144,30 @@ def score_state(
     Once `cancel` is set it ends with what there is.
     """
 
-    def told(begin: float, most: int) -> Callable[[int], None] | None:
+    def share_of_nodes(begin: float, most: int) -> Callable[[int], None] | None:
         if progress is None:
             return None
         report = progress
         return lambda made: report(begin + 0.5 * made / most)
 
     def escape() -> EscapeEffort:
-        limits: dict[str, Any] = {"cancel": cancel, "progress": told(0.5, nodes)}
+        limits: dict[str, Any] = {"cancel": cancel, "progress": share_of_nodes(0.5, nodes)}
         return escape_effort(problem, nodes=nodes, seed=seed, search=search, **limits)
 
     if problem.horizon is not None:
         model = disturbance or Uniform()
         drawn = seed if rollout_seed is None else rollout_seed
-        limits = {"cancel": cancel, "progress": told(0.0, rollouts)}
+        limits = {"cancel": cancel, "progress": share_of_nodes(0.0, rollouts)}
         found = _probability(problem, model, rollouts, drawn, **limits)
         return Scored(problem, escape(), probability=found, disturbance=model)
     has_effector = any(body.role == "effector" for body in problem.scene.bodies)
     capture = capture_score(
-        problem, nodes=nodes, seed=seed, cancel=cancel, progress=told(0.0, nodes), warn=False
+        problem,
+        nodes=nodes,
+        seed=seed,
+        cancel=cancel,
+        progress=share_of_nodes(0.0, nodes),
+        warn=False,
     )
     return Scored(problem, escape(), capture, force_score(problem) if has_effector else None)
 

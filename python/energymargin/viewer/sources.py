@@ -17,7 +17,7 @@ from energymargin._core import Problem, stream
 from energymargin.datasets import Dataset, Future
 from energymargin.store import ScoreStore
 
-__all__ = ["Frames", "OneProblem", "Source", "StoredScores", "Trajectories", "source_of"]
+__all__ = ["Frames", "OneProblem", "StateSource", "StoredScores", "Trajectories", "source_of"]
 
 PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
 BODIES = (".urdf", ".stl", ".obj", ".dae")
@@ -53,7 +53,7 @@ class Frames:
         return seed if self.first is None else stream(seed, self.first + frame)
 
 
-class Source(Protocol):
+class StateSource(Protocol):
     """What is looked at."""
 
     @property
@@ -80,13 +80,13 @@ class OneProblem:
     trajectories: int = 1
 
     def frames(self, trajectory: int) -> Frames:
-        """As Source.frames."""
+        """As StateSource.frames."""
         _require_below("trajectory", trajectory, self.trajectories)
         states = np.asarray(self.question.state)[None]
         return Frames(np.zeros(1), states, lambda _: self.question)
 
     def close(self) -> None:
-        """As Source.close."""
+        """As StateSource.close."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +102,11 @@ class Trajectories:
 
     @property
     def trajectories(self) -> int:
-        """As Source.trajectories."""
+        """As StateSource.trajectories."""
         return len(self.dataset.trajectories)
 
     def frames(self, trajectory: int) -> Frames:
-        """As Source.frames."""
+        """As StateSource.frames."""
         _require_below("trajectory", trajectory, self.trajectories)
         recorded = self.dataset.trajectories[trajectory]
         first = int(self.dataset.lengths[:trajectory].sum())
@@ -121,7 +121,7 @@ class Trajectories:
         )
 
     def close(self) -> None:
-        """As Source.close."""
+        """As StateSource.close."""
         if self.opened:
             self.dataset.close()
 
@@ -135,7 +135,7 @@ def source_of(
     seed: int = 0,
     future: Future | None = None,
     progress: Progress | None = None,
-) -> Source:
+) -> StateSource:
     """A problem, a dataset, the file of one, or a task's name.
 
     Of a task so many trajectories of so many frames are generated, with this seed. `future`: of a
@@ -177,7 +177,7 @@ def source_of(
     return Trajectories(made, f"{task.name}, seed {seed}", future=future)
 
 
-def _alone(question: Problem, title: str, future: Future | None) -> Source:
+def _alone(question: Problem, title: str, future: Future | None) -> StateSource:
     if future is not None:
         raise ValueError(
             f"horizon is {future.horizon} frames, but {title} is a problem, and has no "

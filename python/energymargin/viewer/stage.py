@@ -14,11 +14,11 @@ from energymargin._core import Problem
 from energymargin.plots.sets import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.undisturbed import Undisturbed
-from energymargin.viewer.bodies import Bodies, rgb
-from energymargin.viewer.growth import Growth
+from energymargin.viewer.bodies import DrawnBodies, rgb
 from energymargin.viewer.search import Scored
 from energymargin.viewer.solids import Triangles, region_surface
 from energymargin.viewer.sources import Frames
+from energymargin.viewer.trees import DrawnTree
 from energymargin.viewer.views import View, is_flat, view_around
 
 __all__ = ["SHOWN", "UNDISTURBED", "Stage"]
@@ -50,8 +50,8 @@ class Stage:
         view = view_around(scene, states[chosen])
         self._view = view
         self._flat = is_flat(problem, states, view)
-        self._bodies = Bodies(server, scene, view, _nice(view.size / CELLS))
-        self._growth = Growth(server, view)
+        self._bodies = DrawnBodies(server, scene, view, _nice(view.size / CELLS))
+        self._tree = DrawnTree(server, view)
         _look_at(server, view, FROM[self._flat])
         self.put(problem)
 
@@ -63,22 +63,22 @@ class Stage:
     def draw_way(self, scored: Scored | None) -> None:
         """The way out, with the objects at its end, if there is one."""
         way = None if scored is None else scored.way_out
-        self._growth.draw_path(self._problem, way)
+        self._tree.draw_path(self._problem, way)
         self._way_ends = None if way is None else way.states[-1]
         self._bodies.put_ghosts(self._way_ends if self._shown["escape path"] else None)
 
     def draw_tree(self, scored: Scored | None, nodes: int) -> tuple[int, int]:
         """The first nodes of the tree; how many dots and edges are drawn of them."""
         if scored is None:
-            self._growth.clear()
+            self._tree.clear()
             return 0, 0
-        drawn = self._growth.draw(self._problem, scored.tree, scored.lost, nodes, scored.most)
+        drawn = self._tree.draw(self._problem, scored.tree, scored.lost, nodes, scored.most)
         self.choose(self._shown)
         return drawn
 
     def draw_future(self, future: Undisturbed | None) -> None:
         """The way of the objects that nothing disturbs, with a mark where it leads out."""
-        self._growth.draw_future(self._problem, future)
+        self._tree.draw_future(self._problem, future)
         self.choose(self._shown)
 
     def put_state(self, state: NDArray[np.float64]) -> None:
@@ -115,7 +115,7 @@ class Stage:
     def choose(self, shown: Mapping[str, bool]) -> None:
         """What is to be seen, by the names of SHOWN."""
         self._shown.update(shown)
-        self._growth.show(
+        self._tree.show(
             nodes=shown["nodes"],
             edges=shown["edges"],
             path=shown["escape path"],
@@ -132,9 +132,9 @@ class Stage:
         self._gone = True
         self.clear_sets()
         self._bodies.remove()
-        self._growth.clear()
-        self._growth.draw_path(self._problem, None)
-        self._growth.draw_future(self._problem, None)
+        self._tree.clear()
+        self._tree.draw_path(self._problem, None)
+        self._tree.draw_future(self._problem, None)
 
     def _replace(self, name: str, surface: Triangles | None, color: str) -> None:
         if name in self._surfaces:

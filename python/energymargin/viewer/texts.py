@@ -22,9 +22,9 @@ from energymargin.plots.styles import (
     SUCCEEDED_COLOR,
 )
 from energymargin.undisturbed import Undisturbed
-from energymargin.viewer.growth import FUTURE_COLOR
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
+from energymargin.viewer.trees import FUTURE_COLOR
 
 __all__ = [
     "drawn_text",

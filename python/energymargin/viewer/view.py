@@ -11,13 +11,13 @@ from typing import Any
 import rich
 
 from energymargin._core import Problem
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.settings import MOST_NODES
-from energymargin.tasks.base import whole_number
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
-from energymargin.viewer.sources import Source, StoredScores, Trajectories, source_of
+from energymargin.viewer.sources import StateSource, StoredScores, Trajectories, source_of
 
 __all__ = ["Viewer", "view"]
 
@@ -28,7 +28,7 @@ SEARCH = {"nodes": 1000, "seed": 0}
 class Viewer(Closing):
     """A page that is served until `close`; browsers may come and go."""
 
-    def __init__(self, source: Source, host: str, port: int | None, **options: Any) -> None:
+    def __init__(self, source: StateSource, host: str, port: int | None, **options: Any) -> None:
         """Serves it; `options` are those of Page."""
         self.host, self._source, self._closed = host, source, False
         try:
@@ -136,13 +136,13 @@ def view(
     return Viewer(source, host, port, stored=stored, **options)
 
 
-def _stored(source: Source, scores: str | os.PathLike[str], run: int | None) -> StoredScores:
+def _stored(source: StateSource, scores: str | os.PathLike[str], run: int | None) -> StoredScores:
     if not isinstance(source, Trajectories):
         raise ValueError(f"scores are {str(scores)!r}, of no use with a problem alone")
     return StoredScores(scores, source.dataset, run)
 
 
-def _asked(source: Source, stored: StoredScores, future: Future | None) -> Source:
+def _asked(source: StateSource, stored: StoredScores, future: Future | None) -> StateSource:
     """The states as the scores ask about them; ValueError if something else is wanted."""
     if future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"

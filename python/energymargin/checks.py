@@ -1,0 +1,85 @@
+"""Checks of arguments: each returns the value, or raises a ValueError that names it.
+
+Numbers of numpy count as those of Python, and become them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "check_shape",
+    "not_negative_number",
+    "one_of",
+    "positive_number",
+    "whole_number",
+    "yes_or_no",
+]
+
+
+def whole_number(name: str, value: int, least: int, most: int | None = None) -> int:
+    """`value`, if it is a whole number from `least` to `most`; else a ValueError with `name`."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if whole and value >= least and (most is None or value <= most):
+        return int(value)
+    given: object = value
+    if isinstance(given, float) and given.is_integer():
+        raise ValueError(f"{name} is {value!r}, expected a whole number, as {int(value)}")
+    expected = f"of at least {least}" if most is None else f"from {least} to {most}"
+    raise ValueError(f"{name} is {value!r}, expected a whole number {expected}")
+
+
+def positive_number(name: str, value: float) -> float:
+    """`value`, if it is a finite number above 0; else a ValueError with `name`."""
+    number = _finite_number(value)
+    if number is not None and number > 0:
+        return number
+    raise ValueError(f"{name} is {value!r}, expected a positive number")
+
+
+def not_negative_number(name: str, value: float) -> float:
+    """`value` as a float, if it is a finite number of at least 0; else a ValueError with `name`."""
+    number = _finite_number(value)
+    if number is not None and number >= 0:
+        return float(number) + 0.0  # which makes 0.0 of -0.0
+    raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0")
+
+
+def yes_or_no(name: str, value: bool) -> bool:
+    """`value`, if it is a bool; else a ValueError with `name`."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise ValueError(f"{name} is {value!r}, expected true or false")
+
+
+def one_of(name: str, value: str, choices: Sequence[str]) -> str:
+    """`value`, if it is one of these words; else a ValueError with `name`."""
+    if value in choices:
+        return value
+    raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
+
+
+def check_shape(
+    name: str, array: NDArray[Any], shape: tuple[int, ...], kind: type | None = None
+) -> None:
+    """Raises a ValueError with `name` unless the array is of this shape, and of this kind."""
+    right = np.shape(array) == shape and (kind is None or np.asarray(array).dtype == kind)
+    if not right:
+        found = f"shape {np.shape(array)} of {np.asarray(array).dtype}"
+        raise ValueError(
+            f"{name} has {found}, expected {shape}{f' of {kind.__name__}' if kind else ''}"
+        )
+
+
+def _finite_number(value: object) -> int | float | None:
+    """The value as a number of Python, which goes into JSON; None if it is no finite number."""
+    if isinstance(value, (np.integer, np.floating)):
+        value = value.item()
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,39 @@
+"""The paper's tables and figures made again, and what its definitions say on paper.
+
+A study is one module with one `Study`; `STUDIES` is the list of them, and of what each shows.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from energymargin_paper.study import Study
+
+__all__ = ["STUDIES", "load"]
+
+STUDIES = {
+    "table1": "Prediction of robustness and success, on every task (Table I)",
+    "figure-quality": "Trees in six frames of two pushes (the qualitative figure)",
+    "efficiency": "Success prediction and time a state, by nodes (the figure of time efficiency)",
+    "perturbation": "Prediction with errors of the model (the figure of robustness)",
+    "table2": "Prediction on recorded pushes, a simulated stand-in (Table II)",
+    "foresight": "What each score of a state foresees of the next frames",
+    "enlarged": "Centimetres and grams at true scale, beside enlarged scenes",
+    "bowl": "The escape energy of a ball in a bowl (Definition 2)",
+    "audit": "Where the energy of rollouts goes",
+    "closed-forms": "The effort of escape against answers known on paper",
+    "walls": "Whether anything gets through a wall",
+    "uncertainty": "How often the intervals of the scores hold the truth",
+    "fewer-steps": "What it gains to use more of each rollout",
+    "published": "The authors' own data: their scores and ours on the same states",
+}
+"""What each study shows, by name; `closed-forms` is in the module `closed_forms`."""
+
+
+def load(name: str) -> Study[Any, Any]:
+    """The study of a name, one of STUDIES."""
+    module = import_module(f"energymargin_paper.{name.replace('-', '_')}")
+    found: Study[Any, Any] = module.STUDY
+    return found

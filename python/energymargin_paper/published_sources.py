@@ -1,0 +1,241 @@
+"""The parts of the authors' data, and what is asked about their states: what holds for the next
+frames, and, long before the end of a recorded push, whether it will succeed."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import published
+from energymargin._core import Cancel, Plan, Problem, Scene, World, stream
+from energymargin.published.folder import SIMULATED, of_part
+from energymargin.published.reading import simulated_task
+from energymargin.published.recorded import PublishedRecorded
+from energymargin.published.recordings import (
+    Track,
+    measured_states,
+    recent_rates,
+    recorded_dataset,
+    recorded_task,
+    separated,
+    steady,
+    tracks,
+)
+from energymargin_paper.published_text import EARLY, Settings
+
+__all__ = ["Asked", "Source", "early_success", "source_of"]
+
+FRAME = 8 / 240  # s, of a recording
+# The errors of a push that goes on: of the tool's speed and of its direction, as shares of the
+# speed, and of its turn.
+SPEED_ERROR, SIDE_ERROR, TURN_ERROR = 0.3, 0.1, 0.1  # -, -, rad/s
+TAG_ERROR = 0.01  # m, of the tag's last place as against the observer's eye
+STOP_Y = -0.1  # m: no tool of a recording is pushed on much nearer to the wall
+ARM = (3.0, 1.0)  # N, N m, with which the arm holds the tool's velocity
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The questions about one state."""
+
+    now: Problem
+    """As the authors ask it, without a clock."""
+    ahead: Problem | None
+    """With a clock and what the robot does; None at the last frame."""
+    later: NDArray[np.float64]
+    """When the frames after it come [s]."""
+
+
+class Source(ABC):
+    """A part of the data."""
+
+    simulated: bool
+    tracks: tuple[Track, ...] = ()
+    """Of recordings."""
+    smoothed: NDArray[np.bool_] | None = None
+    """Labels from smoothed velocities, of recordings, shape (N,)."""
+
+    def __init__(self, data: Path, name: str, settings: Settings) -> None:
+        """Reads it, and the authors' scores."""
+        self.name = name
+        self.theirs = published.labelled_scores(data, name)
+        self.dataset = published.dataset(data, name)
+        self.places = self.dataset.frames()
+        self.most = max(settings.horizons(self.simulated))
+        every = 1 if self.simulated else settings.every
+        self.numbers = [n for n, (_, k) in enumerate(self.places) if k % every == every - 1]
+        """Of the states that are scored."""
+
+    def later(self, index: int) -> NDArray[np.float64]:
+        """When the frames after a state come [s]."""
+        t, k = self.places[index]
+        times = self.dataset.trajectories[t].times
+        return np.asarray(times[k + 1 : k + 1 + self.most] - times[k])
+
+    @abstractmethod
+    def asked(self, index: int) -> Asked:
+        """The questions about a state."""
+
+    def early(self, index: int, rollouts: int, seed: int, cancel: Cancel) -> float | None:
+        """Probability of success at the last frame, of every tenth frame of a recording."""
+        return None
+
+
+class Simulated(Source):
+    """Of Table I: the robot follows the mean of the authors' script."""
+
+    simulated = True
+
+    def __init__(self, data: Path, name: str, settings: Settings) -> None:
+        """Reads it."""
+        super().__init__(data, name, settings)
+        self._task = simulated_task(data, name)
+
+    def asked(self, index: int) -> Asked:
+        """The questions about a state."""
+        t, k = self.places[index]
+        trajectory, task, later = self.dataset.trajectories[t], self._task, self.later(index)
+        state, params = trajectory.states[k], trajectory.params
+        now = task.problem(state, params, trajectory.contacts[k])
+        if not len(later):
+            return Asked(now, None, later)
+        horizon = round(float(later[-1]) / now.scene.step) * now.scene.step
+        ahead = now.replace(
+            horizon=horizon,
+            plan=task.plan(state, float(trajectory.times[k]), params, horizon),
+            effector="coast",
+            captured=task.captured_throughout(params),
+            check=float(later[0]),  # the labels look at the frames alone
+        )
+        return Asked(now, ahead, later)
+
+
+class Recorded(Source):
+    """Of Table II: the tool goes on as it did in the last half second."""
+
+    simulated = False
+
+    def __init__(self, data: Path, name: str, settings: Settings) -> None:
+        """Reads it."""
+        super().__init__(data, name, settings)
+        own = of_part(data, name)
+        self.tracks = tuple(tracks(own))
+        smoothed = recorded_dataset(data, own, smoothed=True)
+        self.smoothed = np.concatenate([t.captured for t in smoothed.trajectories])
+        self._task = recorded_task(data, name)
+        self._scene = self._task.scene({})
+        self._measured = [self._states(track, track.velocities) for track in self.tracks]
+        self._recent = [
+            self._states(track, {body: recent_rates(track, body) for body in track.poses})
+            for track in self.tracks
+        ]
+
+    def _states(
+        self, track: Track, rates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        return measured_states(self._scene, track, rates)
+
+    def asked(self, index: int) -> Asked:
+        """The questions about a state; its capture set is that of the poses as measured."""
+        t, k = self.places[index]
+        measured, later = self._measured[t][k], self.later(index)
+        state = self.dataset.trajectories[t].states[k]
+        now = self._task.problem(state, {}).replace(captured=self._task.captured(measured, {}))
+        return Asked(now, self._ahead(self._held(t, k), later), later)
+
+    def early(self, index: int, rollouts: int, seed: int, cancel: Cancel) -> float | None:
+        """Probability of success at the last frame, of every tenth frame."""
+        t, k = self.places[index]
+        if k not in EARLY:
+            return None
+        return early_success(
+            *(self._task, self.tracks[t], k, self._held(t, k)),
+            rollouts=rollouts,
+            seed=seed,
+            cancel=cancel,
+        )
+
+    def _held(self, t: int, k: int) -> NDArray[np.float64]:
+        """The state with the velocities of the last half second."""
+        return separated(World(self._scene), self._recent[t][k])
+
+    def _ahead(self, state: NDArray[np.float64], later: NDArray[np.float64]) -> Problem | None:
+        if not len(later):
+            return None
+        step = self._scene.step
+        horizon = max(1, round(float(later[-1]) / step)) * step
+        ahead: Problem = self._task.problem(state, {}).replace(
+            horizon=horizon,
+            plan=Plan.hold(self._scene, state, horizon),
+            effector="coast",
+            captured=self._task.captured_throughout({}),
+            check=FRAME,
+        )
+        return ahead
+
+
+def source_of(data: Path, name: str, settings: Settings) -> Source:
+    """A part by its name."""
+    return (Simulated if name in SIMULATED else Recorded)(data, name, settings)
+
+
+def early_success(
+    task: PublishedRecorded,
+    track: Track,
+    frame: int,
+    state: NDArray[np.float64],
+    *,
+    rollouts: int,
+    seed: int,
+    cancel: Cancel | None = None,
+) -> float:
+    """Probability that a recording ends well, at one of its frames with its state, shape (n,).
+
+    The tool goes on to the last frame at its mean velocity since it began to move, with an error in
+    each of the rollouts but the first. Of where the object then lies, the chance that the observer
+    sees a success is a logistic of the distance to it, of the scale TAG_ERROR.
+    """
+    scene = task.scene({})
+    steps = round((track.times[-1] - track.times[frame]) / scene.step)
+    random = np.random.default_rng(stream(seed, 1000 * track.number + frame))
+    mean = steady(track, frame)
+    last = []
+    for number in range(rollouts):
+        rate = _with_error(mean, random) if number else mean
+        reached = _pushed(scene, state, rate, steps, cancel)
+        body = scene.unpack(reached)["object"]
+        last.append((*body["position"][:2], body["yaw"]))
+    margins = task.margin(np.array(last))
+    return float(np.mean(1 / (1 + np.exp(np.minimum(margins / TAG_ERROR, 500.0)))))
+
+
+def _with_error(rate: NDArray[np.float64], random: np.random.Generator) -> NDArray[np.float64]:
+    """A velocity x, y [m/s] and turn [rad/s]. Pushes go along y, so a side error is along x."""
+    along, side, turn = random.standard_normal(3)
+    speed = float(np.hypot(*rate[:2]))
+    x, y = rate[:2] * (1 + SPEED_ERROR * along)
+    return np.array([x + SIDE_ERROR * speed * side, y, TURN_ERROR * turn])
+
+
+def _pushed(
+    scene: Scene,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+    steps: int,
+    cancel: Cancel | None,
+) -> NDArray[np.float64]:
+    """The state after so many steps of a tool that keeps its velocity until it is near the wall."""
+    if steps < 1:
+        return state
+    start = state[scene.slice("effector").start + 1]
+    y = start + rate[1] * scene.step * np.arange(steps)
+    twists = np.zeros((steps, 6))
+    twists[:, :2], twists[:, 5] = rate[:2], rate[2]
+    twists[y < STOP_Y] = 0.0
+    plan = Plan(scene.step, velocities={"effector": twists}, limits={"effector": ARM})
+    return np.asarray(World(scene, plan).simulate(state, steps, cancel=cancel).states[-1])

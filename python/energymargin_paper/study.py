@@ -1,0 +1,119 @@
+"""What all studies share: settings, a folder of results, a table, numbers and figures."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from energymargin.cli.progress import progress_bar
+from energymargin.cli.terminal import err, out
+from energymargin.executors.threads import thread_count
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+    from matplotlib.figure import Figure
+
+__all__ = ["Progress", "Result", "Study", "setting"]
+
+Progress = Callable[..., None]
+"""Called with what the study's `bar` takes: (done, total), if it says nothing else."""
+
+
+class Result(Protocol):
+    """What a study finds."""
+
+    def to_markdown(self) -> str:
+        """Its tables."""
+        ...
+
+    def to_csv(self) -> str:
+        """Its numbers, in full precision."""
+        ...
+
+
+SettingsT = TypeVar("SettingsT", bound="DataclassInstance")
+ResultT = TypeVar("ResultT", bound=Result)
+
+
+def setting(default: Any, text: str, *, shown: str | None = None) -> Any:
+    """A field of a study's settings that its command offers as an option.
+
+    `text` is its help, `shown` its default in words. A tuple is typed with commas between.
+    """
+    return field(default=default, metadata={"help": text, "shown": shown})
+
+
+class Study(ABC, Generic[SettingsT, ResultT]):
+    """A study. Its docstring is the help of its command; its module has it as `STUDY`.
+
+    Settings are a frozen dataclass that checks itself; a field made by `setting` is an option.
+    """
+
+    name: str
+    """Of its command and folder; its files have it with underscores."""
+    settings: SettingsT
+    """Of the whole study."""
+    quick: SettingsT
+    """For a first picture."""
+    title: str
+    """What it does, beside the progress bar."""
+    unit: str
+    """What the progress bar counts."""
+    resumes: bool = True
+    """Whether it goes on with what is in the folder after Ctrl-C."""
+    threaded: bool = True
+    """Whether it takes a number of threads."""
+
+    @property
+    def stem(self) -> str:
+        """The name of its files."""
+        return self.name.replace("-", "_")
+
+    @abstractmethod
+    def compute(
+        self, settings: SettingsT, folder: Path, threads: int, progress: Progress
+    ) -> ResultT:
+        """Computes what the folder does not have yet."""
+
+    def figures(self, result: ResultT) -> Iterator[tuple[str, Figure]]:
+        """The pictures, each with the name of its file; none of a study without one."""
+        yield from ()
+
+    def settings_in_all(self, quick: bool) -> SettingsT:
+        """As one of many studies that are made together."""
+        return self.quick if quick else self.settings
+
+    def bar(self) -> AbstractContextManager[Progress]:
+        """The progress bar at the terminal."""
+        return progress_bar(err, self.title, self.unit)
+
+    def show(self, result: ResultT) -> None:
+        """The tables at the terminal."""
+        out.print(result.to_markdown(), markup=False, highlight=False, soft_wrap=True)
+
+    def write(self, result: ResultT, folder: Path) -> None:
+        """The tables (.md) and the numbers (.csv)."""
+        (folder / f"{self.stem}.md").write_text(result.to_markdown())
+        (folder / f"{self.stem}.csv").write_text(result.to_csv())
+
+    def reproduce(
+        self,
+        settings: SettingsT,
+        folder: Path,
+        *,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> ResultT:
+        """Makes the study in a folder, from what is there already; writes its tables and numbers.
+
+        `threads`: all cores if not given. Raises ValueError on a folder that holds another study.
+        """
+        count = thread_count(threads)
+        folder.mkdir(parents=True, exist_ok=True)
+        result = self.compute(settings, folder, count, progress or (lambda *_: None))
+        self.write(result, folder)
+        return result
