@@ -79,7 +79,7 @@ class Settings:
             "continuations": self.continuations,
             "seed": self.seed,
             "tasks": ",".join(self.tasks),
-            "out": folder,
+            "output": folder,
         }
         words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
         return shlex.join(["energymargin", "reproduce", "table1", *words])
