@@ -23,8 +23,10 @@ def commands() -> Iterator[tuple[str, Any]]:
 
 def _walk(name: str, command: Any) -> Iterator[tuple[str, Any]]:
     yield name, command
-    for child, held in getattr(command, "commands", {}).items():
-        yield from _walk(f"{name} {child}", held)
+    if hasattr(command, "list_commands"):
+        context = typer.Context(command)
+        for child in command.list_commands(context):
+            yield from _walk(f"{name} {child}", command.get_command(context, child))
 
 
 def page() -> str:
