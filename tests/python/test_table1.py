@@ -77,7 +77,7 @@ def test_the_table_says_how_it_is_made_again(folder):
     command = re.search(r"`energymargin reproduce table1 (.*?)`", text)[1].split()
     assert command == [
         *("--nodes", "10", "--trajectories", "4", "--continuations", "3", "--seed", "0"),
-        *("--tasks", "push", "-o", "t"),
+        *("--tasks", "push", "--output", "t"),
     ]
     kept = {path.name: path.stat().st_mtime_ns for path in (folder / "t").glob("*.[hd]*")}
     done = run(*command, cwd=folder)

@@ -33,5 +33,9 @@ MOVED = {
 
 if not TYPE_CHECKING:
     __getattr__ = moved_names(
-        __name__, {name: f"{__name__}.{home}.{name}" for home in MOVED for name in MOVED[home]}
+        __name__,
+        {
+            **{name: f"{__name__}.{home}.{name}" for home in MOVED for name in MOVED[home]},
+            "short": "energymargin.shares.short",
+        },
     )
