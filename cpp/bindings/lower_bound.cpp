@@ -1,0 +1,62 @@
+// A lower bound of the effort of escape for Python.
+
+#include "energymargin/metrics/lower_bound.hpp"
+
+#include "interrupt.hpp"
+#include "lower_bound.hpp"
+#include "problem/words.hpp"
+#include "repr.hpp"
+
+namespace energymargin::binding {
+namespace {
+
+constexpr const char* bound_doc =
+    R"(A lower bound of the effort of escape: no disturbance gets the object out with less work.
+
+Args:
+    problem: the question.
+    cells: of poses of each object to look at.
+    tolerance: the search ends once the barrier is known to this share.
+    captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
+    timeout: the search ends after so many seconds.
+    cancel: the search ends once it is set.
+
+The bound is the least potential energy over which the object can leave, minus all energy that may help it at the start.
+Bodies that can move are in nobody's way here. The bound is 0 where nothing is certain, and `reason` says why. After a
+timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
+argument.)";
+
+struct BoundCall : LowerBoundOptions, LimitCall {};
+
+LowerBound bound_effort(const Problem& problem, const BoundCall& call) {
+  return run_interruptible(call.call_limit(), [&](const Limit& limit) {
+    LowerBoundOptions options = call;
+    options.limit = limit;
+    return effort_lower_bound(problem, options);
+  });
+}
+
+}  // namespace
+
+void bind_lower_bound(py::module_& module) {
+  py::class_<LowerBound> type(module, "LowerBound", "A lower bound of the effort of escape.");
+  type.def_readonly("effort", &LowerBound::effort, "No escape takes less [J]; inf: there is none, a cage.")
+      .def_property_readonly("cage", &LowerBound::cage, "Whether it is proved that there is no escape.")
+      .def_readonly("barrier", &LowerBound::barrier, "Least rise of the object's energy on any way out, or less [J].")
+      .def_readonly("kinetic", &LowerBound::kinetic, "Kinetic energy of all bodies at the start [J].")
+      .def_readonly("stored", &LowerBound::stored,
+                    "Energy that other bodies, springs and joints can release [J]; inf: there is no end of it.")
+      .def_readonly("cells", &LowerBound::cells, "Cells of poses that were looked at.")
+      .def_readonly("complete", &LowerBound::complete,
+                    "Whether the barrier is known to the tolerance, or it is a cage. False: the cells, the timeout or "
+                    "the cancel came first, and more cells may give a higher bound.")
+      .def_readonly("reason", &LowerBound::reason,
+                    "Why the effort is bounded by 0 alone; empty if it is bounded by more.");
+  def_repr(type, "LowerBound", {"effort", "barrier", "kinetic", "stored", "cells", "complete", "reason"});
+  def_metric(module, "effort_lower_bound", &bound_effort, bound_doc,
+             std::tuple_cat(std::tuple{keyword("cells", &BoundCall::cells), keyword("tolerance", &BoundCall::tolerance),
+                                       keyword("captured", &BoundCall::captured)},
+                            limit_keywords()));
+}
+
+}  // namespace energymargin::binding

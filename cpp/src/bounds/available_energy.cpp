@@ -1,0 +1,187 @@
+#include "bounds/available_energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bounds/convex_piece.hpp"
+#include "bounds/infinity.hpp"
+#include "energymargin/kinematics.hpp"
+#include "energymargin/world.hpp"
+#include "scene/energy.hpp"
+
+namespace energymargin::bounds {
+namespace {
+
+constexpr double parallel = 1e-9;  // of a load and the normal of the plane under it
+
+// What the bodies other than the object can give, each on its own.
+class Stores {
+ public:
+  Stores(const Problem& problem, std::size_t object, const std::vector<bool>& immovable)
+      : problem_(problem), scene_(problem.scene), object_(object), immovable_(immovable), kinematics_(scene_) {}
+
+  AvailableEnergy sum() {
+    add_kinetic();
+    add_driven();
+    for (const Spring& spring : scene_.springs()) add(spring);
+    for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) add_joint(joint);
+    for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
+      if (body != object_ && !immovable_[body]) add_weight(body);
+    }
+    add_overlaps();
+    return energy_;
+  }
+
+ private:
+  void without_end(const std::string& reason) {
+    if (energy_.reason.empty()) energy_.reason = reason;
+    energy_.stored = infinity;
+  }
+
+  BodyState at(std::size_t body) const { return kinematics_(problem_.state.data(), body); }
+
+  Vector3 load(std::size_t body) const {
+    const Body& of = scene_.bodies()[body];
+    return of.linear_factor.cwiseProduct(of.mass * scene_.gravity() + of.force);
+  }
+
+  State at_rest() const {
+    const StateLayout layout(scene_);
+    State state = problem_.state;
+    for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
+      if (layout.offset(body) >= 0) state.segment<6>(layout.offset(body) + StateLayout::velocities_of_body).setZero();
+    }
+    for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) {
+      if (layout.joint_offset(joint) >= 0) state[layout.joint_offset(joint) + 1] = 0.0;
+    }
+    return state;
+  }
+
+  void add_kinetic() {
+    const Energy energy(scene_);
+    energy_.kinetic = std::max(energy(problem_.state) - energy(at_rest()), 0.0);
+  }
+
+  // An effector in "drive" that is at rest is stopped again and again, which takes energy out.
+  void add_driven() {
+    if (problem_.plan) without_end("the robot follows a plan, which may do work");
+    if (problem_.effector == Effector::coast) return;
+    for (const std::size_t body : scene_.with_role(Role::effector)) {
+      if (immovable_[body]) continue;
+      const BodyState moving = at(body);
+      if (moving.velocity.isZero(0.0) && moving.angular_velocity.isZero(0.0)) continue;
+      without_end("'" + scene_.bodies()[body].name + "' is in \"drive\", which does work");
+    }
+  }
+
+  // Springs between the object and what stays are part of the object's own potential energy.
+  void add(const Spring& spring) {
+    const std::size_t a = scene_.index(spring.body_a);
+    const std::size_t b = scene_.index(spring.body_b);
+    if ((a == object_ && immovable_[b]) || (b == object_ && immovable_[a])) return;
+    const BodyState at_a = at(a), at_b = at(b);
+    const Vector3 span =
+        at_b.position + at_b.orientation * spring.point_b - at_a.position - at_a.orientation * spring.point_a;
+    energy_.stored += 0.5 * spring.stiffness * std::pow(span.norm() - spring.rest_length, 2);
+  }
+
+  void add_joint(std::size_t index) {
+    const Joint& joint = scene_.joints()[index];
+    if (!joint.moves() || joint.held) return;
+    const double position = StateLayout(scene_).joint(problem_.state.data(), index).position;
+    energy_.stored += compliance_energy(joint, position);
+    if (joint.target_velocity != 0.0 && joint.damping != 0.0) {
+      without_end("the drive of '" + joint.name + "' has a target velocity, and does work");
+    }
+  }
+
+  // How far a body can fall along what pulls at it, times that.
+  void add_weight(std::size_t body) {
+    const Vector3 pull = load(body);
+    if (pull.isZero(0.0)) return;
+    const double way = scene_.joint_to(body) ? fall_of_link(body, pull.normalized()) : fall(body, pull.normalized());
+    if (std::isinf(way)) {
+      without_end("'" + scene_.bodies()[body].name + "' may fall without end, and its weight lift the object");
+    } else {
+      energy_.stored += pull.norm() * way;
+    }
+  }
+
+  // Down to a plane that it can not pass, which its centre of mass comes no nearer to than its thickness there.
+  double fall(std::size_t body, const Vector3& down) const {
+    const Body& of = scene_.bodies()[body];
+    const BodyState here = at(body);
+    const Vector3 center = of.principal_inertial().center;
+    double least = infinity;
+    for (std::size_t other = 0; other < scene_.bodies().size(); ++other) {
+      const auto* plane = std::get_if<Plane>(&scene_.bodies()[other].shape);
+      if (!plane || separate(body, other)) continue;
+      const BodyState ground = at(other);
+      const Vector3 normal = ground.orientation * plane->normal;
+      if ((normal + down).norm() > parallel) continue;
+      double thickness = -infinity;
+      for (const ConvexPiece& piece : convex_pieces(of.shape, Pose{}, scene_.stepping().margin)) {
+        const Vector3 lowest = piece.support(here.orientation.conjugate() * down);
+        const double below = down.dot(here.orientation * (lowest - center));
+        thickness = std::max(thickness, of.angular_factor.isZero(0.0) ? below : piece.depth(center));
+      }
+      const double height = normal.dot(here.position + here.orientation * center - ground.position) - plane->offset;
+      least = std::min(least, std::max(height - thickness, 0.0));
+    }
+    return least;
+  }
+
+  bool separate(std::size_t a, std::size_t b) const {
+    const std::pair<std::string, std::string> names = std::minmax(scene_.bodies()[a].name, scene_.bodies()[b].name);
+    return !immovable_[b] || scene_.disabled_collisions().count(names) > 0;
+  }
+
+  // A link stays within the lengths of the links from the first joint that moves, which hangs on what stays.
+  double fall_of_link(std::size_t body, const Vector3& down) const {
+    const BodyState link = at(body);
+    const Vector3 center = link.position + link.orientation * scene_.bodies()[body].principal_inertial().center;
+    Vector3 point = center;
+    double length = 0.0;
+    for (std::size_t below = body;;) {
+      const auto above = scene_.joint_to(below);
+      if (!above) return infinity;  // the tree moves freely
+      const Joint& joint = scene_.joints()[*above];
+      const BodyState child = at(below);
+      const Vector3 origin = child.position + child.orientation * joint.in_child.position;
+      length += (point - origin).norm();
+      if (joint.type == JointType::prismatic) length += joint.mimic ? infinity : joint.upper - joint.lower;
+      point = origin;
+      below = scene_.index(joint.parent);
+      if (immovable_[below]) break;
+    }
+    return std::max(length - down.dot(center - point), 0.0);
+  }
+
+  // Bodies that overlap at the start are pushed apart, each by no more than the overlaps below it, against their loads.
+  void add_overlaps() {
+    const double deepest = std::max(-World(scene_).deepest_contact(problem_.state).distance, 0.0);
+    if (deepest == 0.0) return;
+    double pull = 0.0, bodies = 0.0;
+    for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
+      if (immovable_[body]) continue;
+      pull += load(body).norm();
+      bodies += 1.0;
+    }
+    energy_.stored += bodies * deepest * pull;
+  }
+
+  const Problem& problem_;
+  const Scene& scene_;
+  std::size_t object_;
+  const std::vector<bool>& immovable_;
+  Kinematics kinematics_;
+  AvailableEnergy energy_;
+};
+
+}  // namespace
+
+AvailableEnergy available_energy(const Problem& problem, std::size_t object, const std::vector<bool>& immovable) {
+  return Stores(problem, object, immovable).sum();
+}
+
+}  // namespace energymargin::bounds

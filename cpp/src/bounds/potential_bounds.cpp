@@ -1,0 +1,61 @@
+#include "bounds/potential_bounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bounds/infinity.hpp"
+#include "energymargin/kinematics.hpp"
+
+namespace energymargin::bounds {
+
+PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, const std::vector<bool>& immovable,
+                                 const ObjectSpace& space)
+    : space_(space), center_(problem.scene.bodies()[object].principal_inertial().center) {
+  const Scene& scene = problem.scene;
+  const Body& body = scene.bodies()[object];
+  load_ = body.linear_factor.cwiseProduct(body.mass * scene.gravity() + body.force);
+  const Kinematics kinematics(scene);
+  for (const auto& spring : scene.springs()) {
+    const bool first = scene.index(spring.body_a) == object;
+    const std::size_t other = scene.index(first ? spring.body_b : spring.body_a);
+    if ((!first && scene.index(spring.body_b) != object) || !immovable[other]) continue;
+    const BodyState at = kinematics(problem.state.data(), other);
+    const Vector3 anchor = at.position + at.orientation * (first ? spring.point_b : spring.point_a);
+    springs_.push_back({first ? spring.point_a : spring.point_b, anchor, spring.stiffness, spring.rest_length});
+  }
+  // The start itself, whose turn is known.
+  const Pose pose = space.pose(space.start());
+  start_ = -load_.dot(pose.position + pose.orientation * center_);
+  for (const Spring& spring : springs_) {
+    const double length = (pose.position + pose.orientation * spring.point - spring.anchor).norm();
+    start_ += 0.5 * spring.stiffness * std::pow(length - spring.rest_length, 2);
+  }
+}
+
+EnergyRange PotentialBounds::operator()(const PoseCell& cell) const {
+  const Pose pose = space_.pose(cell.center());
+  const Coordinates half = cell.half();
+  const double middle = -load_.dot(pose.position + pose.orientation * center_);
+  const double slack = load_.cwiseAbs().dot(space_.slack(half, center_));
+  EnergyRange range{middle - slack, middle + slack};
+  for (const Spring& spring : springs_) {
+    const double length = (pose.position + pose.orientation * spring.point - spring.anchor).norm();
+    const double stretch = std::abs(length - spring.rest_length);
+    const double change = space_.slack(half, spring.point).norm();
+    range.low += 0.5 * spring.stiffness * std::pow(std::max(stretch - change, 0.0), 2);
+    range.high += 0.5 * spring.stiffness * std::pow(stretch + change, 2);
+  }
+  return range;
+}
+
+double PotentialBounds::beyond(int axis, bool upper, double face) const {
+  if (axis == turn_axis || load_.isZero(0.0)) return 0.0;
+  Vector3 others = load_;
+  others[axis] = 0.0;
+  const bool rises = upper ? load_[axis] <= 0.0 : load_[axis] >= 0.0;
+  if (!others.isZero(0.0) || !rises) return -infinity;
+  const Vector3 slack = space_.slack(Coordinates::Zero(), center_);
+  return -load_[axis] * face - std::abs(load_[axis]) * slack[axis];
+}
+
+}  // namespace energymargin::bounds
