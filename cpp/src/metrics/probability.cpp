@@ -11,6 +11,7 @@
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
+#include "metrics/looks.hpp"
 #include "search/exit.hpp"
 #include "search/horizon.hpp"
 
@@ -18,7 +19,6 @@ namespace energymargin {
 namespace {
 
 constexpr int default_rollouts = 30;
-constexpr double most_diverged = 0.01;  // of the rollouts
 constexpr double confidence_of_tolerance = 0.95;
 
 // The outcome of one rollout.
@@ -45,10 +45,7 @@ class Estimator {
   }
 
   CaptureProbability estimate() {
-    const Disturbance zero(problem_.scene.with_role(Role::object).size());
-    undisturbed_ = run({{zero, timing_.horizon}}, nullptr);
-    if (!undisturbed_.complete) options_.limit.require();
-    if (undisturbed_.diverged) throw Diverged("the undisturbed future");
+    if (options_.undisturbed) follow_undisturbed();
     const int most = options_.rollouts.value_or(options_.tolerance ? most_rollouts : default_rollouts);
     int wanted = options_.tolerance ? std::min(first_look, most) : most;
     for (long long look = wanted; look < most; look *= 2) ++looks_;
@@ -62,6 +59,13 @@ class Estimator {
   }
 
  private:
+  void follow_undisturbed() {
+    const Disturbance zero(problem_.scene.with_role(Role::object).size());
+    undisturbed_ = run({{zero, timing_.horizon}}, nullptr);
+    if (!undisturbed_->complete) options_.limit.require();
+    if (undisturbed_->diverged) throw Diverged("the undisturbed future");
+  }
+
   // Rollouts up to number `wanted`, each a function of its number alone.
   void roll(int wanted) {
     const std::size_t first = futures_.size();
@@ -174,15 +178,8 @@ class Estimator {
     return 0.5 * (ends.high - ends.low) <= *options_.tolerance;
   }
 
-  std::vector<int> instants() const {
-    std::vector<int> steps;
-    for (int step = 0; step < timing_.horizon; step += timing_.check) steps.push_back(step);
-    steps.push_back(timing_.horizon);
-    return steps;
-  }
-
   Survival survival(std::size_t set, const std::vector<double>& shares) const {
-    const std::vector<int> steps = instants();
+    const std::vector<int> steps = looks_of(timing_);
     const double step = problem_.scene.stepping().step;
     Survival survival{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(steps.size()))};
     for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -215,6 +212,7 @@ class Estimator {
     const std::vector<double> shares = weights(count);
     p.effective = effective(shares);
     p.all = survival(0, shares);
+    p.lost = 1.0 - p.all.curve.array();
     if (sets_.size() > 1) p.any = survival(1, shares);
     for (std::size_t set = 2; set < sets_.size(); ++set) p.by_object.push_back(survival(set, shares));
     if (success_) p.success = success(shares);
@@ -222,27 +220,23 @@ class Estimator {
   }
 
   void count_rollouts(int count, CaptureProbability& p) const {
-    p.steps = undisturbed_.steps;
+    p.steps = undisturbed_ ? undisturbed_->steps : 0;
     for (int i = 0; i < count; ++i) {
       p.diverged += futures_[static_cast<std::size_t>(i)].diverged ? 1 : 0;
       p.steps += futures_[static_cast<std::size_t>(i)].steps;
     }
     p.rollouts = count - p.diverged;
-    if (p.diverged <= most_diverged * count) return;
-    throw std::runtime_error(std::to_string(p.diverged) + " of " + std::to_string(count) +
-                             " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
-                             "or a weaker disturbance");
+    require_few_diverged(p.diverged, count);
   }
 
   void set_times(CaptureProbability& p) const {
     const double step = problem_.scene.stepping().step;
-    const std::vector<int> steps = instants();
-    p.times.resize(static_cast<Eigen::Index>(steps.size()));
-    for (std::size_t i = 0; i < steps.size(); ++i) p.times[static_cast<Eigen::Index>(i)] = step * steps[i];
-    const int exit = undisturbed_.exits[0];
+    p.times = times_of(looks_of(timing_), step);
+    if (!undisturbed_) return;
+    const int exit = undisturbed_->exits[0];
     p.undisturbed = exit < 0;
     p.undisturbed_time = step * (exit < 0 ? timing_.horizon : exit);
-    if (success_) p.undisturbed_success = undisturbed_.success;
+    if (success_) p.undisturbed_success = undisturbed_->success;
   }
 
   const Problem& problem_;
@@ -251,7 +245,7 @@ class Estimator {
   std::vector<Membership> sets_;  // of all objects; with `by_object` also of any, and of each
   std::optional<Membership> success_;
   std::optional<double> rate_;
-  Future undisturbed_;
+  std::optional<Future> undisturbed_;
   std::vector<Future> futures_;
   std::vector<char> complete_;
   int looks_ = 1;  // the most looks at the tolerance
@@ -295,6 +289,20 @@ Interval interval(double probability, double effective, double confidence) {
   };
   return {inside > 0.0 ? beta(inside, outside + 1.0, tail) : 0.0,
           outside > 0.0 ? beta(inside + 1.0, outside, 1.0 - tail) : 1.0};
+}
+
+Interval interval_of_loss(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> look) {
+  const Eigen::Index at = look.value_or(p.lost.size() - 1);
+  if (p.splitting) return interval(p.lost[at], p.splitting->effective[at], confidence);
+  const Interval captured = interval_of_capture(p, confidence, at);
+  return {1.0 - captured.high, 1.0 - captured.low};
+}
+
+Interval interval_of_capture(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> look) {
+  const Eigen::Index at = look.value_or(p.lost.size() - 1);
+  if (!p.splitting) return interval(p.all.curve[at], p.effective, confidence);
+  const Interval loss = interval_of_loss(p, confidence, at);
+  return {1.0 - loss.high, 1.0 - loss.low};
 }
 
 }  // namespace energymargin

@@ -112,6 +112,7 @@ void add_probability(const Problem& problem, const SearchMetrics& metrics, const
   probability.rollouts = options.rollouts;
   probability.seed = options.common_random_numbers ? options.seed : seed;
   probability.limit = options.limit;
+  probability.undisturbed = false;
   probability.success = has(metrics, "probability/success");
   probability.by_object = has(metrics, "probability/any");
   const CaptureProbability p = complete_probability(problem, probability);

@@ -5,70 +5,13 @@
 #include <memory>
 
 #include "base/angles.hpp"
-#include "energymargin/kinematics.hpp"
+#include "sets/body_reader.hpp"
+#include "sets/sweep.hpp"
 
 namespace energymargin {
 namespace {
 
-constexpr double straight = 1000.0;  // radius from which on a path counts as straight [m]
-
 using Test = std::function<bool(const double*)>;
-
-// Reads one body out of a state vector.
-class BodyReader {
- public:
-  BodyReader(const Scene& scene, std::shared_ptr<const Kinematics> kinematics, const std::string& name)
-      : kinematics_(std::move(kinematics)), body_(scene.index(name)) {}
-
-  BodyState operator()(const double* state) const { return (*kinematics_)(state, body_); }
-
- private:
-  std::shared_ptr<const Kinematics> kinematics_;
-  std::size_t body_;
-};
-
-// A body as seen from a frame: that of another body or, without a name, the world's.
-class RelativeReader {
- public:
-  RelativeReader(const Scene& scene, const std::shared_ptr<const Kinematics>& kinematics, const std::string& body,
-                 const std::string& frame)
-      : body_(scene, kinematics, body), in_world_(frame.empty()), frame_(scene, kinematics, in_world_ ? body : frame) {}
-
-  Vector3 position(const double* state) const {
-    const Vector3 position = body_(state).position;
-    if (in_world_) return position;
-    const BodyState frame = frame_(state);
-    return frame.orientation.conjugate() * (position - frame.position);
-  }
-
-  //! Of the frame's body, in its own axes.
-  Vector3 frame_velocity(const double* state) const {
-    const BodyState frame = frame_(state);
-    return frame.orientation.conjugate() * frame.velocity;
-  }
-
-  Vector3 direction(const double* state, const Vector3& axis) const {
-    const Vector3 direction = body_(state).orientation * axis;
-    return in_world_ ? direction : Vector3(frame_(state).orientation.conjugate() * direction);
-  }
-
-  //! Velocity of a point of the body, as seen by somebody who moves with the frame.
-  Vector3 velocity(const double* state, const Vector3& point, bool along_world) const {
-    const BodyState body = body_(state);
-    const Vector3 arm = along_world ? point : Vector3(body.orientation * point);
-    const Vector3 velocity = body.velocity + body.angular_velocity.cross(arm);
-    if (in_world_) return velocity;
-    const BodyState frame = frame_(state);
-    const Vector3 velocity_of_frame =
-        frame.velocity + frame.angular_velocity.cross(body.position + arm - frame.position);
-    return frame.orientation.conjugate() * (velocity - velocity_of_frame);
-  }
-
- private:
-  BodyReader body_;
-  bool in_world_;
-  BodyReader frame_;
-};
 
 bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
   const Vector2 arm = position.head<2>() - sector.center;
@@ -79,24 +22,8 @@ bool in_sector(const regions::AnnularSector& sector, const Vector3& position) {
 }
 
 bool in_sweep(const regions::Swept& swept, const regions::PlanarMotion& motion, const Vector3& position) {
-  const double speed = motion.velocity.norm();
-  if (speed < swept.least_speed || speed == 0.0) {
-    return (position.head<2>() - motion.position).norm() <= swept.disc_radius;
-  }
-  const double turn = motion.yaw_rate < 0.0 ? -1.0 : 1.0;  // 1: the centre is on the left of the motion
-  const double radius = speed / std::max(std::abs(motion.yaw_rate), speed / straight);
-  const Vector2 outwards = turn / speed * Vector2(motion.velocity.y(), -motion.velocity.x());
-  regions::AnnularSector sector;
-  sector.center = motion.position - radius * outwards;
-  sector.radius = radius;
-  sector.half_width = swept.half_width;
-  sector.start_angle = std::atan2(outwards.y(), outwards.x()) - turn * swept.behind / radius;
-  sector.sweep = turn * std::min((swept.behind + swept.ahead * speed + swept.beyond) / radius, full_turn);
-  return in_sector(sector, position);
-}
-
-regions::PlanarMotion planar_motion(const BodyState& body) {
-  return {body.position.head<2>(), body.velocity.head<2>(), body.angular_velocity.z()};
+  const std::optional<regions::AnnularSector> sector = swept_sector(swept, motion);
+  return sector ? in_sector(*sector, position) : (position.head<2>() - motion.position).norm() <= swept.disc_radius;
 }
 
 class Compiler {

@@ -1,0 +1,43 @@
+#pragma once
+// Random numbers that are the same with every standard library.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "base/angles.hpp"
+#include "energymargin/random.hpp"
+#include "energymargin/types.hpp"
+
+namespace energymargin {
+
+//! Draws of one stream.
+class Random {
+ public:
+  Random(std::uint64_t seed, std::size_t index) : engine_(stream(seed, index)) {}
+
+  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+
+  //! Box and Muller (1958).
+  double normal() {
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    return radius * std::cos(2.0 * pi * uniform());
+  }
+
+  Vector3 within(const Vector3& bounds) {
+    Vector3 sample;
+    for (int axis = 0; axis < 3; ++axis) sample[axis] = uniform(-bounds[axis], bounds[axis]);
+    return sample;
+  }
+
+  std::size_t below(std::size_t count) {
+    return std::min(count - 1, static_cast<std::size_t>(uniform() * static_cast<double>(count)));
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}  // namespace energymargin

@@ -1,0 +1,36 @@
+#pragma once
+// What probabilities of capture share: when the sets are looked at, and how many rollouts may diverge.
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "energymargin/problem.hpp"
+
+namespace energymargin {
+
+//! Steps after which the sets are looked at, from 0 to the horizon.
+inline std::vector<int> looks_of(const Timing& timing) {
+  std::vector<int> steps;
+  for (int step = 0; step < timing.horizon; step += timing.check) steps.push_back(step);
+  steps.push_back(timing.horizon);
+  return steps;
+}
+
+//! Their times [s].
+inline Eigen::VectorXd times_of(const std::vector<int>& steps, double step) {
+  Eigen::VectorXd times(static_cast<Eigen::Index>(steps.size()));
+  for (std::size_t i = 0; i < steps.size(); ++i) times[static_cast<Eigen::Index>(i)] = step * steps[i];
+  return times;
+}
+
+//! Throws std::runtime_error if more than 1 % have diverged.
+inline void require_few_diverged(int diverged, int rollouts) {
+  constexpr double most_diverged = 0.01;
+  if (diverged <= most_diverged * rollouts) return;
+  throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +
+                           " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
+                           "or a weaker disturbance");
+}
+
+}  // namespace energymargin

@@ -1,0 +1,289 @@
+#include "energymargin/metrics/rare.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/check.hpp"
+#include "energymargin/membership.hpp"
+#include "energymargin/parallel.hpp"
+#include "energymargin/signed_distance.hpp"
+#include "metrics/looks.hpp"
+#include "metrics/splitting.hpp"
+#include "search/exit.hpp"
+#include "search/horizon.hpp"
+
+namespace energymargin {
+namespace {
+
+constexpr std::size_t fewest_batches = 4;  // that have a variance: Student's distribution of three degrees of freedom
+
+using Level = std::function<double(const State&)>;
+
+// A rollout: what acts on it, and how near it came to its loss.
+struct Replica {
+  std::vector<Push> pushes;
+  std::optional<Plan> plan{};
+  std::vector<double> highest_until{};  // each look
+  int exit = -1;                        // first look outside, if it has left [steps]
+
+  double highest() const { return highest_until.back(); }
+
+  // The first look at which it is above a level.
+  int rises_above(double level) const {
+    return static_cast<int>(std::upper_bound(highest_until.begin(), highest_until.end(), level) -
+                            highest_until.begin());
+  }
+};
+
+// Rollouts of one batch, one after another.
+class ReplicaSimulator {
+ public:
+  ReplicaSimulator(const Problem& problem, const RareOptions& options)
+      : problem_(problem),
+        options_(options),
+        timing_(*timing_of(problem)),
+        captured_(problem.captured, problem.scene),
+        level_(options.level ? options.level : Level(SignedDistance(problem.captured, problem.scene, problem.state))),
+        world_(search::world_of(problem)),
+        time_between_looks_(timing_.check * problem.scene.stepping().step) {}
+
+  Replica draw(std::uint64_t seed, std::size_t number) {
+    Replica replica{draw_pushes(options_.disturbance, problem_, timing_.horizon, seed, number),
+                    draw_plan(options_.disturbance, problem_, seed, number)};
+    simulate(replica);
+    return replica;
+  }
+
+  // From a parent, where it first is above a level.
+  Replica branch(const Replica& parent, double level, std::uint64_t seed, std::size_t number) {
+    const int look = parent.rises_above(level);
+    if (parent.highest_until[static_cast<std::size_t>(look)] == splitting::happened) return parent;
+    const int step = std::min(look * timing_.check, timing_.horizon);
+    Replica replica{branch_pushes(options_.disturbance, problem_, parent.pushes, step, seed, number),
+                    branch_plan(options_.disturbance, problem_, parent.plan, step, seed, number)};
+    simulate(replica);
+    return replica;
+  }
+
+  // Throws Diverged, Cancelled or TimedOut.
+  Replica undisturbed() {
+    const Disturbance zero(problem_.scene.with_role(Role::object).size());
+    Replica replica{{{zero, timing_.horizon}}};
+    simulate(replica);
+    options_.limit.require();
+    if (diverged_ > 0) throw Diverged("the undisturbed future");
+    return replica;
+  }
+
+  long long steps() const { return steps_; }
+  int simulated() const { return simulated_; }
+  int diverged() const { return diverged_; }
+
+ private:
+  // The past of a branch is simulated again: a simulation that is restored at a state is not the one that goes on.
+  void simulate(Replica& replica) {
+    search::Exit exit(timing_.dwell);
+    look(problem_.state, 0, exit, replica);
+    ++simulated_;
+    if (options_.rollout_counter) ++*options_.rollout_counter;
+    if (exit.left()) return;
+    if (replica.plan) world_.follow(*replica.plan);
+    int step = 0;
+    Watch watch;
+    watch.look_every = timing_.check;
+    watch.ends = [&](const State& state) { return look(state, step += timing_.check, exit, replica); };
+    try {
+      const Rollout rollout = world_.rollout_unchecked(problem_.state, replica.pushes, options_.limit, watch);
+      steps_ += rollout.steps;
+      if (rollout.complete && rollout.steps == timing_.horizon && !exit.left()) {
+        if (step != timing_.horizon) look(rollout.state, timing_.horizon, exit, replica);
+        exit.end();
+        if (exit.left()) set_exit(exit, replica);
+      }
+    } catch (const Diverged&) {
+      steps_ += step;
+      ++diverged_;
+    }
+  }
+
+  // Whether it has left.
+  bool look(const State& state, int step, search::Exit& exit, Replica& replica) {
+    exit.look(captured_(state), step);
+    const double now = level_(state);
+    if (std::isnan(now)) reject("level", "not a number", "a number for every state");
+    double level = step > 0 ? now + options_.ahead * (now - last_) / time_between_looks_ : now;
+    last_ = now;
+    if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
+    std::vector<double>& highest = replica.highest_until;
+    highest.push_back(highest.empty() ? level : std::max(level, highest.back()));
+    if (exit.left()) set_exit(exit, replica);
+    return exit.left();
+  }
+
+  static void set_exit(const search::Exit& exit, Replica& replica) {
+    replica.highest_until.back() = splitting::happened;
+    replica.exit = exit.since();
+  }
+
+  const Problem& problem_;
+  const RareOptions& options_;
+  Timing timing_;
+  Membership captured_;
+  Level level_;
+  World world_;
+  double time_between_looks_;  // [s]
+  double last_ = 0.0;          // level of the state at the last look
+  long long steps_ = 0;
+  int simulated_ = 0;
+  int diverged_ = 0;
+};
+
+// What one batch says.
+struct ReplicaBatch {
+  Eigen::VectorXd lost;    // an unbiased estimate of the loss until each look
+  double mean_loss = 0.0;  // of the time that is lost [steps]
+  int levels = 0;
+  int replicas = 0;
+  long long steps = 0;
+  int simulated = 0;
+  int diverged = 0;
+  bool complete = false;
+};
+
+ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, int replicas, std::size_t number) {
+  const std::uint64_t seed = stream(options.seed, number);
+  Random random(seed, std::numeric_limits<std::uint64_t>::max());  // a stream that no rollout has
+  ReplicaSimulator simulator(problem, options);
+  const auto draw = [&](std::size_t rollout) { return simulator.draw(seed, rollout); };
+  const auto branch = [&](const Replica& parent, double level, std::size_t rollout) {
+    return simulator.branch(parent, level, seed, rollout);
+  };
+  const auto last = splitting::split<Replica>(replicas, random, draw, branch, options.limit);
+  const Timing timing = *timing_of(problem);
+  const std::vector<int> looks = looks_of(timing);
+  ReplicaBatch batch;
+  batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(looks.size()));
+  for (const Replica& replica : last.replicas) {
+    if (replica.exit < 0) continue;
+    const auto from = std::lower_bound(looks.begin(), looks.end(), replica.exit) - looks.begin();
+    batch.lost.tail(batch.lost.size() - from).array() += 1.0;
+    batch.mean_loss += timing.horizon - replica.exit;
+  }
+  batch.lost *= last.weight / replicas;
+  batch.mean_loss *= last.weight / replicas;
+  batch.levels = last.levels;
+  batch.replicas = replicas;
+  batch.steps = simulator.steps();
+  batch.simulated = simulator.simulated();
+  batch.diverged = simulator.diverged();
+  batch.complete = last.complete;
+  return batch;
+}
+
+// Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the same
+// variance of its logarithm, of which a few draws seldom show the long tail.
+double relative_variance(const Eigen::VectorXd& estimates) {
+  const auto n = static_cast<double>(estimates.size());
+  const double mean = estimates.mean();
+  const double measured = (estimates.array() - mean).square().sum() / (n - 1.0) / (mean * mean);
+  std::vector<double> logarithms;
+  for (const double estimate : estimates) {
+    if (estimate > 0.0) logarithms.push_back(std::log(estimate));
+  }
+  const auto positive = static_cast<double>(logarithms.size());
+  if (positive < 2.0) return measured;
+  const Eigen::Map<const Eigen::ArrayXd> logs(logarithms.data(), static_cast<Eigen::Index>(logarithms.size()));
+  const double spread = (logs - logs.mean()).square().sum() / (positive - 1.0);
+  return std::max(measured, std::exp(spread) * n / positive - 1.0);
+}
+
+// How many rollouts of equal weight say as much about a probability as these independent estimates of it. At least as
+// many as the replicas, whose first rollouts are independent, and at most what the best of all levels gives, with a
+// relative variance of -log(p) / replicas.
+double effective_size(const Eigen::VectorXd& estimates, int replicas) {
+  const auto n = static_cast<double>(estimates.size());
+  const double mean = estimates.mean();
+  if (mean <= 0.0 || mean >= 1.0) return replicas;
+  const double of_student = (n - 1.0) / (n - 3.0);  // the variance of Student's distribution
+  const double least = -std::log(mean) / replicas;
+  const double variance = std::max(relative_variance(estimates) / n * of_student, least);
+  return std::max((1.0 - mean) / mean / variance, static_cast<double>(replicas));
+}
+
+// What the batches say together.
+CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBatch>& batches) {
+  const std::vector<int> looks = looks_of(*timing_of(problem));
+  const double step = problem.scene.stepping().step;
+  const auto count = static_cast<Eigen::Index>(batches.size());
+  Eigen::MatrixXd lost(count, static_cast<Eigen::Index>(looks.size()));
+  CaptureProbability p;
+  Splitting splitting;
+  double mean_loss = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ReplicaBatch& batch = batches[static_cast<std::size_t>(i)];
+    lost.row(i) = batch.lost;
+    mean_loss += batch.mean_loss / static_cast<double>(count);
+    splitting.levels += static_cast<double>(batch.levels) / static_cast<double>(count);
+    splitting.simulated += batch.simulated;
+    p.rollouts += batch.replicas;
+    p.steps += batch.steps;
+    p.diverged += batch.diverged;
+  }
+  require_few_diverged(p.diverged, splitting.simulated);
+  p.times = times_of(looks, step);
+  p.lost = lost.colwise().mean();
+  p.all.curve = 1.0 - p.lost.array();
+  p.all.mean_time = step * (looks.back() - mean_loss);
+  splitting.effective.resize(lost.cols());
+  for (Eigen::Index i = 0; i < lost.cols(); ++i) splitting.effective[i] = effective_size(lost.col(i), p.rollouts);
+  p.effective = splitting.effective[lost.cols() - 1];
+  p.splitting = splitting;
+  return p;
+}
+
+void validate(const Problem& problem, const RareOptions& options) {
+  if (!timing_of(problem)) reject("problem", "without horizon and plan", "one with: problem.replace(horizon=...)");
+  require_at_least("rollouts", options.rollouts, fewest_replicas);
+  require_at_least("threads", options.threads, 1);
+  require_not_negative("ahead", options.ahead);
+  validate(options.disturbance, problem);
+  const bool branches = std::holds_alternative<disturbances::Uniform>(options.disturbance) ||
+                        std::holds_alternative<disturbances::Gaussian>(options.disturbance) ||
+                        std::holds_alternative<disturbances::OfPlan>(options.disturbance);
+  if (!branches) {
+    const bool weighted = std::holds_alternative<disturbances::Boltzmann>(options.disturbance);
+    reject("disturbance", weighted ? "Boltzmann" : "a function, or draws",
+           "Uniform, Gaussian or noise of the plan: rollouts of rare losses branch on their way");
+  }
+}
+
+}  // namespace
+
+CaptureProbability rare_capture_probability(const Problem& problem, const RareOptions& options) {
+  validate(problem);
+  validate(problem, options);
+  ReplicaSimulator simulator(problem, options);
+  const Replica undisturbed = simulator.undisturbed();
+  std::vector<ReplicaBatch> batches(splitting_batches);
+  parallel_for(
+      batches.size(), options.threads,
+      [&](std::size_t i) {
+        const int rest = options.rollouts % splitting_batches;
+        const int replicas = options.rollouts / splitting_batches + (static_cast<int>(i) < rest ? 1 : 0);
+        batches[i] = run_batch(problem, options, replicas, i);
+      },
+      options.limit);
+  const auto missing =
+      std::find_if(batches.begin(), batches.end(), [](const ReplicaBatch& batch) { return !batch.complete; });
+  const bool complete = missing == batches.end();
+  batches.erase(missing, batches.end());
+  if (batches.size() < fewest_batches) options.limit.require();
+  CaptureProbability p = result_of(problem, batches);
+  p.complete = complete;
+  p.steps += simulator.steps();
+  p.undisturbed = undisturbed.exit < 0;
+  p.undisturbed_time = p.undisturbed ? p.times[p.times.size() - 1] : undisturbed.exit * problem.scene.stepping().step;
+  return p;
+}
+
+}  // namespace energymargin

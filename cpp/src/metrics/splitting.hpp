@@ -1,0 +1,56 @@
+#pragma once
+// Adaptive multilevel splitting: the probability of a rare event from replicas of a random path that split where they
+// come near it. Brehier, Gazeau, Goudenege, Lelievre and Rousset, Unbiasedness of some generalized adaptive multilevel
+// splitting algorithms, Annals of Applied Probability, 2016.
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "base/random_draws.hpp"
+#include "energymargin/limit.hpp"
+
+namespace energymargin::splitting {
+
+//! The level of a path on which the event has happened.
+inline constexpr double happened = std::numeric_limits<double>::infinity();
+
+//! The last generation of replicas. For any function f of a path that is 0 unless the event happens, `weight` times the
+//! mean of f over the replicas is an unbiased estimate of its expectation.
+template <typename Replica>
+struct Generation {
+  std::vector<Replica> replicas;
+  double weight = 1.0;   //!< 0 if no replica came near enough
+  int levels = 0;        //!< at which replicas were killed
+  bool complete = true;  //!< false if the limit was reached
+};
+
+//! A Replica has `highest()`, the highest level of its path. `draw(number)` is a path from the start. `branch(parent,
+//! level, number)` is one that has the parent's past up to the time at which its level first is above `level`, and goes
+//! on from there with the law of the path. A level may depend on the past, not on what is to come. All replicas of the
+//! lowest level are killed, however many they are, and branch from others drawn evenly.
+template <typename Replica, typename Draw, typename Branch>
+Generation<Replica> split(int count, Random& random, const Draw& draw, const Branch& branch, const Limit& limit = {}) {
+  Generation<Replica> generation;
+  std::vector<Replica>& replicas = generation.replicas;
+  std::size_t number = 0;
+  for (; number < static_cast<std::size_t>(count) && !limit.reached(); ++number) replicas.push_back(draw(number));
+  while (!limit.reached()) {
+    const auto is_lower = [](const Replica& a, const Replica& b) { return a.highest() < b.highest(); };
+    const double level = std::min_element(replicas.begin(), replicas.end(), is_lower)->highest();
+    if (level == happened) return generation;
+    const auto first_killed = std::stable_partition(
+        replicas.begin(), replicas.end(), [level](const Replica& replica) { return replica.highest() > level; });
+    const auto survivors = static_cast<std::size_t>(first_killed - replicas.begin());
+    ++generation.levels;
+    generation.weight *= static_cast<double>(survivors) / static_cast<double>(count);
+    if (survivors == 0) return generation;
+    for (std::size_t i = survivors; i < replicas.size() && !limit.reached(); ++i) {
+      replicas[i] = branch(replicas[random.below(survivors)], level, number++);
+    }
+  }
+  generation.complete = false;
+  return generation;
+}
+
+}  // namespace energymargin::splitting
