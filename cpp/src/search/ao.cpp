@@ -15,9 +15,11 @@
 namespace energymargin::search {
 namespace {
 
-// Nodes of a turn, once there is an escape.
+// Nodes of a turn: the planner's; guesses before there is an escape, and all of shortening's with a clock; shortening's
+// without one.
 constexpr int planner_turn = 50;
-constexpr int shortening_turn = 50;
+constexpr int short_turn = 50;
+constexpr int long_turn = 100;
 
 // Under Confirm::best a best escape is confirmed at the end, and before it whenever there are so many times the nodes.
 constexpr int confirmation_growth = 4;
@@ -34,12 +36,15 @@ class Search {
 
   bool finished() const { return problem_.spent() || ended_ || effort() == 0.0; }
 
-  // Whether the planner and shortening do.
-  bool takes_turns() const { return shortening_ && (!candidates_.empty() || problem_.horizon()); }
+  void wait() {
+    if (finished() || !shortening_ || !shortening_->wait()) return;
+    add(shortening_->end());
+    confirm();
+  }
 
   void plan() {
     const int before = problem_.nodes();
-    planner_.solve(takes_turns() ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
+    planner_.solve(shortening_ ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
@@ -49,8 +54,8 @@ class Search {
   }
 
   void shorten() {
-    if (!takes_turns()) return;
-    const int end = problem_.nodes() + shortening_turn;
+    if (!shortening_) return;
+    const int end = problem_.nodes() + (candidates_.empty() || problem_.horizon() ? short_turn : long_turn);
     while (problem_.nodes() < end && !finished()) {
       if (candidates_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
     }
@@ -156,6 +161,7 @@ Escape ao(BoundedProblem& problem, ompl::base::Planner& planner) {
 
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm) {
   Search search(problem, planner, shortening, confirm);
+  search.wait();
   while (!search.finished()) {
     search.plan();
     search.shorten();

@@ -15,9 +15,10 @@ enum class Confirm {
   each_turn,  ///< after each turn of the planner and of shortening, before it bounds the search any longer
 };
 
-//! As the function of two arguments. With `shortening`, unless it is null, the planner and it take turns once there is
-//! an escape; the planner's share of the nodes does not shrink, so AO-x stays asymptotically optimal. With
-//! Confirm::best it is to be done again with Confirm::each_turn if any escape was discarded.
+//! As the function of two arguments. With `shortening`, unless it is null, a wait comes first, and then the planner and
+//! it take turns: it guesses until there is an escape. The planner keeps at least a quarter of the nodes, so AO-x stays
+//! asymptotically optimal. With Confirm::best it is to be done again with Confirm::each_turn if any escape was
+//! discarded.
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm);
 
 }  // namespace energymargin::search

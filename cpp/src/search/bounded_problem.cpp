@@ -17,6 +17,9 @@ namespace {
 // Once the limit is reached, an escape may still be confirmed, if that is quick [s].
 constexpr double grace = 0.1;
 
+// Of each number of a state, over an edge: what rests in a simulation moves less [SI].
+constexpr double still = 1e-8;
+
 }  // namespace
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
@@ -92,6 +95,10 @@ bool BoundedProblem::allowed(int node) const {
 bool BoundedProblem::escaped(int node) const {
   if (node > 0 && horizon()) return tree_->escaped(node);
   return node >= 0 && captured_ && !(*captured_)(State(tree_->state(node)));
+}
+
+bool BoundedProblem::at_rest(int node) const {
+  return node > 0 && (tree_->state(node) - tree_->state(tree_->parent(node))).cwiseAbs().maxCoeff() < still;
 }
 
 bool BoundedProblem::worth_keeping(int node, double bound) const {

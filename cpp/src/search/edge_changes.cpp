@@ -10,6 +10,7 @@ namespace {
 // large ones, and one that is close small ones.
 constexpr double smallest_nudge = 1e-3;
 constexpr double largest_nudge = 0.5;
+constexpr double weakest = 1e-3;    // of the factors by which all edges are weakened, drawn evenly in their logarithm
 constexpr double axis_share = 0.5;  // of the nudges are along one axis
 constexpr double end_share = 0.15;  // of the nudges set an axis to zero or to a bound
 constexpr double rest_share = 0.5;  // of the edges that are cut go on without a wrench
@@ -37,8 +38,8 @@ EdgeChanges::EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::
       rng_(rng),
       changes_{&EdgeChanges::drop,        &EdgeChanges::halt,      &EdgeChanges::weaken, &EdgeChanges::coast,
                &EdgeChanges::nudge_first, &EdgeChanges::nudge_all, &EdgeChanges::cut,    &EdgeChanges::merge} {
-  if (!horizon_) return;
-  changes_.insert(changes_.end(), {&EdgeChanges::shift, &EdgeChanges::hasten});
+  if (!horizon_) changes_.push_back(&EdgeChanges::weaken_all);
+  if (horizon_) changes_.insert(changes_.end(), {&EdgeChanges::shift, &EdgeChanges::hasten});
   if (largest_.wrenches.size() > wrench_axes) changes_.push_back(&EdgeChanges::silence);
 }
 
@@ -60,6 +61,12 @@ void EdgeChanges::nudge_first(TimedEdges& edges) { edges.front() = nudge(edges.f
 
 void EdgeChanges::nudge_all(TimedEdges& edges) {
   for (TimedEdge& edge : edges) edge = nudge(edge);
+}
+
+// An object that is about to leave by itself needs next to nothing.
+void EdgeChanges::weaken_all(TimedEdges& edges) {
+  const double factor = std::exp(rng_.uniformReal(std::log(weakest), 0.0));
+  for (TimedEdge& edge : edges) edge.wrenches *= factor;
 }
 
 void EdgeChanges::cut(TimedEdges& edges) {

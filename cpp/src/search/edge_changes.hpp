@@ -44,13 +44,16 @@ class EdgeChanges {
   void coast(TimedEdges& edges);
   void nudge_first(TimedEdges& edges);
   void nudge_all(TimedEdges& edges);
+  void weaken_all(TimedEdges& edges);
   void cut(TimedEdges& edges);
   void merge(TimedEdges& edges);
+
+  // Of several objects.
+  void silence(TimedEdges& edges);
 
   // With a clock alone.
   void shift(TimedEdges& edges);
   void hasten(TimedEdges& edges);
-  void silence(TimedEdges& edges);
 
   TimedEdge nudge(TimedEdge edge);
   void nudge_wrenches(Eigen::VectorXd& wrenches, double size);

@@ -58,6 +58,8 @@ class RolloutTree {
   //! Effort from the root to a node [J].
   double cost(int node) const { return tree_.costs[node]; }
 
+  int parent(int node) const { return tree_.parents[node]; }
+
   //! Steps from the root to a node.
   int time(int node) const { return times_[static_cast<std::size_t>(node)]; }
 

@@ -6,6 +6,16 @@
 namespace energymargin::search {
 namespace {
 
+// Without a clock.
+constexpr int rests_of_a_wait = 10;      // longest edges
+constexpr double waiting_share = 0.04;   // of the attempts
+constexpr double polish_ratio = 1.5;     // polishes by other attempts
+constexpr int first_others = 50;         // before the first polish: the escape gets its form
+constexpr double long_rest_share = 0.1;  // of the changes end with a wait
+constexpr double pushing_share = 0.75;   // of the changes are to an edge that has a wrench
+constexpr int longest_guess = 3;         // longest edges
+constexpr double even_share = 0.5;       // of the guesses are not at the bounds
+
 // With a clock.
 constexpr double whole_share = 0.5;   // of the changes begin at the root, and of the guesses last up to the horizon
 constexpr double single_share = 0.5;  // of the guesses push one object alone
@@ -17,39 +27,89 @@ Shortening::Shortening(BoundedProblem& problem, Edge largest, std::uint64_t seed
       largest_(std::move(largest)),
       horizon_(problem.horizon()),
       rng_(static_cast<std::uint_fast32_t>(seed)),
-      changes_(largest_, horizon_, rng_) {}
+      changes_(largest_, horizon_, rng_),
+      polish_(largest_, rng_) {}
+
+bool Shortening::wait() { return !horizon_ && replay(0, with_rests({}, rests_of_a_wait)) == Outcome::better; }
 
 bool Shortening::guess() {
-  const bool whole = rng_.uniform01() < whole_share;
-  const int start = whole ? 0 : rng_.uniformInt(0, *horizon_ - 1);
-  TimedEdge push = rest(start, whole ? *horizon_ : rng_.uniformInt(1, *horizon_ - start));
+  if (!horizon_ && rng_.uniform01() < waiting_share) return wait_on();
+  TimedEdge push = draw_push();
   const auto axes = static_cast<int>(push.wrenches.size());
   const int object = rng_.uniform01() < single_share ? rng_.uniformInt(0, axes / wrench_axes - 1) : -1;
+  const bool even = !horizon_ && rng_.uniform01() < even_share;
   for (int axis = 0; axis < axes; ++axis) {
     if (object >= 0 && axis / wrench_axes != object) continue;
-    push.wrenches[axis] = rng_.uniformInt(-1, 1) * largest_.wrenches[axis];
+    const double share = even ? rng_.uniformReal(-1.0, 1.0) : rng_.uniformInt(-1, 1);
+    push.wrenches[axis] = share * largest_.wrenches[axis];
   }
-  path_ = {0};
   TimedEdges edges;
   prepend(edges, push, largest_.steps);
-  return replay(0, with_waits(edges, 0));
+  return replay(0, horizon_ ? with_waits(edges, 0) : with_rests(edges, draw_rests())) == Outcome::better;
 }
 
+// With a clock from some time on, for some time or up to the horizon.
+TimedEdge Shortening::draw_push() {
+  if (!horizon_) return rest(0, rng_.uniformInt(1, longest_guess * largest_.steps));
+  const bool whole = rng_.uniform01() < whole_share;
+  const int start = whole ? 0 : rng_.uniformInt(0, *horizon_ - 1);
+  return rest(start, whole ? *horizon_ : rng_.uniformInt(1, *horizon_ - start));
+}
+
+int Shortening::draw_rests() { return rng_.uniform01() < long_rest_share ? rests_of_a_wait : 1; }
+
+// A polish goes on to its end. Then other changes have as many attempts, and may give the escape another form.
 bool Shortening::attempt() {
+  if (horizon_) return change_edges();
+  if (rng_.uniform01() < waiting_share) return wait_on();
+  const bool polishes =
+      (polish_.goes_on() && polished_ == end()) || polishes_ <= polish_ratio * (others_ - first_others);
+  ++(polishes ? polishes_ : others_);
+  return polishes ? polish() : change_edges();
+}
+
+bool Shortening::change_edges() {
   const std::size_t node = draw_node();
   const EdgeChanges::Change change = changes_.draw();
-  const bool whole = horizon_ && (EdgeChanges::concerns_all(change) || rng_.uniform01() < whole_share);
-  const std::size_t from = whole ? 0 : node;
+  const bool all = EdgeChanges::concerns_all(change) || (horizon_ && rng_.uniform01() < whole_share);
+  const std::size_t from = all ? 0 : node;
   TimedEdges edges = edges_from(from);
   if (edges.empty()) return false;
   changes_.apply(change, edges);
-  return replay(from, horizon_ ? with_waits(edges, problem_.time(path_[from])) : edges);
+  if (horizon_) return replay(path_[from], with_waits(edges, problem_.time(path_[from]))) == Outcome::better;
+  return replay(path_[from], with_rests(edges, draw_rests())) == Outcome::better;
+}
+
+bool Shortening::polish() {
+  if (!polish_.goes_on() || polished_ != end()) polish_.start(edges_from(0));
+  const Outcome outcome = replay(0, with_rests(polish_.draw(), 1));
+  polish_.tell(outcome);
+  polished_ = end();
+  return outcome == Outcome::better;
+}
+
+// From the root, after which a wait may go on where the last one ended, or from anywhere on the path. The first rest is
+// of any length: it shifts the others.
+bool Shortening::wait_on() {
+  const bool from_root = path_.size() < 2 || rng_.uniform01() < 0.5;
+  const bool anew = rng_.uniform01() < 0.5;
+  const int node = from_root ? (anew ? 0 : waited_) : path_[draw_node()];
+  TimedEdges edges{rest(0, rng_.uniformInt(1, largest_.steps))};
+  const Outcome outcome = replay(node, with_rests(edges, rests_of_a_wait));
+  if (from_root && outcome == Outcome::infeasible) waited_ = problem_.nodes();
+  return outcome == Outcome::better;
 }
 
 // Of the path, but its end: where the first edge that changes starts or, with a clock, the wait before it.
 std::size_t Shortening::draw_node() {
-  auto node = static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(path_.size()) - 2));
-  while (horizon_ && node > 0 && problem_.edge(path_[node]).wrenches.isZero(0.0)) --node;
+  const auto last = static_cast<int>(path_.size()) - 2;
+  auto node = static_cast<std::size_t>(rng_.uniformInt(0, last));
+  const auto rests = [&](std::size_t i) { return problem_.edge(path_[i]).wrenches.isZero(0.0); };
+  if (horizon_) {
+    while (node > 0 && rests(node)) --node;
+  } else if (rng_.uniform01() < pushing_share) {
+    while (node > 0 && rests(node + 1)) --node;
+  }
   return node;
 }
 
@@ -85,18 +145,24 @@ TimedEdge Shortening::rest(int start, int steps) const {
 
 // An escape that falls short ends without a wrench: what it lacks may come of itself, and costs nothing. With a clock
 // the edges end with that rest.
-bool Shortening::replay(std::size_t from, const TimedEdges& edges) {
-  int node = path_[from];
-  const std::size_t count = horizon_ ? edges.size() : edges.size() + 1;
-  for (std::size_t i = 0; i < count && !problem_.spent(); ++i) {
-    node = problem_.extend(node, i < edges.size() ? edges[i] : rest(0, largest_.steps));
-    if (!problem_.allowed(node)) return false;
-    if (!problem_.escaped(node)) continue;
-    start(node);
-    problem_.lower_bound(problem_.cost(node));
-    return true;
+TimedEdges Shortening::with_rests(TimedEdges edges, int count) const {
+  edges.insert(edges.end(), static_cast<std::size_t>(count), rest(0, largest_.steps));
+  return edges;
+}
+
+Outcome Shortening::replay(int node, const TimedEdges& edges) {
+  for (const TimedEdge& edge : edges) {
+    if (problem_.spent()) break;
+    node = problem_.extend(node, edge);
+    if (!problem_.allowed(node)) return Outcome::worse;
+    if (problem_.escaped(node)) {
+      start(node);
+      problem_.lower_bound(problem_.cost(node));
+      return Outcome::better;
+    }
+    if (!horizon_ && edge.wrenches.isZero(0.0) && problem_.at_rest(node)) break;
   }
-  return false;
+  return Outcome::infeasible;
 }
 
 }  // namespace energymargin::search

@@ -7,6 +7,7 @@
 
 #include "energymargin/search/bounded_problem.hpp"
 #include "search/edge_changes.hpp"
+#include "search/polish.hpp"
 
 namespace energymargin::search {
 
@@ -25,9 +26,12 @@ class Shortening {
   //! Goes on from the escape that ends in `node`.
   void start(int node) { path_ = problem_.path_to(node); }
 
-  //! Tries one push at the bounds of its axes, on one object or all, from some time on, for some time or up to the
-  //! horizon: there is no escape yet, and where time is short few draws of a planner's lead to one. True if this did;
-  //! then the bound has fallen to its cost. With a clock.
+  //! Waits from the root on, without a clock: an object that moves may leave by itself. True if it did.
+  bool wait();
+
+  //! Tries one push from the root, on one object or all: there is no escape yet. With a clock it is at the bounds of
+  //! its axes, from some time on, for some time or up to the horizon: where time is short few draws of a planner's lead
+  //! out. Without one it may be weaker, or a wait. True if it led out; then the bound has fallen to its cost.
   bool guess();
 
   //! Tries one change. True if it gave a cheaper escape: then the problem's bound has fallen to its cost.
@@ -37,18 +41,29 @@ class Shortening {
   int end() const { return path_.back(); }
 
  private:
+  bool change_edges();
+  bool polish();
+  bool wait_on();
   std::size_t draw_node();
+  TimedEdge draw_push();
+  int draw_rests();
   TimedEdge rest(int start, int steps) const;
   TimedEdges edges_from(std::size_t node) const;
   TimedEdges with_waits(const TimedEdges& edges, int time) const;
-  bool replay(std::size_t from, const TimedEdges& edges);
+  TimedEdges with_rests(TimedEdges edges, int count) const;
+  Outcome replay(int node, const TimedEdges& edges);
 
   BoundedProblem& problem_;
   Edge largest_;
   std::optional<int> horizon_;  // steps
   ompl::RNG rng_;
   EdgeChanges changes_;
-  std::vector<int> path_;  // nodes from the root to the end of the best escape
+  Polish polish_;
+  int polished_ = -1;         // the node in which the escape ends that the polish goes on from
+  int polishes_ = 0;          // attempts that were one
+  int others_ = 0;            // and those that were none
+  std::vector<int> path_{0};  // nodes from the root to the end of the best escape
+  int waited_ = 0;            // the node in which the last wait from the root ends
 };
 
 }  // namespace energymargin::search

@@ -92,6 +92,9 @@ class BoundedProblem {
   bool allowed(int node) const;
   bool escaped(int node) const;
 
+  //! Whether a node's state is its parent's: without a wrench it stays there.
+  bool at_rest(int node) const;
+
   //! Whether a planner's tree still needs a node. A search that is over needs none: in a large tree it would take
   //! seconds to put them in order.
   bool worth_keeping(int node, double bound) const;
