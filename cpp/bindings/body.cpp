@@ -84,6 +84,16 @@ void add_body(Scene& scene, const std::string& name, const Shape& shape, const s
   scene.add_body(body);
 }
 
+Scene with_body(const Scene& scene, const std::string& name, const std::optional<Number>& friction,
+                const std::optional<Number>& mass) {
+  return scene.with_body(name, real("friction", friction), real("mass", mass));
+}
+
+constexpr const char* with_body_doc = R"(A copy with another friction coefficient or mass [kg] of one body.
+
+Its inertia grows with its mass. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
+too stiff for a lighter one.)";
+
 }  // namespace
 
 void bind_body(py::module_& module) {
@@ -107,7 +117,9 @@ void bind_add_body(py::class_<Scene>& scene) {
            py::arg("density") = py::none(), py::arg("inertial") = py::none(), py::arg("position") = zeros,
            py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), py::arg("velocity") = zeros,
            py::arg("angular_velocity") = zeros, py::arg("friction") = 0.5, py::arg("role") = "none",
-           py::arg("linear_factor") = ones, py::arg("angular_factor") = ones, py::arg("force") = zeros, add_body_doc);
+           py::arg("linear_factor") = ones, py::arg("angular_factor") = ones, py::arg("force") = zeros, add_body_doc)
+      .def("with_body", &with_body, py::arg("name"), py::kw_only(), py::arg("friction") = py::none(),
+           py::arg("mass") = py::none(), with_body_doc);
 }
 
 }  // namespace energymargin::binding

@@ -162,10 +162,10 @@ void bind_capture(py::module_& module) {
   def_checks(type);
   def_repr(type, "CaptureScore", {"capture", "success", "resolution", "undisturbed_exit", "nodes", "complete"});
   def_metric(module, "capture_score", &score_capture, capture_doc,
-             std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
-                        keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),
-                        keyword("threads", &CaptureCall::threads)},
-             std::tuple_cat(std::tuple{keyword("nodes_per_edge", &CaptureCall::nodes_per_edge),
+             std::tuple_cat(std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
+                                       keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),
+                                       keyword("threads", &CaptureCall::threads),
+                                       keyword("nodes_per_edge", &CaptureCall::nodes_per_edge),
                                        keyword("nodes_per_round", &CaptureCall::nodes_per_round),
                                        keyword("least_likelihood", &CaptureCall::least_likelihood),
                                        keyword("tolerance", &CaptureCall::tolerance)},

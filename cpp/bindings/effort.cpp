@@ -3,7 +3,9 @@
 #include "energymargin/metrics/effort.hpp"
 
 #include "bindings.hpp"
+#include "energymargin/metrics/lower_bound.hpp"
 #include "interrupt.hpp"
+#include "lower_bound.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
@@ -24,9 +26,13 @@ Args:
     search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
     sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
         the others at their bounds, along one axis, zero, or that of the edge before.
-    shorten: spend half of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
+    shorten: spend three quarters of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
         weakened, cut in two and merged, and each change is simulated (improved).
     stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
+    lower_bound: after the search, bound the effort from below too, as `effort_lower_bound` does. It has the time that the
+        search leaves.
+    bound_cells: of poses of each object that the lower bound looks at.
+    bound_tolerance: the lower bound is done once its barrier is known to this share.
     timeout: the search ends after so many seconds.
     cancel: the search ends once it is set.
     progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
@@ -39,21 +45,45 @@ or not. So has a state that is outside at the start. A wrench lasts up to `durat
 After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False. Raises ValueError
 on a bad problem or argument.)";
 
-struct EffortCall : EffortOptions, ProgressCall {};
+struct EffortCall : EffortOptions, ProgressCall {
+  bool lower_bound = false;
+  int bound_cells = LowerBoundOptions{}.cells;
+  double bound_tolerance = LowerBoundOptions{}.tolerance;
 
-Escape score_effort(const Problem& problem, const EffortCall& call) {
-  return run_with_progress(&escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call,
-                           call.call_limit());
+  LowerBoundOptions bound_options() const { return {bound_cells, bound_tolerance, captured, {}}; }
+};
+
+struct BoundedEscape : Escape {
+  std::optional<LowerBound> bound{};
+};
+
+BoundedEscape score_effort(const Problem& problem, const EffortCall& call) {
+  const Limit limit = call.call_limit();
+  if (call.lower_bound) validate(call.bound_options());
+  BoundedEscape result{
+      run_with_progress(&escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call, limit)};
+  if (!call.lower_bound) return result;
+  result.bound = run_interruptible(limit, [&](const Limit& until) {
+    LowerBoundOptions options = call.bound_options();
+    options.limit = until;
+    return effort_lower_bound(problem, options);
+  });
+  return result;
 }
 
-py::array_t<int> path_of(const Escape& escape) {
+std::optional<double> bound_of(const BoundedEscape& escape) {
+  return escape.bound ? std::make_optional(escape.bound->effort) : std::nullopt;
+}
+
+py::array_t<int> path_of(const BoundedEscape& escape) {
   return py::array_t<int>(static_cast<py::ssize_t>(escape.path.size()), escape.path.data());
 }
 
 }  // namespace
 
 void bind_effort(py::module_& module) {
-  py::class_<Escape> type(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.");
+  bind_lower_bound(module);
+  py::class_<BoundedEscape> type(module, "EscapeEffort", "Effort of escape, Section IV-A and Algorithm 1.");
   type.def_readonly("effort", &Escape::effort, "Omega_esc, eq. 2 [J]; inf without an escape.")
       .def_readonly("history", &Escape::history, "(nodes so far, best effort) at each improvement.")
       .def_property_readonly("path", &path_of, "Rows of the tree from the root to the escape; empty without an escape.")
@@ -68,15 +98,22 @@ void bind_effort(py::module_& module) {
       .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
       .def_property_readonly("nodes", &Escape::nodes,
                              "Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of "
-                             "so many nodes gives the same bits.");
+                             "so many nodes gives the same bits.")
+      .def_property_readonly("lower_bound", &bound_of, "No escape takes less [J]; None unless it was asked for.")
+      .def_property_readonly(
+          "proved_cage", [](const BoundedEscape& escape) { return escape.bound && escape.bound->cage(); },
+          "Whether the lower bound proves that there is no escape.")
+      .def_readonly("bound", &BoundedEscape::bound, "How the lower bound came about; None unless it was asked for.");
   def_repr(type, "EscapeEffort", {"effort", "nodes", "complete"});
   def_metric(
       module, "escape_effort", &score_effort, effort_doc,
-      std::tuple{keyword("planner", &EffortCall::planner), keyword("nodes", &EffortCall::nodes),
-                 keyword("seed", &EffortCall::seed), keyword("captured", &EffortCall::captured)},
       std::tuple_cat(
-          std::tuple{keyword("search", &EffortCall::search), keyword("sampling", &EffortCall::sampling),
-                     keyword("shorten", &EffortCall::shorten), keyword("stop_at_escape", &EffortCall::stop_at_escape)},
+          std::tuple{keyword("planner", &EffortCall::planner), keyword("nodes", &EffortCall::nodes),
+                     keyword("seed", &EffortCall::seed), keyword("captured", &EffortCall::captured),
+                     keyword("search", &EffortCall::search), keyword("sampling", &EffortCall::sampling),
+                     keyword("shorten", &EffortCall::shorten), keyword("stop_at_escape", &EffortCall::stop_at_escape),
+                     keyword("lower_bound", &EffortCall::lower_bound), keyword("bound_cells", &EffortCall::bound_cells),
+                     keyword("bound_tolerance", &EffortCall::bound_tolerance)},
           progress_keywords()));
 }
 

@@ -62,11 +62,12 @@ void bind_escape_energy(py::module_& module) {
                     "Whether all poses are drawn, or no barrier can be lower. False if the timeout or the cancel came "
                     "first.");
   def_repr(type, "EscapeEnergy", {"energy", "samples", "complete"});
-  def_metric(module, "escape_energy", &score_escape_energy, energy_doc,
-             std::tuple{keyword("planner", &EnergyCall::planner), keyword("samples", &EnergyCall::samples),
-                        keyword("seed", &EnergyCall::seed), keyword("reach", &EnergyCall::reach),
-                        keyword("object", &EnergyCall::object_name)},
-             limit_keywords());
+  def_metric(
+      module, "escape_energy", &score_escape_energy, energy_doc,
+      std::tuple_cat(std::tuple{keyword("planner", &EnergyCall::planner), keyword("samples", &EnergyCall::samples),
+                                keyword("seed", &EnergyCall::seed), keyword("reach", &EnergyCall::reach),
+                                keyword("object", &EnergyCall::object_name)},
+                     limit_keywords()));
 }
 
 }  // namespace energymargin::binding

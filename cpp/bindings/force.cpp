@@ -33,7 +33,8 @@ void bind_force(py::module_& module) {
       .def_readonly("ground", &ForceScore::ground, "Of the contacts with all other bodies.")
       .def_readonly("distance", &ForceScore::distance, "Least distance between object and effector [m].");
   def_repr(type, "ForceScore", {"force"});
-  module.def("force_score", &score_force, py::arg("problem"), py::arg("weights") = py::none(), force_doc);
+  module.def("force_score", &score_force, py::arg("problem"), py::kw_only(), py::arg("weights") = py::none(),
+             force_doc);
 }
 
 }  // namespace energymargin::binding

@@ -78,19 +78,20 @@ void def_members_constructor(py::class_<Struct>& type, const char* doc, const st
   def_constructor<Struct>(type, [](const Struct& value) { return value; }, doc, positional, named);
 }
 
-//! A function of a problem and of an `Arguments` that the keywords fill.
-template <typename Result, typename Arguments, typename... Positional, typename... Named>
+//! A function of a problem and of an `Arguments` that the keywords fill, by name alone.
+template <typename Result, typename Arguments, typename... Keywords>
 void def_metric(py::module_& module, const char* name, Result (*metric)(const Problem&, const Arguments&),
-                const char* doc, const std::tuple<Positional...>& positional, const std::tuple<Named...>& named) {
-  const auto call = [=](const Problem& problem, const typename Positional::Input&... by_position,
-                        const typename Named::Input&... by_name) {
+                const char* doc, const std::tuple<Keywords...>& keywords) {
+  const auto call = [=](const Problem& problem, const typename Keywords::Input&... input) {
     Arguments arguments{};
-    fill(arguments, positional, by_position...);
-    fill(arguments, named, by_name...);
+    fill(arguments, keywords, input...);
     return metric(problem, arguments);
   };
-  define_with([&](const auto&... extra) { module.def(name, call, py::arg("problem"), extra..., doc); }, positional,
-              named);
+  std::apply(
+      [&](const Keywords&... keyword) {
+        module.def(name, call, py::arg("problem"), py::kw_only(), keyword.argument()..., doc);
+      },
+      keywords);
 }
 
 }  // namespace energymargin::binding

@@ -3,6 +3,7 @@
 #include "energymargin/metrics/probability.hpp"
 
 #include "bindings.hpp"
+#include "energymargin/metrics/rare.hpp"
 #include "interrupt.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
@@ -26,6 +27,13 @@ Args:
         `rollouts`, by default 10000.
     success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
     by_object: of several objects also the probability of any, and of each.
+    rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
+        `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
+        success, by_object and tolerance, and for Uniform, Gaussian and noise of the plan.
+    level: with rare, a function of a state, shape (n,), that rises towards a loss; by default the signed distance to the
+        edge of the capture set, as a share of the start's. `lost` is unbiased with any, and precise with a good one.
+    ahead: with rare, what the level gains in so long at its rate of now counts too [s]; by default 0.1, about what a body
+        needs to come to rest.
     timeout: the call ends after so many seconds.
     cancel: the call ends once it is set.
     progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
@@ -37,7 +45,8 @@ without horizon and plan, or a bad argument, and RuntimeError if more than 1 % o
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
 
-With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'success' or 'any'.)";
+With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'lost', 'success' or
+'any'.)";
 
 using Function = py::typing::Callable<py::object(py::object, py::object)>;
 using Model = std::variant<disturbances::Uniform, disturbances::Gaussian, disturbances::Boltzmann, disturbances::OfPlan,
@@ -59,8 +68,13 @@ disturbances::Draws draws_of(const Function& function, const Problem& problem, i
   return draws;
 }
 
+using LevelFunction = py::typing::Callable<py::object(py::array_t<double>)>;
+
 struct ProbabilityCall : ProbabilityOptions, ProgressCall {
   Model model{};
+  bool rare = false;
+  std::optional<LevelFunction> level{};
+  std::optional<double> ahead{};
 };
 
 // The call's own model, or what its function draws.
@@ -80,7 +94,49 @@ void set_disturbance(const Problem& problem, const Model& model, ProbabilityOpti
   std::visit(set, model);
 }
 
+// A user's function of a state.
+std::function<double(const State&)> level_of(const LevelFunction& function) {
+  const std::shared_ptr<LevelFunction> held(new LevelFunction(function), [](const LevelFunction* last) {
+    const py::gil_scoped_acquire acquire;
+    delete last;
+  });
+  return [held](const State& state) {
+    const py::gil_scoped_acquire acquire;
+    return real("level", Number{(*held)(py::cast(state))});
+  };
+}
+
+[[noreturn]] void refuse_for_rare(const std::string& argument) {
+  throw std::invalid_argument(argument + " is given with rare=True, expected without: rare losses are those of all " +
+                              "objects over the horizon, from `rollouts` replicas");
+}
+
+CaptureProbability score_rare(const Problem& problem, const ProbabilityCall& call) {
+  if (call.tolerance) refuse_for_rare("tolerance");
+  if (call.success) refuse_for_rare("success");
+  if (call.by_object) refuse_for_rare("by_object");
+  RareOptions options;
+  const auto set = [&](const auto& model) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(model)>, Function>) {
+      options.disturbance = disturbances::Draws{};
+    } else {
+      options.disturbance = model;
+    }
+  };
+  std::visit(set, call.model);
+  options.rollouts = call.rollouts.value_or(options.rollouts);
+  options.seed = call.seed;
+  options.threads = call.threads;
+  if (call.level) options.level = level_of(*call.level);
+  options.ahead = call.ahead.value_or(options.ahead);
+  return run_with_progress(&rare_capture_probability, problem, options, &RareOptions::rollout_counter, call,
+                           call.call_limit());
+}
+
 CaptureProbability score_probability(const Problem& problem, const ProbabilityCall& call) {
+  if (call.rare) return score_rare(problem, call);
+  if (call.level) throw std::invalid_argument("level is given, expected rare=True with it");
+  if (call.ahead) throw std::invalid_argument("ahead is given, expected rare=True with it");
   const Limit call_limit = call.call_limit();  // a function as disturbance takes of its time
   ProbabilityOptions options = call;
   set_disturbance(problem, call.model, options);
@@ -107,13 +163,15 @@ Ends interval_of_look(const CaptureProbability& p, double probability, double co
 
 Ends interval_of(const CaptureProbability& p, const Number& confidence, const std::string& which) {
   const double of_look = confidence_of_look(p, confidence);
-  require_word("which", which, {"captured", "success", "any"});
+  require_word("which", which, {"captured", "lost", "success", "any"});
   if ((which == "success" && !p.success) || (which == "any" && !p.any)) {
     throw std::invalid_argument("which is '" + which +
                                 "', expected what was asked for: success=True, or by_object=True");
   }
   if (which == "success") return interval_of_look(p, *p.success, of_look);
-  return interval_of_look(p, which == "any" ? p.any->captured() : p.all.captured(), of_look);
+  if (which == "any") return interval_of_look(p, p.any->captured(), of_look);
+  const Interval ends = which == "lost" ? interval_of_loss(p, of_look) : interval_of_capture(p, of_look);
+  return {ends.low, ends.high};
 }
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p, const Number& confidence,
@@ -126,15 +184,19 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p,
   const Eigen::VectorXd& curve = which == "any" ? p.any->curve : p.all.curve;
   std::pair<Eigen::VectorXd, Eigen::VectorXd> band{curve, curve};
   for (Eigen::Index i = 0; i < curve.size(); ++i) {
-    std::tie(band.first[i], band.second[i]) = interval_of_look(p, curve[i], of_look);
+    const Interval ends =
+        which == "any" ? interval(curve[i], p.effective, of_look) : interval_of_capture(p, of_look, i);
+    std::tie(band.first[i], band.second[i]) = std::pair{ends.low, ends.high};
   }
   return band;
 }
 
 std::string repr_of(const CaptureProbability& p) {
-  const Ends ends = interval_of_look(p, p.all.captured(), 1.0 - 0.05 / p.looks);
-  return repr_of_fields("CaptureProbability", {{"captured", py::cast(p.all.captured())},
-                                               {"interval", py::cast(ends)},
+  const double confidence = 1.0 - 0.05 / p.looks;
+  const Interval ends = p.splitting ? interval_of_loss(p, confidence) : interval_of_capture(p, confidence);
+  const double estimate = p.splitting ? p.lost[p.lost.size() - 1] : p.all.captured();
+  return repr_of_fields("CaptureProbability", {{p.splitting ? "lost" : "captured", py::cast(estimate)},
+                                               {"interval", py::cast(Ends{ends.low, ends.high})},
                                                {"mean_time", py::cast(p.all.mean_time)},
                                                {"undisturbed", py::cast(p.undisturbed)},
                                                {"rollouts", py::cast(p.rollouts)},
@@ -147,6 +209,11 @@ void def_survivals(ProbabilityClass& type) {
   type.def_property_readonly(
           "captured", [](const CaptureProbability& p) { return p.all.captured(); },
           "Probability that all objects stay captured throughout the horizon.")
+      .def_property_readonly(
+          "lost", [](const CaptureProbability& p) { return p.lost[p.lost.size() - 1]; },
+          "Probability that an object is lost within the horizon: 1 - captured, in full precision.")
+      .def_readonly("lost_curve", &CaptureProbability::lost,
+                    "Probability of having been lost until each time, shape (T,): 1 - curve, in full precision.")
       .def_readonly("times", &CaptureProbability::times, "Of the looks at the sets, shape (T,) [s].")
       .def_property_readonly(
           "curve", [](const CaptureProbability& p) { return p.all.curve; },
@@ -171,11 +238,15 @@ void def_undisturbed(ProbabilityClass& type) {
 }
 
 void def_counts(ProbabilityClass& type) {
-  type.def_readonly("rollouts", &CaptureProbability::rollouts, "Random rollouts that count.")
+  type.def_readonly("rollouts", &CaptureProbability::rollouts,
+                    "Random rollouts that count; with rare=True the replicas.")
       .def_readonly("steps", &CaptureProbability::steps, "Simulation steps of all rollouts, also the undisturbed one.")
       .def_readonly("diverged", &CaptureProbability::diverged, "Rollouts that diverged, and do not count.")
       .def_readonly("effective", &CaptureProbability::effective,
                     "Effective sample size: rollouts of equal weight that say as much.")
+      .def_property_readonly(
+          "levels", [](const CaptureProbability& p) { return p.splitting ? p.splitting->levels : 0.0; },
+          "Levels at which replicas split, in the mean of the batches; 0 unless rare.")
       .def_readonly("complete", &CaptureProbability::complete,
                     "Whether no rollout is missing. False if the timeout or the cancel came first.");
 }
@@ -198,12 +269,13 @@ void bind_probability(py::module_& module) {
           "(low, high), each of shape (T,): the interval of each point of the curve alone. which: 'captured' or 'any'.")
       .def("__repr__", &repr_of);
   def_metric(
-      module, "capture_probability", &score_probability, probability_doc, std::tuple{},
+      module, "capture_probability", &score_probability, probability_doc,
       std::tuple_cat(
           std::tuple{keyword("disturbance", &ProbabilityCall::model), keyword("rollouts", &ProbabilityCall::rollouts),
                      keyword("seed", &ProbabilityCall::seed), keyword("threads", &ProbabilityCall::threads),
                      keyword("tolerance", &ProbabilityCall::tolerance), keyword("success", &ProbabilityCall::success),
-                     keyword("by_object", &ProbabilityCall::by_object)},
+                     keyword("by_object", &ProbabilityCall::by_object), keyword("rare", &ProbabilityCall::rare),
+                     keyword("level", &ProbabilityCall::level), keyword("ahead", &ProbabilityCall::ahead)},
           progress_keywords()));
 }
 

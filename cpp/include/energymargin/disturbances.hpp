@@ -62,4 +62,14 @@ std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& prob
 std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
                               std::size_t index);
 
+//! Pushes that are those of `parent` for `step` steps and go on from there as the model says, given what has acted
+//! until then: a piece of Uniform keeps its wrench, and how long it is held is drawn anew; Gaussian goes on from its
+//! last value. The model is Uniform, Gaussian or OfPlan, and `parent` is a draw of it.
+std::vector<Push> branch_pushes(const DisturbanceModel& model, const Problem& problem, const std::vector<Push>& parent,
+                                int step, std::uint64_t seed, std::size_t index);
+
+//! The same for the plan that draw_plan has drawn; noise that is held at `step` is kept until it ends.
+std::optional<Plan> branch_plan(const DisturbanceModel& model, const Problem& problem,
+                                const std::optional<Plan>& parent, int step, std::uint64_t seed, std::size_t index);
+
 }  // namespace energymargin

@@ -142,6 +142,10 @@ class Scene {
 
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
+
+  //! The same scene with another friction or mass [kg] of one body. A heavier body has the same shape of its inertia;
+  //! one that is fixed stays so, and one that is not never becomes so.
+  Scene with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <random>
 
-#include "base/angles.hpp"
 #include "base/check.hpp"
-#include "energymargin/random.hpp"
+#include "base/random_draws.hpp"
 
 namespace energymargin {
 namespace {
@@ -17,34 +15,6 @@ using disturbances::Draws;
 using disturbances::Gaussian;
 using disturbances::OfPlan;
 using disturbances::Uniform;
-
-// Random numbers that are the same with every standard library.
-class Random {
- public:
-  Random(std::uint64_t seed, std::size_t index) : engine_(stream(seed, index)) {}
-
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
-
-  //! Box and Muller (1958).
-  double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    return radius * std::cos(2.0 * pi * uniform());
-  }
-
-  Vector3 within(const Vector3& bounds) {
-    Vector3 sample;
-    for (int axis = 0; axis < 3; ++axis) sample[axis] = uniform(-bounds[axis], bounds[axis]);
-    return sample;
-  }
-
-  std::size_t below(std::size_t count) {
-    return std::min(count - 1, static_cast<std::size_t>(uniform() * static_cast<double>(count)));
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 std::size_t objects_of(const Problem& problem) { return problem.scene.with_role(Role::object).size(); }
 
@@ -64,11 +34,20 @@ std::vector<bool> subset(std::size_t count, std::size_t total, Random& random) {
   return is_member;
 }
 
-std::vector<Push> pushes(const Uniform& model, const Problem& problem, int steps, Random& random) {
+int steps_of(const std::vector<Push>& sequence) {
+  return std::accumulate(sequence.begin(), sequence.end(), 0,
+                         [](int sum, const Push& push) { return sum + push.steps; });
+}
+
+int longest_hold(const Uniform& model, const Problem& problem) {
+  return steps_of(model.hold.value_or(problem.duration), problem);
+}
+
+// Goes on until there are `steps` steps.
+void extend(const Uniform& model, const Problem& problem, int steps, Random& random, std::vector<Push>& sequence) {
   const std::size_t objects = objects_of(problem);
-  const int longest = steps_of(model.hold.value_or(problem.duration), problem);
-  std::vector<Push> sequence;
-  for (int left = steps; left > 0; left -= sequence.back().steps) {
+  const int longest = longest_hold(model, problem);
+  for (int left = steps - steps_of(sequence); left > 0; left -= sequence.back().steps) {
     const auto hold = static_cast<int>(random.below(static_cast<std::size_t>(longest))) + 1;
     Push push{Disturbance(objects), std::min(left, hold)};
     const std::size_t count = model.objects ? static_cast<std::size_t>(*model.objects) : objects;
@@ -80,11 +59,10 @@ std::vector<Push> pushes(const Uniform& model, const Problem& problem, int steps
     }
     sequence.push_back(std::move(push));
   }
-  return sequence;
 }
 
 // An Ornstein-Uhlenbeck process, sampled exactly, from its stationary distribution on.
-std::vector<Push> pushes(const Gaussian& model, const Problem& problem, int steps, Random& random) {
+void extend(const Gaussian& model, const Problem& problem, int steps, Random& random, std::vector<Push>& sequence) {
   const double decay =
       model.correlation_time > 0.0 ? std::exp(-problem.scene.stepping().step / model.correlation_time) : 0.0;
   const double innovation = std::sqrt(1.0 - decay * decay);
@@ -97,16 +75,33 @@ std::vector<Push> pushes(const Gaussian& model, const Problem& problem, int step
     }
     return sample;
   };
-  Disturbance now(objects_of(problem));
-  std::vector<Push> sequence;
-  for (int i = 0; i < steps; ++i) {
+  Disturbance now = sequence.empty() ? Disturbance(objects_of(problem)) : sequence.back().wrenches;
+  for (int i = steps_of(sequence); i < steps; ++i) {
     for (Wrench& wrench : now) {
       wrench = {next(wrench.force, problem.force, model.force, i == 0),
                 next(wrench.torque, problem.torque, model.torque, i == 0)};
     }
     sequence.push_back({now, 1});
   }
-  return sequence;
+}
+
+// The pushes that have begun before `step`.
+std::vector<Push> begun(const std::vector<Push>& sequence, int step) {
+  std::vector<Push> first;
+  for (int time = 0; time < step; time += first.back().steps) first.push_back(sequence[first.size()]);
+  return first;
+}
+
+// How long the last piece is held is drawn anew, given that it is held until `step` at least.
+void draw_hold(const Uniform& model, const Problem& problem, int step, int steps, Random& random,
+               std::vector<Push>& sequence) {
+  if (sequence.empty()) return;
+  Push& last = sequence.back();
+  const int start = steps_of(sequence) - last.steps;
+  const int age = step - start;
+  const int rest = longest_hold(model, problem) - age;
+  const auto hold = age + static_cast<int>(random.below(static_cast<std::size_t>(rest) + 1));
+  last.steps = std::min(hold, steps - start);
 }
 
 std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps) {
@@ -120,6 +115,35 @@ std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps
     sequence.push_back(std::move(push));
   }
   return sequence;
+}
+
+// The problem's plan, a row a step, with wrenches on each body that it drives.
+Plan rows_for_noise(const Problem& problem) {
+  Plan plan = fine_rows(*problem.plan, problem.scene);
+  for (const Servo& servo : problem.plan->velocities) {
+    const auto has_it = [&servo](const Drive& drive) { return drive.body == servo.body; };
+    if (std::any_of(plan.wrenches.begin(), plan.wrenches.end(), has_it)) continue;
+    plan.wrenches.push_back({servo.body, Wrenches::Zero(plan.rows(), 6)});
+  }
+  return plan;
+}
+
+int hold_of(const OfPlan& noise, const Problem& problem) { return noise.hold ? steps_of(*noise.hold, problem) : 1; }
+
+// To the rows from `from` on.
+void add_noise(const OfPlan& noise, const Problem& problem, int from, Random& random, Plan& plan) {
+  const int hold = hold_of(noise, problem);
+  for (int first = from; first < plan.rows(); first += hold) {
+    const int count = std::min(hold, plan.rows() - first);
+    for (Drive& drive : plan.wrenches) {
+      Eigen::Matrix<double, 1, 6> error;
+      error << random.within(noise.force).transpose(), random.within(noise.torque).transpose();
+      drive.wrenches.middleRows(first, count).rowwise() += error;
+    }
+    for (Targets& targets : plan.targets) {
+      targets.positions.segment(first, count).array() += random.uniform(-noise.targets, noise.targets);
+    }
+  }
 }
 
 void validate_uniform(const Uniform& model, const Problem& problem) {
@@ -172,12 +196,28 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
 std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed,
                               std::size_t index) {
   Random random(seed, index);
-  if (const auto* uniform = std::get_if<Uniform>(&model)) return pushes(*uniform, problem, steps, random);
-  if (const auto* boltzmann = std::get_if<Boltzmann>(&model))
-    return pushes(boltzmann->proposal, problem, steps, random);
-  if (const auto* gaussian = std::get_if<Gaussian>(&model)) return pushes(*gaussian, problem, steps, random);
+  std::vector<Push> sequence;
   if (const auto* draws = std::get_if<Draws>(&model)) return pushes(draws->rollouts[index], problem, steps);
-  return {Push{Disturbance(objects_of(problem)), steps}};
+  if (std::holds_alternative<OfPlan>(model)) return {Push{Disturbance(objects_of(problem)), steps}};
+  if (const auto* uniform = std::get_if<Uniform>(&model)) extend(*uniform, problem, steps, random, sequence);
+  if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) {
+    extend(boltzmann->proposal, problem, steps, random, sequence);
+  }
+  if (const auto* gaussian = std::get_if<Gaussian>(&model)) extend(*gaussian, problem, steps, random, sequence);
+  return sequence;
+}
+
+std::vector<Push> branch_pushes(const DisturbanceModel& model, const Problem& problem, const std::vector<Push>& parent,
+                                int step, std::uint64_t seed, std::size_t index) {
+  Random random(seed, index);
+  const int steps = steps_of(parent);
+  std::vector<Push> sequence = begun(parent, step);
+  if (const auto* uniform = std::get_if<Uniform>(&model)) {
+    draw_hold(*uniform, problem, step, steps, random, sequence);
+    extend(*uniform, problem, steps, random, sequence);
+  }
+  if (const auto* gaussian = std::get_if<Gaussian>(&model)) extend(*gaussian, problem, steps, random, sequence);
+  return std::holds_alternative<OfPlan>(model) ? parent : sequence;
 }
 
 std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& problem, std::uint64_t seed,
@@ -185,25 +225,26 @@ std::optional<Plan> draw_plan(const DisturbanceModel& model, const Problem& prob
   const auto* noise = std::get_if<OfPlan>(&model);
   if (!noise) return std::nullopt;
   Random random(seed, index);
-  Plan plan = fine_rows(*problem.plan, problem.scene);
-  const int rows = plan.rows();
-  const int hold = noise->hold ? steps_of(*noise->hold, problem) : 1;
-  for (const Servo& servo : problem.plan->velocities) {
-    const auto has_it = [&servo](const Drive& drive) { return drive.body == servo.body; };
-    if (std::any_of(plan.wrenches.begin(), plan.wrenches.end(), has_it)) continue;
-    plan.wrenches.push_back({servo.body, Wrenches::Zero(rows, 6)});
+  Plan plan = rows_for_noise(problem);
+  add_noise(*noise, problem, 0, random, plan);
+  return plan;
+}
+
+std::optional<Plan> branch_plan(const DisturbanceModel& model, const Problem& problem,
+                                const std::optional<Plan>& parent, int step, std::uint64_t seed, std::size_t index) {
+  const auto* noise = std::get_if<OfPlan>(&model);
+  if (!noise) return std::nullopt;
+  Random random(seed, index);
+  Plan plan = rows_for_noise(problem);
+  const int hold = hold_of(*noise, problem);
+  const int known = std::min((step + hold - 1) / hold * hold, plan.rows());  // rows of the draws that have begun
+  for (std::size_t i = 0; i < plan.wrenches.size(); ++i) {
+    plan.wrenches[i].wrenches.topRows(known) = parent->wrenches[i].wrenches.topRows(known);
   }
-  for (int first = 0; first < rows; first += hold) {
-    const int count = std::min(hold, rows - first);
-    for (Drive& drive : plan.wrenches) {
-      Eigen::Matrix<double, 1, 6> error;
-      error << random.within(noise->force).transpose(), random.within(noise->torque).transpose();
-      drive.wrenches.middleRows(first, count).rowwise() += error;
-    }
-    for (Targets& targets : plan.targets) {
-      targets.positions.segment(first, count).array() += random.uniform(-noise->targets, noise->targets);
-    }
+  for (std::size_t i = 0; i < plan.targets.size(); ++i) {
+    plan.targets[i].positions.head(known) = parent->targets[i].positions.head(known);
   }
+  add_noise(*noise, problem, known, random, plan);
   return plan;
 }
 

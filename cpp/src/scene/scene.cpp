@@ -57,6 +57,23 @@ Scene Scene::with_stepping(const Stepping& stepping) const {
   return scene;
 }
 
+Scene Scene::with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const {
+  Body body = bodies_[index(name)];
+  if (friction) body.friction = *friction;
+  if (mass) {
+    if (body.fixed()) reject("mass of '" + name + "'", text(*mass), "none: the body is fixed");
+    require_positive("mass", *mass);
+    if (body.inertial) body.inertial->moments *= *mass / body.mass;
+    body.mass = *mass;
+  }
+  validate_body(body);
+  Scene scene = *this;
+  scene.bodies_[index(name)] = std::move(body);
+  scene.springs_.clear();
+  for (const Spring& spring : springs_) scene.add_spring(spring);  // which may be too stiff for a lighter body
+  return scene;
+}
+
 std::size_t Scene::add_body(Body body) {
   if (body.name.empty()) reject("name", "empty", "a name that no other body of the scene has");
   if (body.name == "joints") reject("name", "'joints'", "another name: a state calls its joints so");

@@ -24,6 +24,7 @@ struct ProbabilityOptions {
   std::optional<double> tolerance{};  //!< rollouts are added until half of the 95 % interval is at most this
   bool success = false;               //!< also for the success set at the horizon: rollouts go on after an exit
   bool by_object = false;             //!< also for any object, and for each: rollouts go on until all have left
+  bool undisturbed = true;            //!< also one rollout without a disturbance, before the random ones
   Limit limit{};  //!< ends it early: the rollouts that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
 };
@@ -36,21 +37,30 @@ struct Survival {
   double captured() const { return curve[curve.size() - 1]; }
 };
 
+//! How adaptive multilevel splitting got there.
+struct Splitting {
+  Eigen::VectorXd effective;  //!< effective sample size of the loss until each time, shape (T,)
+  double levels = 0.0;        //!< at which replicas split, in the mean of the batches
+  int simulated = 0;          //!< rollouts that were simulated: the replicas, and those that branch from them
+};
+
 struct CaptureProbability {
   Eigen::VectorXd times;  //!< of the looks at the sets, from 0 to the horizon, shape (T,) [s]
   Survival all;           //!< of all objects
+  Eigen::VectorXd lost;   //!< probability of having been lost until each time, 1 - all.curve in full precision
   std::optional<Survival> any{};
   std::vector<Survival> by_object{};  //!< in the scene's order
   std::optional<double> success{};    //!< probability of being in the success set at the horizon
-  bool undisturbed = true;            //!< whether the objects stay captured without a disturbance
+  bool undisturbed = true;            //!< whether the objects stay captured without a disturbance, if that was asked
   double undisturbed_time = 0.0;      //!< when they leave without a disturbance [s]; the horizon if they stay
   std::optional<bool> undisturbed_success{};
-  int rollouts = 0;        //!< random rollouts that count
-  long long steps = 0;     //!< simulation steps of all rollouts, also the undisturbed one
-  int diverged = 0;        //!< rollouts that diverged, and do not count
-  double effective = 0.0;  //!< effective sample size: rollouts of equal weight that say as much
-  int looks = 1;           //!< the most looks at the tolerance; intervals are wider by them (Bonferroni)
-  bool complete = true;    //!< no rollout is missing
+  int rollouts = 0;                      //!< random rollouts that count; of splitting the replicas
+  long long steps = 0;                   //!< simulation steps of all rollouts, also the undisturbed one
+  int diverged = 0;                      //!< rollouts that diverged, and do not count
+  double effective = 0.0;                //!< effective sample size: rollouts of equal weight that say as much
+  int looks = 1;                         //!< the most looks at the tolerance; intervals are wider by them (Bonferroni)
+  bool complete = true;                  //!< no rollout is missing
+  std::optional<Splitting> splitting{};  //!< of rare losses
 };
 
 //! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if more
@@ -59,5 +69,13 @@ CaptureProbability capture_probability(const Problem& problem, const Probability
 
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
 Interval interval(double probability, double effective, double confidence = 0.95);
+
+//! The same of being captured throughout until time number `look`; by default until the horizon.
+Interval interval_of_capture(const CaptureProbability& p, double confidence = 0.95,
+                             std::optional<Eigen::Index> look = std::nullopt);
+
+//! The same of the loss until time number `look`; by default until the horizon.
+Interval interval_of_loss(const CaptureProbability& p, double confidence = 0.95,
+                          std::optional<Eigen::Index> look = std::nullopt);
 
 }  // namespace energymargin
