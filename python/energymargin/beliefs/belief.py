@@ -1,0 +1,252 @@
+"""A belief: one question about a model that is known with an error, and particles of it.
+
+A particle is a problem like any other, with one draw of what is not known. The draws are quasi-
+random (a scrambled Sobol sequence), so that few of them cover the belief evenly.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Problem, World
+from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
+from energymargin.checks import whole_number
+from energymargin.plausibility import PlausibilityWarning
+from energymargin.reprs import short_repr
+from energymargin.scenes import moved_apart
+
+__all__ = ["Belief", "Particles"]
+
+# An overlap that may be left, as a share of the smallest half extent of what was moved; Problems
+# refuse a quarter.
+LEFT = 0.01
+TRIES = 100  # draws for each particle
+HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0: no quantile is infinite
+
+Question = Callable[[NDArray[np.float64]], Problem]
+
+
+@dataclass(frozen=True)
+class Particles:
+    """N draws of a belief."""
+
+    __repr__ = short_repr
+
+    problems: list[Problem]
+    """Each with one draw."""
+    points: NDArray[np.float64]
+    """Where each was drawn in the unit cube, shape (N, D)."""
+    sources: list[Source]
+    """What was drawn; their inputs are the D columns of `points`."""
+    parted: int
+    """Particles whose bodies overlapped, and were moved apart."""
+    redrawn: int
+    """Draws that could not be, and for which another was taken: bodies that found no place, a
+    friction or mass below 0."""
+
+    def __len__(self) -> int:
+        """N."""
+        return len(self.problems)
+
+    def first(self, count: int) -> Particles:
+        """So many of them; `parted` and `redrawn` stay those of all."""
+        return replace(self, problems=self.problems[:count], points=self.points[:count])
+
+    def values(self, source: Source) -> NDArray[np.float64]:
+        """What was drawn of a source: friction or mass, (N, 1); errors of a pose or velocity, (N,
+        6), before bodies were moved apart."""
+        first = 0
+        for one in self.sources:
+            last = first + len(one.inputs)
+            if one is source:
+                return source.values(self.points[:, first:last])
+            first = last
+        raise ValueError(f"source is {source.name!r}, expected one of these particles'")
+
+
+class Belief:
+    """A problem whose numbers are known with an error: a distribution over problems.
+
+    Args:
+        problem: the question, with the numbers that are believed most.
+        friction, mass, pose, velocity: how well they are known, as of `em.beliefs.Uncertainty`.
+        uncertainty: these four in one, in their place.
+        question: poses the question about a particle's state, shape (n,), where more depends on the
+            state than the start, as a capture set that moves with the robot:
+            `lambda state: task.problem(state, params)`. By default `problem.with_state`.
+
+    Raises ValueError on what cannot be, and on bodies that the scene does not have.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        friction: Any = None,
+        mass: Any = None,
+        pose: Any = None,
+        velocity: Any = None,
+        uncertainty: Uncertainty | None = None,
+        question: Question | None = None,
+    ) -> None:
+        """As the class."""
+        if not isinstance(problem, Problem):
+            raise ValueError(f"problem is {problem!r}, expected a Problem")
+        own = {"friction": friction, "mass": mass, "pose": pose, "velocity": velocity}
+        given = [name for name, value in own.items() if value is not None]
+        if uncertainty is None:
+            uncertainty = Uncertainty(**own)
+        elif given:
+            raise ValueError(f"uncertainty and {given[0]} are given, expected one of them")
+        self.problem = problem
+        self.uncertainty = uncertainty
+        self._question: Question = problem.with_state if question is None else question
+        self._sources = uncertainty.sources(problem.scene)
+        self._world = World(problem.scene)
+
+    def __repr__(self) -> str:
+        """What is not known."""
+        return f"Belief({', '.join(source.name for source in self._sources) or 'known exactly'})"
+
+    @property
+    def sources(self) -> list[Source]:
+        """What is not known for sure; a standard deviation of 0 is."""
+        return list(self._sources)
+
+    def particles(self, count: int, *, seed: int = 0) -> Particles:
+        """So many draws. The first of them are those of a smaller count with the same seed.
+
+        Raises ValueError if hardly any draw can be, as where every pose overlaps the scene.
+        """
+        count = whole_number("count", count, 1)
+        place = _Place(self._world, self.problem, self._sources)
+        problems: list[Problem] = []
+        points, parted, redrawn = [], 0, 0
+        for point in _points(sum(len(s.inputs) for s in self._sources), count, seed):
+            found = self._drawn(place, point)
+            if found is None:
+                redrawn += 1
+                if redrawn >= TRIES * count:
+                    raise ValueError(
+                        f"{redrawn} of {redrawn + len(problems)} draws of the belief have no place "
+                        "or a friction or mass below 0, expected smaller errors"
+                    )
+                continue
+            problem, moved = found
+            problems.append(problem)
+            points.append(point)
+            parted += moved
+            if len(problems) == count:
+                break
+        return Particles(problems, np.array(points), self.sources, parted, redrawn)
+
+    def _drawn(self, place: _Place, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
+        """The problem at a point of the unit cube, and whether bodies were moved apart; None if it
+        cannot be."""
+        state, first = np.array(self.problem.state), 0
+        changes: dict[str, dict[str, float]] = {}
+        for source in self._sources:
+            last = first + len(source.inputs)
+            (values,) = source.values(point[None, first:last])
+            first = last
+            if source.quantity in ERRORS:
+                _add_error(state[self.problem.scene.slice(source.body)], source.quantity, values)
+            elif values[0] < 0 or (source.quantity == "mass" and values[0] == 0):
+                return None
+            else:
+                changes.setdefault(source.body, {})[source.quantity] = float(values[0])
+        found = place.of(state)
+        if found is None:
+            return None
+        return _with_changes(self._question(found[0]), changes), found[1]
+
+
+def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float64]]:
+    """Of a scrambled Sobol sequence in the open unit cube, each (D,), without end."""
+    seed = whole_number("seed", seed, 0)
+    if dimension == 0:
+        while True:
+            yield np.zeros(0)
+    from scipy.stats import qmc
+
+    engine = qmc.Sobol(dimension, scramble=True, seed=np.random.default_rng(seed))
+    size = 2 ** math.ceil(math.log2(count))
+    while True:
+        yield from np.clip(engine.random(size), HALF_STEP, 1 - HALF_STEP)
+
+
+class _Place:
+    """Where bodies with errors of their pose can be: nothing overlaps more than at the start."""
+
+    def __init__(self, world: World, problem: Problem, sources: list[Source]) -> None:
+        self._world = world
+        self._bodies = [source.body for source in sources if source.quantity == "pose"]
+        # Bodies are parted along the axes on which their place is not known.
+        along = np.zeros(3)
+        for source in sources:
+            if source.quantity == "pose":
+                along += np.abs(source.values(np.full((1, len(source.inputs)), 0.9))[0, :3]) > 0
+        self._directions = (along > 0).astype(float) if along.any() else np.ones(3)
+        self._most = self._overlap(problem.state) if self._bodies else 0.0
+        if self._bodies:
+            self._most = max(self._most, LEFT * _smallest(problem, self._bodies))
+
+    def of(self, state: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool] | None:
+        """The state, or another in which its bodies are apart, and whether it is another; None if
+        they find no place."""
+        if not self._bodies or self._overlap(state) <= self._most:
+            return state, False
+        try:
+            moved = moved_apart(
+                self._world, state, self._bodies, directions=self._directions.tolist()
+            )
+        except ValueError:  # no place, as between two others
+            return None
+        return (moved, True) if self._overlap(moved) <= self._most else None
+
+    def _overlap(self, state: NDArray[np.float64]) -> float:
+        """The deepest that one of the bodies has [m]."""
+        own = set(self._bodies)
+        contacts = self._world.contacts(state)
+        return max([0.0, *(-c.distance for c in contacts if own & {c.body_a, c.body_b})])
+
+
+def _smallest(problem: Problem, bodies: list[str]) -> float:
+    """The smallest half extent of these bodies [m]."""
+    from energymargin.outlines import shape_parts
+
+    shapes = [body.shape for body in problem.scene.bodies if body.name in bodies]
+    corners = [part for shape in shapes for part in shape_parts(shape)]
+    return min(float(np.ptp(part, axis=0).min()) / 2 for part in corners)
+
+
+def _add_error(body: NDArray[np.float64], quantity: str, error: NDArray[np.float64]) -> None:
+    """To a body's part of a state, which is changed."""
+    if quantity == "velocity":
+        body[7:13] += error
+        return
+    body[:3] += error[:3]
+    if error[3:].any():
+        from scipy.spatial.transform import Rotation
+
+        turned = Rotation.from_rotvec(error[3:]) * Rotation.from_quat(body[3:7])
+        body[3:7] = turned.as_quat()
+
+
+def _with_changes(problem: Problem, changes: dict[str, dict[str, float]]) -> Problem:
+    if not changes:
+        return problem
+    scene = problem.scene
+    for body, own in changes.items():
+        scene = scene.with_body(body, **own)
+    with warnings.catch_warnings():  # what is odd in the problem was told when that was made
+        warnings.simplefilter("ignore", PlausibilityWarning)
+        changed: Problem = problem.replace(scene=scene, contacts=None)
+    return changed

@@ -1,0 +1,216 @@
+"""Beliefs as work for an executor: particles go out, and the rows of a belief are gathered.
+
+A belief costs as many simulation steps as a problem: the nodes of a tree are shared out among the
+particles, and each rollout of a probability has a particle of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import stream
+from energymargin.beliefs.belief import Belief, Particles
+from energymargin.checks import whole_number
+from energymargin.executors import Row
+from energymargin.executors.session import Failed, Work
+from energymargin.metrics import TIMED
+from energymargin.scoring.settings import SearchSettings
+
+__all__ = ["Asked", "BeliefRow", "BeliefSource", "ParticleSource", "Sharing"]
+
+# Particle j of problem i has the stream of index i + j * 2^32: the first has that of the problem.
+PARTICLE = 2**32
+MOST_PARTICLES = 2**16
+
+Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Times [s] and the probability until each, (T,)."""
+Part = tuple[NDArray[np.float64], Particles, float, Curve | None]
+"""Of a metric: the particles' scores (N,), the particles, computing time [s], the mean curve."""
+
+
+class Sharing:
+    """How the steps of one problem are shared out among the particles of a belief."""
+
+    def __init__(self, particles: int, settings: SearchSettings) -> None:
+        """`settings`: of the problem. Raises ValueError on particles below 1."""
+        self.particles = whole_number("particles", particles, 1, MOST_PARTICLES)
+        self.whole = settings
+        self.settings = replace(
+            settings, nodes=max(1, settings.nodes // self.particles), rollouts=1
+        )
+        """Of a particle."""
+
+    def count(self, metric: str) -> int:
+        """Particles of a metric."""
+        return self.whole.rollouts if metric in TIMED else self.particles
+
+    def require(self, metrics: Sequence[str]) -> None:
+        """Raises ValueError on metrics that cannot be shared out with these settings."""
+        searched = set(metrics) - {*TIMED, "force"}
+        if searched and self.whole.nodes < self.particles:
+            raise ValueError(
+                f"nodes is {self.whole.nodes}, expected one at least for each of "
+                f"{self.particles} particles"
+            )
+        if self.whole.common_random_numbers and set(metrics) & set(TIMED):
+            raise ValueError(
+                "common_random_numbers is True, expected False with a belief: all of its particles "
+                "would meet one disturbance"
+            )
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One belief, and what is asked of it."""
+
+    index: int
+    """The stream index of its problem."""
+    belief: Callable[[], Belief]
+    """Makes it; ValueError if that cannot be."""
+    metrics: tuple[str, ...]
+
+
+class BeliefSource(Protocol):
+    """Beliefs that are to be scored."""
+
+    def take(self, most: int) -> Sequence[Asked]:
+        """As ProblemSource.take."""
+        ...
+
+    @property
+    def empty(self) -> bool:
+        """As ProblemSource.empty."""
+        ...
+
+
+@dataclass(frozen=True)
+class BeliefRow:
+    """The scores of one belief, as a Row: their means."""
+
+    index: int
+    scores: dict[str, float]
+    values: dict[str, NDArray[np.float64]]
+    """By metric, those of the particles, shape (N,)."""
+    times: dict[str, float]
+    curves: Mapping[str, Curve]
+    error: str | None = None
+
+    @property
+    def seconds(self) -> float:
+        """As of a Row."""
+        return sum(self.times.values())
+
+
+@dataclass
+class _Gathered:
+    """A belief whose particles are scored."""
+
+    asked: Asked
+    particles: Particles
+    rows: dict[int, Row] = field(default_factory=dict)
+    """By the number of the particle."""
+
+
+class ParticleSource:
+    """A ProblemSource: the particles of beliefs, drawn when they are needed."""
+
+    def __init__(self, source: BeliefSource, sharing: Sharing, *, keep: bool = True) -> None:
+        """The beliefs of a source; `keep` what is gathered of them, for `found`."""
+        self._keep = keep
+        self._source, self._sharing = source, sharing
+        self._ready: list[Work] = []
+        self._failed: list[Row] = []
+        self._beliefs: dict[int, _Gathered] = {}
+
+    def take(self, most: int) -> Sequence[Work]:
+        """As ProblemSource.take."""
+        while len(self._ready) < most and not self._source.empty:
+            asked = self._source.take(1)
+            if not asked:
+                break
+            for one in asked:
+                self._ready += self._work(one)
+        taken, self._ready = self._ready[:most], self._ready[most:]
+        return taken
+
+    @property
+    def empty(self) -> bool:
+        """As ProblemSource.empty."""
+        return self._source.empty and not self._ready
+
+    def gathered(self, rows: Sequence[Row]) -> list[Row]:
+        """The rows of beliefs that are complete by these rows of particles, or failed."""
+        done, self._failed = self._failed, []
+        for row in rows:
+            index, number = row.index % PARTICLE, row.index // PARTICLE
+            belief = self._beliefs[index]
+            belief.rows[number] = row
+            if len(belief.rows) == len(belief.particles):
+                done.append(self._row(belief))
+                if not self._keep:
+                    del self._beliefs[index]
+        return done
+
+    def found(self) -> dict[int, tuple[dict[str, Part], bool]]:
+        """By index, of each belief with a particle: its parts by metric, up to the first particle
+        that is missing, and whether none is."""
+        parts = {index: self._parts(belief) for index, belief in self._beliefs.items()}
+        return {
+            index: (own, len(self._beliefs[index].rows) == len(self._beliefs[index].particles))
+            for index, own in parts.items()
+            if own
+        }
+
+    def _work(self, asked: Asked) -> Iterator[Work]:
+        whole_number("index", asked.index, 0, PARTICLE - 1)
+        count = max(map(self._sharing.count, asked.metrics))
+        try:
+            seed = stream(self._sharing.whole.seed, asked.index)
+            particles = asked.belief().particles(count, seed=seed)
+        except ValueError as error:
+            self._failed.append(Failed(asked.index, str(error)))
+            return
+        self._beliefs[asked.index] = _Gathered(asked, particles)
+        for number, problem in enumerate(particles.problems):
+            metrics = tuple(m for m in asked.metrics if number < self._sharing.count(m))
+            yield Work(asked.index + number * PARTICLE, problem, metrics)
+
+    def _row(self, belief: _Gathered) -> Row:
+        index = belief.asked.index
+        for number, row in sorted(belief.rows.items()):
+            if row.error:
+                return Failed(index, f"particle {number}: {row.error}")
+        parts = self._parts(belief)
+        return BeliefRow(
+            index,
+            scores={metric: float(values.mean()) for metric, (values, *_) in parts.items()},
+            values={metric: values for metric, (values, *_) in parts.items()},
+            times={metric: seconds for metric, (_, _, seconds, _) in parts.items()},
+            curves={metric: curve for metric, (*_, curve) in parts.items() if curve is not None},
+        )
+
+    def _parts(self, belief: _Gathered) -> dict[str, Part]:
+        there: list[Row] = []
+        while len(there) in belief.rows:
+            there.append(belief.rows[len(there)])
+        if not there:
+            return {}
+        return {
+            metric: _part(metric, belief.particles, there[: self._sharing.count(metric)])
+            for metric in belief.asked.metrics
+        }
+
+
+def _part(metric: str, particles: Particles, rows: Sequence[Row]) -> Part:
+    curves = [row.curves[metric] for row in rows if metric in row.curves]
+    return (
+        np.array([row.scores.get(metric, np.nan) for row in rows]),
+        particles.first(len(rows)),
+        sum(row.times.get(metric, 0.0) for row in rows),
+        (curves[0][0], np.mean([of_one for _, of_one in curves], axis=0)) if curves else None,
+    )

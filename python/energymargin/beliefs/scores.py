@@ -1,0 +1,250 @@
+"""Scores of a belief: those of its particles, and what they say together.
+
+A belief costs as many simulation steps as a problem: the nodes of a tree are shared out among the
+particles, and each rollout of a probability has a particle of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel
+from energymargin.beliefs.belief import Belief, Particles
+from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
+from energymargin.beliefs.influence import Share, shares
+from energymargin.beliefs.sampling import PARTICLES
+from energymargin.executors import Executor, Row
+from energymargin.executors.threads import chosen_executor
+from energymargin.limits import Limit
+from energymargin.metrics import TIMED, check_metrics
+from energymargin.reprs import short_repr
+from energymargin.scoring.batch import run_all
+from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
+from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
+from energymargin.scoring.table import ScoreError
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+__all__ = ["BeliefScore", "BeliefScores", "score_belief", "score_beliefs"]
+
+
+@dataclass(frozen=True)
+class BeliefScore:
+    """One metric of a belief. What is uncertain and what is random both spread the values."""
+
+    __repr__ = short_repr
+
+    metric: str
+    values: NDArray[np.float64]
+    """Of each particle, shape (N,); of a probability 1 or 0, its one rollout."""
+    particles: Particles
+    """Those N."""
+    seconds: float
+    """Computing time of all of them [s]."""
+    curve: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    """Of a probability: times [s] and the probability until each, (T,)."""
+
+    @property
+    def mean(self) -> float:
+        """Over the belief: the probability itself; inf if a particle has no escape."""
+        return float(self.values.mean())
+
+    @property
+    def stderr(self) -> float | None:
+        """Standard error of the mean, as of independent draws: quasi-random ones are at least as
+        good as a rule. None of a single particle or an infinite mean."""
+        if len(self.values) < 2 or not np.isfinite(self.values).all():
+            return None
+        return float(self.values.std(ddof=1) / np.sqrt(len(self.values)))
+
+    @property
+    def worst(self) -> float:
+        """The least of all particles' scores. It falls with more of them."""
+        return float(self.values.min())
+
+    def quantile(self, share: float) -> float:
+        """The score which this share (0..1) of the belief is at most at: quantile(0.1) is exceeded
+        nine times of ten."""
+        if not 0 <= share <= 1:
+            raise ValueError(f"share is {share!r}, expected a number from 0 to 1")
+        return float(np.quantile(self.values, share, method="inverted_cdf"))
+
+    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+        """(low, high) of the mean: Clopper and Pearson's of a probability, else Student's.
+
+        Raises ValueError on a confidence that is not between 0 and 1, and where there is no
+        standard error.
+        """
+        if not 0 < confidence < 1:
+            raise ValueError(f"confidence is {confidence!r}, expected a number between 0 and 1")
+        from scipy import stats
+
+        if self.metric in TIMED:
+            inside = round(float(self.values.sum()))
+            found = stats.binomtest(inside, len(self.values)).proportion_ci(confidence)
+            return float(found.low), float(found.high)
+        if self.stderr is None:
+            raise ValueError(
+                "values are of one particle or not finite, expected several finite ones"
+            )
+        half = self.stderr * float(stats.t.ppf((1 + confidence) / 2, len(self.values) - 1))
+        return self.mean - half, self.mean + half
+
+    @cached_property
+    def shares(self) -> dict[str, Share]:
+        """First-order share of each source, as "friction of object", in the variance of the values:
+        the largest is the one that is most worth measuring."""
+        sources = self.particles.sources
+        inputs = [len(source.inputs) for source in sources]
+        found = shares(self.particles.points, inputs, self.values)
+        return {source.name: share for source, share in zip(sources, found, strict=True)}
+
+
+@dataclass(frozen=True)
+class BeliefScores(Mapping[str, BeliefScore]):
+    """The scores of a belief, by metric."""
+
+    scores: dict[str, BeliefScore]
+    complete: bool = True
+    """Whether every particle is there: False if the timeout or the cancel came first."""
+
+    def __getitem__(self, metric: str) -> BeliefScore:
+        """Of one metric; KeyError if it was not computed."""
+        if metric not in self.scores:
+            raise KeyError(f"{metric!r} was not computed; there are: {', '.join(self.scores)}")
+        return self.scores[metric]
+
+    def __iter__(self) -> Iterator[str]:
+        """The metrics."""
+        return iter(self.scores)
+
+    def __len__(self) -> int:
+        """How many metrics."""
+        return len(self.scores)
+
+
+def score_belief(
+    belief: Belief,
+    metrics: Sequence[str] | None = None,
+    *,
+    particles: int = PARTICLES,
+    settings: SearchSettings | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+    **loose: Unpack[LooseSettings],
+) -> BeliefScores:
+    """Scores of a belief, at as many simulation steps as those of its problem.
+
+    Args:
+        belief: what is scored.
+        metrics: of METRICS; None takes all that its problem has.
+        particles: draws of the belief. Each has a tree of nodes / particles nodes, rounded down.
+        settings: of the searches and probabilities. Each of the `rollouts` of a probability has a
+            particle of its own.
+        threads: None takes all cores that this process may use. Scores do not depend on them.
+        executor: in place of threads, as of `em.score`.
+        progress: progress(done, total) counts particles.
+        timeout: after so many seconds the particles count that are finished, up to the first that
+            is not, and `complete` is False. TimeoutError is raised if a metric has none.
+        cancel: the same once it is set, with Cancelled.
+        loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
+
+    Raises ValueError on bad arguments, fewer nodes than particles, and common random numbers, which
+    would be one number for all particles; ScoreError if the simulation of a particle failed.
+    """
+    limit = Limit(timeout, cancel)
+    found = score_beliefs(
+        [belief],
+        metrics,
+        particles=particles,
+        settings=chosen_settings(settings, **loose),
+        threads=threads,
+        executor=executor,
+        progress=progress,
+        limit=limit,
+    )
+    if not found:
+        limit.require("a particle has all its scores")
+    return found[0]
+
+
+def score_beliefs(
+    beliefs: Sequence[Belief],
+    metrics: Sequence[str] | None,
+    *,
+    particles: int,
+    settings: SearchSettings,
+    indices: Sequence[int] | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    limit: Limit,
+) -> dict[int, BeliefScores]:
+    """The scores of many, by index; those are left out that have no particle before the limit.
+
+    `indices`: as of `em.score`, each below 2^32. All else, and errors: as `score_belief`.
+    """
+    strange = [belief for belief in beliefs if not isinstance(belief, Belief)]
+    if strange:
+        raise ValueError(f"beliefs has {strange[0]!r}, expected em.Beliefs alone")
+    problems = [belief.problem for belief in beliefs]
+    metrics = chosen_metrics(problems, metrics)
+    check_metrics(metrics)
+    require_objects(problems, metrics, settings)
+    if executor is not None and threads is not None:
+        raise ValueError(f"threads is {threads}, expected None with an executor")
+    sharing = Sharing(particles, settings)
+    sharing.require(metrics)
+    numbers = range(len(beliefs)) if indices is None else indices
+    asked = [
+        Asked(index, partial(_itself, belief), tuple(metrics))
+        for index, belief in zip(numbers, beliefs, strict=True)
+    ]
+    source = ParticleSource(_Given(asked), sharing)
+    total, done = len(beliefs) * max(map(sharing.count, metrics)), 0
+    errors: dict[int, str] = {}
+
+    def deliver(rows: Sequence[Row]) -> None:
+        nonlocal done
+        done += len(rows)
+        errors.update({row.index: row.error for row in source.gathered(rows) if row.error})
+        if progress is not None and rows:
+            progress(done, total)
+
+    run_all(source, chosen_executor(executor, threads), sharing.settings, deliver, limit)
+    if errors:
+        raise ScoreError(errors, len(beliefs))
+    return {
+        index: BeliefScores({m: BeliefScore(m, *own) for m, own in parts.items()}, complete)
+        for index, (parts, complete) in source.found().items()
+    }
+
+
+def _itself(belief: Belief) -> Belief:
+    return belief
+
+
+class _Given:
+    """A BeliefSource of beliefs that are all there."""
+
+    def __init__(self, asked: Sequence[Asked]) -> None:
+        self._left = list(reversed(asked))
+
+    def take(self, most: int) -> Sequence[Asked]:
+        """As BeliefSource.take."""
+        return [self._left.pop() for _ in range(min(most, len(self._left)))]
+
+    @property
+    def empty(self) -> bool:
+        """As BeliefSource.empty."""
+        return not self._left

@@ -1,0 +1,321 @@
+"""What is not known for sure, and how well it is known: friction, masses, poses and velocities.
+
+An uncertainty names no problem. Bound to a scene it is a list of sources: each one quantity of one
+body, and a function from the unit cube, in which quasi-random points are drawn, to its values.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energymargin._core import Body, Scene
+from energymargin.arguments import shown
+from energymargin.checks import not_negative_number
+
+__all__ = ["AXES", "QUANTITIES", "Source", "Uncertainty"]
+
+QUANTITIES = ("friction", "mass", "pose", "velocity")
+VALUES, ERRORS = QUANTITIES[:2], QUANTITIES[2:]
+AXES = {
+    "pose": ("x", "y", "z", "turn about x", "turn about y", "turn about z"),
+    "velocity": ("vx", "vy", "vz", "rate about x", "rate about y", "rate about z"),
+}
+SYMMETRIC = 1e-9  # of a covariance, as a share of its largest entry
+
+Quantiles = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""From numbers of the open unit interval, shape (N,), to values."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """One quantity of one body that is not known for sure."""
+
+    quantity: str
+    """Of QUANTITIES."""
+    body: str
+    inputs: tuple[str, ...]
+    """The independent numbers behind it, D of them, as "x"; of a covariance its principal axes."""
+    values: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    """From points of the unit cube, shape (N, D), to values (N, 1), or of a pose or a velocity to
+    errors (N, 6)."""
+
+    @property
+    def name(self) -> str:
+        """As "pose of object"."""
+        return f"{self.quantity} of {self.body}"
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How well the numbers of a problem are known. Everything that is left out is known exactly.
+
+    Each is for all objects of a scene, or a dict by the names of bodies, fixed ones too; errors of
+    several bodies are independent. A distribution is a frozen one of scipy.stats.
+
+    - `friction`, `mass`: a standard deviation, of a normal distribution about the problem's own
+      coefficient or mass [kg]; or the distribution of the coefficient or mass itself.
+    - `pose`, `velocity`: of the error, which is added: six numbers, each a standard deviation or a
+      distribution, or a covariance (6, 6). Position [m] and rotation vector [rad] of the body's
+      frame, along and about the world's axes; its velocity [m/s] and angular velocity [rad/s].
+
+    Raises ValueError on what cannot be, and if nothing is given.
+    """
+
+    friction: Any = None
+    mass: Any = None
+    pose: Any = None
+    velocity: Any = None
+
+    def __post_init__(self) -> None:
+        """Checks all of it."""
+        given = self.given
+        if not given:
+            raise ValueError(
+                f"nothing is uncertain, expected one at least of {_listed(QUANTITIES)}"
+            )
+        for quantity, value in given.items():
+            for name, one in _by_body(quantity, value):
+                _check(f"{quantity}[{name!r}]" if name else quantity, quantity, one)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both say the same; distributions are compared by name and parameters."""
+        return isinstance(other, Uncertainty) and self.to_json() == other.to_json()
+
+    def __hash__(self) -> int:
+        """Of equal ones the same."""
+        return hash(self.to_json())
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What is not known exactly, by quantity."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if value is not None}
+
+    def sources(self, scene: Scene) -> list[Source]:
+        """Of the bodies of a scene, in the order of QUANTITIES and bodies.
+
+        Raises ValueError on a body that is not there, the mass of a fixed one, and the pose or
+        velocity of one that is fixed or a link.
+        """
+        bodies = {body.name: body for body in scene.bodies}
+        objects = [body.name for body in bodies.values() if body.role == "object"]
+        sources = []
+        for quantity, value in self.given.items():
+            known = {
+                own: one
+                for name, one in _by_body(quantity, value)
+                for own in ([name] if name else objects)
+            }
+            for name in known:
+                _check_body(scene, bodies, quantity, name)
+            sources += [_source(quantity, bodies[n], known[n]) for n in bodies if n in known]
+        return [source for source in sources if source.inputs]
+
+    def to_json(self) -> str:
+        """As JSON text, the same for equal ones. Raises ValueError on a distribution that
+        scipy.stats does not have by name."""
+        given = {
+            quantity: {name: _to_plain(quantity, one) for name, one in value.items()}
+            if isinstance(value, Mapping)
+            else _to_plain(quantity, value)
+            for quantity, value in self.given.items()
+        }
+        return json.dumps(given, sort_keys=True)
+
+    @staticmethod
+    def from_json(text: str) -> Uncertainty:
+        """What `to_json` wrote. Raises ValueError on other text."""
+        try:
+            plain = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise ValueError(f"uncertainty is {shown(text)}, expected JSON: {error}") from error
+        unknown = set(plain) - set(QUANTITIES) if isinstance(plain, dict) else {shown(plain)}
+        if unknown:
+            raise ValueError(
+                f"uncertainty has {sorted(unknown)[0]!r}, expected some of {_listed(QUANTITIES)}"
+            )
+        return Uncertainty(
+            **{
+                quantity: {name: _from_plain(one) for name, one in value.items()}
+                if _is_by_body(value)
+                else _from_plain(value)
+                for quantity, value in plain.items()
+            }
+        )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)
+
+
+def _by_body(quantity: str, value: Any) -> list[tuple[str, Any]]:
+    """By the name of a body; "" is for all objects."""
+    if not isinstance(value, Mapping):
+        return [("", value)]
+    if not value or not all(isinstance(name, str) and name for name in value):
+        raise ValueError(f"{quantity} is {shown(value)}, expected names of bodies as its keys")
+    return list(value.items())
+
+
+def _is_distribution(value: Any) -> bool:
+    return callable(getattr(value, "ppf", None))
+
+
+def _check(place: str, quantity: str, value: Any) -> None:
+    """Raises ValueError unless a body's uncertainty is one of its quantity."""
+    if quantity in VALUES:
+        if not _is_distribution(value):
+            _deviation(place, value)
+    elif _is_covariance(value):
+        _covariance(place, value)
+    else:
+        for name, one in zip(AXES[quantity], _six(place, value), strict=True):
+            if not _is_distribution(one):
+                _deviation(f"{place}, {name},", one)
+
+
+def _deviation(place: str, value: Any) -> float:
+    try:
+        return not_negative_number(place, value)
+    except ValueError as error:
+        raise ValueError(
+            f"{error}, a standard deviation, or a frozen distribution of scipy.stats"
+        ) from None
+
+
+def _six(place: str, value: Any) -> list[Any]:
+    if isinstance(value, (Sequence, np.ndarray)) and len(value) == 6:
+        return list(value)
+    raise ValueError(
+        f"{place} is {shown(value)}, expected six standard deviations or distributions, or a "
+        "covariance (6, 6)"
+    )
+
+
+def _is_covariance(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.ndim == 2
+    return isinstance(value, Sequence) and len(value) > 0 and isinstance(value[0], Sequence)
+
+
+def _covariance(place: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A square root of the matrix, (6, D): its principal axes, each as long as its deviation."""
+    try:
+        matrix = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.zeros(0)
+    if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
+        raise ValueError(
+            f"{place} is {shown(value)}, expected a covariance (6, 6) of finite numbers"
+        )
+    most = SYMMETRIC * np.abs(matrix).max()
+    variances, axes = np.linalg.eigh((matrix + matrix.T) / 2)
+    if np.abs(matrix - matrix.T).max() > most or variances.min() < -most:
+        raise ValueError(
+            f"{place} is no covariance, expected a symmetric matrix without negative axes"
+        )
+    there = variances > most
+    return np.asarray(axes[:, there] * np.sqrt(variances[there]))[:, ::-1]
+
+
+def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: str) -> None:
+    body = bodies.get(name)
+    if body is None:
+        raise ValueError(
+            f"{quantity} names the body {name!r}, expected one of {_listed(list(bodies))}"
+        )
+    if quantity != "friction" and body.fixed:
+        raise ValueError(
+            f"{quantity} names the body {name!r}, which is fixed, expected one that moves"
+        )
+    if quantity in ERRORS:
+        scene.slice(name)  # which a link does not have, and says so
+
+
+def _source(quantity: str, body: Body, value: Any) -> Source:
+    if quantity in VALUES:
+        center = float(getattr(body, quantity))
+        columns = {quantity: _quantiles(value, center)}
+        return _of_columns(quantity, body, columns)
+    if _is_covariance(value):
+        root = _covariance(quantity, value)
+        names = tuple(f"axis {k + 1}" for k in range(root.shape[1]))
+        return Source(quantity, body.name, names, lambda u: _normal(u) @ root.T)
+    axes = dict(zip(AXES[quantity], (_quantiles(one, 0.0) for one in value), strict=True))
+    return _of_columns(quantity, body, axes)
+
+
+def _of_columns(quantity: str, body: Body, columns: Mapping[str, Quantiles | None]) -> Source:
+    """Of independent numbers; those that are known exactly take no input."""
+    drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
+
+    def values(u: NDArray[np.float64]) -> NDArray[np.float64]:
+        found = np.zeros((len(u), len(columns)))
+        for column, (k, of) in enumerate(drawn):
+            found[:, k] = of(u[:, column])
+        return found
+
+    inputs = tuple(name for name, of in columns.items() if of is not None)
+    return Source(quantity, body.name, inputs, values)
+
+
+def _quantiles(value: Any, center: float) -> Quantiles | None:
+    """Of a distribution, or of a standard deviation about the center; None where that is 0."""
+    if _is_distribution(value):
+        return lambda u: np.asarray(value.ppf(u), dtype=float)
+    if value == 0:
+        return None
+    return lambda u: center + float(value) * _normal(u)
+
+
+def _normal(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(u))
+
+
+def _is_by_body(plain: Any) -> bool:
+    return isinstance(plain, dict) and not {"distribution", "covariance"} & set(plain)
+
+
+def _to_plain(quantity: str, value: Any) -> Any:
+    if _is_distribution(value):
+        return _distribution_to_plain(value)
+    if quantity in VALUES:
+        return float(value)
+    if _is_covariance(value):
+        return {"covariance": np.asarray(value, dtype=float).tolist()}
+    return [_to_plain("friction", one) for one in value]
+
+
+def _distribution_to_plain(value: Any) -> dict[str, Any]:
+    name = getattr(getattr(value, "dist", None), "name", None)
+    if name is None:
+        raise ValueError(
+            f"distribution is {shown(value)}, expected a frozen one of scipy.stats, as "
+            "uniform(0, 1): others have no name by which they could be written down"
+        )
+    args, kwds = [float(one) for one in value.args], {k: float(v) for k, v in value.kwds.items()}
+    return {"distribution": name, "args": args, "kwds": kwds}
+
+
+def _from_plain(plain: Any) -> Any:
+    if isinstance(plain, list):
+        return [_from_plain(one) for one in plain]
+    if not isinstance(plain, dict):
+        return plain
+    if "covariance" in plain:
+        return plain["covariance"]
+    import scipy.stats
+
+    name = plain["distribution"]
+    distribution = getattr(scipy.stats, name, None) if isinstance(name, str) else None
+    if distribution is None or not _is_distribution(distribution):
+        raise ValueError(f"distribution is {name!r}, expected the name of one of scipy.stats")
+    return distribution(*plain.get("args", ()), **plain.get("kwds", {}))
