@@ -24,8 +24,11 @@ STUDIES = {
     "bowl": "The escape energy of a ball in a bowl (Definition 2)",
     "audit": "Where the energy of rollouts goes",
     "closed-forms": "The effort of escape against answers known on paper",
+    "bounds": "Efforts of escape between a lower bound and the best escape; proved cages",
+    "least-efforts": "How near the effort of escape comes to the least work",
     "walls": "Whether anything gets through a wall",
     "uncertainty": "How often the intervals of the scores hold the truth",
+    "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
     "fewer-steps": "What it gains to use more of each rollout",
     "published": "The authors' own data: their scores and ours on the same states",
 }

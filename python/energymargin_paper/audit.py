@@ -8,8 +8,6 @@ numbers of solver iterations.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -22,6 +20,7 @@ from numpy.typing import NDArray
 from energymargin import datasets, tasks
 from energymargin._core import Audit, Box, Problem, Scene, Sphere, World
 from energymargin.checks import whole_number
+from energymargin.table_text import csv_text, markdown_table
 from energymargin.tasks.base import Task
 from energymargin_paper.study import Progress, Study, setting
 
@@ -32,9 +31,9 @@ __all__ = [
     "SETTINGS",
     "STUDY",
     "TASKS",
+    "AuditedRollout",
     "Audits",
     "Cause",
-    "Row",
     "Settings",
     "stepped",
 ]
@@ -61,22 +60,22 @@ SHARES = {  # in the table: percentiles of entries
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    tasks: tuple[str, ...] = setting(TASKS, "Which tasks, with commas between.")
-    rollouts: int = setting(100, "Of each task, with each setting.")
-    seed: int = setting(0, "Of the states, and of the disturbances.")
+    tasks: tuple[str, ...] = setting(TASKS, "Tasks, separated by commas.")
+    rollouts: int = setting(100, "Rollouts of each task with each stepping.")
+    seed: int = setting(0, "Seed of the states and of the disturbances.")
     trajectories: int = 20
     """Of each task, that the states are drawn from."""
 
     def __post_init__(self) -> None:
-        """Checks them, but for the names of the tasks."""
+        """Checks the numbers; `compute` checks the names of the tasks."""
         whole_number("rollouts", self.rollouts, 1)
         whole_number("trajectories", self.trajectories, 1)
 
 
 @dataclass(frozen=True)
-class Row:
+class AuditedRollout:
     """One rollout."""
 
     task: str
@@ -94,40 +93,36 @@ class Row:
 
 @dataclass(frozen=True)
 class Audits:
-    """What came out."""
+    """The result."""
 
-    rows: list[Row] = field(default_factory=list)
+    rows: list[AuditedRollout] = field(default_factory=list)
 
-    def of(self, task: str, step: float, iterations: int) -> list[Row]:
+    def of(self, task: str, step: float, iterations: int) -> list[AuditedRollout]:
         """The rollouts of a task with one setting."""
         return [r for r in self.rows if (r.task, r.step, r.iterations) == (task, step, iterations)]
 
-    def groups(self) -> Iterator[tuple[str, float, int, list[Row]]]:
+    def groups(self) -> Iterator[tuple[str, float, int, list[AuditedRollout]]]:
         """Task, step, iterations and the rollouts, in the order they were made."""
         for key in dict.fromkeys((row.task, row.step, row.iterations) for row in self.rows):
             yield *key, self.of(*key)
 
     def to_csv(self) -> str:
         """One line for each rollout [J]."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         names = ("energy_change", *ENTRIES, "leftover", "turnover")
-        writer.writerow(("task", "step", "solver_iterations", *names))
-        for row in self.rows:
-            values = (getattr(row.audit, name) for name in names)
-            writer.writerow((row.task, row.step, row.iterations, *values))
-        return text.getvalue()
+        rows = [
+            (row.task, row.step, row.iterations, *(getattr(row.audit, name) for name in names))
+            for row in self.rows
+        ]
+        return csv_text(("task", "step", "solver_iterations", *names), rows)
 
     def to_markdown(self) -> str:
         """The errors as a table, and those of the small scenes."""
         columns = [f"{entry}, {name}" for entry, shares in SHARES.items() for name, _ in shares]
-        lines = [
+        text = (
             "What the balance leaves over, and what the steps and the penetration recovery "
-            "are known to change, as shares of the energy that a rollout turned over.",
-            "",
-            f"| task | step | iterations | {' | '.join(columns)} | leftover, worst, mJ |",
-            "| --- " * (4 + len(columns)) + "|",
-        ]
+            "are known to change, as shares of the energy that a rollout turned over."
+        )
+        lines = []
         for task, step, iterations, rows in self.groups():
             cells = [
                 f"{100 * np.percentile([row.share(entry) for row in rows], percentile):.2g} %"
@@ -135,8 +130,9 @@ class Audits:
                 for _, percentile in shares
             ]
             cells.append(f"{1e3 * max(abs(row.audit.leftover) for row in rows):.2g}")
-            lines.append(f"| {task} | 1/{round(1 / step)} s | {iterations} | {' | '.join(cells)} |")
-        return "\n".join([*lines, "", *_causes_table()]) + "\n"
+            lines.append([task, f"1/{round(1 / step)} s", str(iterations), *cells])
+        header = ("task", "step", "iterations", *columns, "leftover, worst, mJ")
+        return f"{text}\n\n{markdown_table(header, lines)}\n\n{_causes_table()}\n"
 
 
 class AuditStudy(Study[Settings, Audits]):
@@ -174,7 +170,7 @@ class AuditStudy(Study[Settings, Audits]):
 STUDY = AuditStudy()
 
 
-def _rows(made: list[Task], settings: Settings) -> Iterator[Row]:
+def _rows(made: list[Task], settings: Settings) -> Iterator[AuditedRollout]:
     for task in made:
         random = np.random.default_rng(settings.seed)
         dataset = datasets.generate(task, trajectories=settings.trajectories, seed=settings.seed)
@@ -186,11 +182,12 @@ def _rows(made: list[Task], settings: Settings) -> Iterator[Row]:
                 yield _audited(task.name, problem, wrench, step, iterations)
 
 
-def stepped(problem: Problem, step: float, iterations: int) -> Problem:
-    """The same problem, simulated in other steps [s]."""
-    said = json.loads(problem.to_json())
-    said["scene"].update(step=step, solver_iterations=iterations)
-    return Problem.from_json(json.dumps(said))
+def stepped(problem: Problem, **stepping: float) -> Problem:
+    """The same problem with another `step` [s], `solver_iterations` or `solver_tolerance` of its
+    scene, which is changed in its text: a Scene keeps what it was made with."""
+    fields = json.loads(problem.to_json())
+    fields["scene"] |= stepping
+    return Problem.from_json(json.dumps(fields))
 
 
 def _wrench(problem: Problem, random: np.random.Generator) -> NDArray[np.float64]:
@@ -202,11 +199,11 @@ def _wrench(problem: Problem, random: np.random.Generator) -> NDArray[np.float64
 
 def _audited(
     name: str, problem: Problem, wrench: NDArray[np.float64], step: float, iterations: int
-) -> Row:
-    again = stepped(problem, step, iterations)
+) -> AuditedRollout:
+    again = stepped(problem, step=step, solver_iterations=iterations)
     rollout = World(again.scene).rollout(again.state, wrench, again.duration, audit=True)
     assert rollout.audit is not None  # it was asked for
-    return Row(name, step, iterations, rollout.audit)
+    return AuditedRollout(name, step, iterations, rollout.audit)
 
 
 # Small scenes, each with one cause of error in the energy, undisturbed.
@@ -329,17 +326,13 @@ CAUSES = (
 )
 
 
-def _causes_table() -> list[str]:
+def _causes_table() -> str:
     """The errors of each cause with the first three of SETTINGS."""
-    lines = [
-        "Errors by cause, as shares of the energy that is named.",
-        "",
-        "| what happens | step | iterations | " + " | ".join(ERRORS) + " |",
-        "| --- " * (3 + len(ERRORS)) + "|",
-    ]
+    lines = []
     for cause, (step, iterations) in product(CAUSES, SETTINGS[:3]):
         audit = cause.audit(step, iterations)
         shares = (100 * getattr(audit, name) / cause.scale for name in ERRORS)
-        cells = " | ".join(f"{share:+.2g} %" if abs(share) > 1e-6 else "0" for share in shares)
-        lines.append(f"| {cause.name} | 1/{round(1 / step)} s | {iterations} | {cells} |")
-    return lines
+        cells = (f"{share:+.2g} %" if abs(share) > 1e-6 else "0" for share in shares)
+        lines.append([cause.name, f"1/{round(1 / step)} s", str(iterations), *cells])
+    table = markdown_table(("what happens", "step", "iterations", *ERRORS), lines)
+    return f"Errors by cause, as shares of the energy that is named.\n\n{table}"

@@ -6,8 +6,6 @@ the ball's centre). The bowl is a concave mesh, taken apart into convex parts.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
@@ -33,6 +31,7 @@ from energymargin.checks import whole_number
 from energymargin.meshes import mesh as mesh_shape
 from energymargin.meshes import needs_extra
 from energymargin.outlines import shape_corners
+from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -40,7 +39,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
-__all__ = ["PLANNERS", "STUDY", "Bowl", "Run", "Settings", "figure_bowl", "problem", "write_mesh"]
+__all__ = [
+    "PLANNERS",
+    "STUDY",
+    "Bowl",
+    "Search",
+    "Settings",
+    "figure_bowl",
+    "problem",
+    "write_mesh",
+]
 
 PLANNERS = ("bit*", "rrt*")
 GRAVITY = 9.81  # m/s^2
@@ -65,19 +73,19 @@ SECONDS = 2.0  # of rolling
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
     samples: int = setting(2000, "Poses of the ball that each search draws.")
-    seeds: int = setting(10, "How many searches with each planner.")
+    seeds: int = setting(10, "Searches with each planner.")
 
     def __post_init__(self) -> None:
-        """Checks them."""
+        """Checks them, before anything is computed or written."""
         whole_number("samples", self.samples, 1)
         whole_number("seeds", self.seeds, 1)
 
 
 @dataclass(frozen=True)
-class Run:
+class Search:
     """One search."""
 
     planner: str
@@ -87,7 +95,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Bowl:
-    """What came out."""
+    """The result."""
 
     shape: Compound
     """The bowl's convex parts."""
@@ -97,7 +105,7 @@ class Bowl:
     """Escape energy of the ball where it came to rest [J]."""
     rolled: NDArray[np.float64]
     """States of the ball and the bowl from the drop to the rest, shape (K, n)."""
-    runs: list[Run] = field(default_factory=list)
+    runs: list[Search] = field(default_factory=list)
 
     def ratios(self, planner: str) -> NDArray[np.float64]:
         """Energies found by a planner over the closed form, one a seed."""
@@ -106,30 +114,28 @@ class Bowl:
 
     def to_csv(self) -> str:
         """One line for each improvement of each search."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(("planner", "seed", "samples", "energy", "closed_form"))
-        for run in self.runs:
-            for samples, energy in run.found.history:
-                writer.writerow((run.planner, run.seed, samples, energy, self.closed_form))
-        return text.getvalue()
+        rows = [
+            (run.planner, run.seed, samples, energy, self.closed_form)
+            for run in self.runs
+            for samples, energy in run.found.history
+        ]
+        return csv_text(("planner", "seed", "samples", "energy", "closed_form"), rows)
 
     def to_markdown(self) -> str:
         """The ratios as a table."""
         ball = self.rolled[-1, self.problem.scene.slice("ball")]
-        lines = [
+        text = (
             f"A bowl of {len(self.shape.parts)} convex parts. A ball that is dropped into it is "
             f"{np.hypot(*ball[:2]) * 1e3:.1f} mm from the axis after {SECONDS:g} s. "
-            f"Closed form of its escape energy: {1e3 * self.closed_form:.4f} mJ.",
-            "",
-            "| planner | seeds | lowest found / closed form | median | highest |",
-            "| --- | --- | --- | --- | --- |",
-        ]
+            f"Closed form of its escape energy: {1e3 * self.closed_form:.4f} mJ."
+        )
+        rows = []
         for planner in dict.fromkeys(run.planner for run in self.runs):
             ratios = self.ratios(planner)
-            values = " | ".join(f"{f(ratios):.4f}" for f in (np.min, np.median, np.max))
-            lines.append(f"| {planner} | {len(ratios)} | {values} |")
-        return "\n".join(lines) + "\n"
+            values = (f"{f(ratios):.4f}" for f in (np.min, np.median, np.max))
+            rows.append([planner, str(len(ratios)), *values])
+        header = ("planner", "seeds", "lowest found / closed form", "median", "highest")
+        return f"{text}\n\n{markdown_table(header, rows)}\n"
 
 
 def write_mesh(path: Path) -> None:
@@ -189,7 +195,7 @@ class BowlStudy(Study[Settings, Bowl]):
         bowl = Bowl(shape, made, BALL_MASS * GRAVITY * height, _rolled(made.scene))
         for planner, seed in product(PLANNERS, range(settings.seeds)):
             found = escape_energy(made, planner=planner, samples=settings.samples, seed=seed)
-            bowl.runs.append(Run(planner, seed, found))
+            bowl.runs.append(Search(planner, seed, found))
             self.write(bowl, folder)
             progress(len(bowl.runs), len(PLANNERS) * settings.seeds)
         return bowl

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +25,18 @@ from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation import Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZONS, SUCCESS
-from energymargin.executors.chunks import POLL
+from energymargin.executors.pool import POLL
 from energymargin.executors.threads import thread_count
-from energymargin.interrupts import held_interrupts
 from energymargin.limits import Limit
 from energymargin.metrics import ANY
+from energymargin.results import collect
 from energymargin.store import Run, ScoreStore
 from energymargin.store.claims import Scorer
-from energymargin.store.given import GivenRow
-from energymargin.store.known import adopt
+from energymargin.store.file import ImportedRow, adopt
 from energymargin.store.schema import state_digest
-from energymargin.tasks.base import ScriptedTask
+from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
+from energymargin_paper.jobs import Jobs
 
 __all__ = [
     "CEILING",
@@ -75,54 +76,47 @@ def ceiling_dataset(
     threads = thread_count(threads)
     frames = dataset.frames()
     advance = progress or (lambda _done, _total: None)
-    stop = Cancel()
 
-    def row(index: int) -> GivenRow:
+    def row(stop: Cancel, index: int) -> ImportedRow:
         start = time.perf_counter()
         t, k = frames[index]
         shares = state_ceiling(
             task, dataset.trajectories[t], k, continuations, stream(seed, index), cancel=stop
         )
-        return GivenRow(index, time.perf_counter() - start, shares)
+        return ImportedRow(index, time.perf_counter() - start, shares)
 
     with ScoreStore(path, create=True) as store:
         run = ceiling_run(store, dataset, continuations, seed)
         advance(*run.counts())
-        if not run.missing():  # so nothing is written
-            return True
-        with Scorer(store, run) as scorer, ThreadPoolExecutor(threads) as pool:
-            while (missing := run.missing()) and not limit.reached:
-                claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
-                own = [n for n, claim in claims.items() if claim.metrics]
-                if not own:  # others compute them
-                    time.sleep(POLL)
-                running = {pool.submit(row, n) for n in own}
-                try:
-                    for rows in _as_they_come(running, limit):
-                        scorer.add(rows)
-                        advance(*run.counts())
-                finally:
-                    if running:
-                        stop.set()
-                        pool.shutdown(cancel_futures=True)
-                        done = [f for f in running if not (f.cancelled() or f.exception())]
-                        scorer.add([future.result() for future in done])
+        if run.missing():  # else nothing is written
+            _add_missing(store, run, row, threads, limit=limit, advance=advance)
         scored, total = run.counts()
     return scored == total
 
 
-def _as_they_come(running: set[Future[GivenRow]], limit: Limit) -> Iterator[list[GivenRow]]:
-    """Rows that are done leave `running` and are handed over, until none runs or the limit is
-    reached. Then what one of them raised is raised, or KeyboardInterrupt."""
-    with held_interrupts() as interrupted:
-        while running and not (interrupted.is_set() or limit.reached):
-            done, _ = wait(running, POLL, FIRST_COMPLETED)
-            running -= done
-            yield [future.result() for future in done if not future.exception()]
-            for future in done:
-                future.result()
-    if interrupted.is_set():
-        raise KeyboardInterrupt
+def _add_missing(
+    store: ScoreStore,
+    run: Run,
+    row: Callable[[Cancel, int], ImportedRow],
+    threads: int,
+    *,
+    limit: Limit,
+    advance: Callable[[int, int], None],
+) -> None:
+    """Computes the rows that the run lacks, but for those that other processes compute."""
+    with Scorer(store, run) as scorer:
+
+        def keep(rows: Sequence[ImportedRow]) -> None:
+            scorer.add(rows)
+            advance(*run.counts())
+
+        while (missing := run.missing()) and not limit.reached:
+            claims = scorer.claim({n: state_digest(run.digest, n) for n in missing})
+            own = [n for n, claim in claims.items() if claim.metrics]
+            if not own:  # others compute them
+                time.sleep(POLL)
+            pool, stop = ThreadPoolExecutor(threads), Cancel()
+            collect(Jobs(pool, threads, partial(row, stop), own, stop), keep, limit)
 
 
 def ceiling_run(store: ScoreStore, dataset: Dataset, continuations: int, seed: int) -> Run:

@@ -6,8 +6,6 @@ started again, the study goes on with what is missing.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,6 +19,10 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, EscapeEffort, Problem, World, escape_effort
 from energymargin.checks import whole_number
+from energymargin.evaluation.table import DASH
+from energymargin.table_text import csv_text, markdown_table
+from energymargin_paper.audit import stepped
+from energymargin_paper.energy_barriers import BARRIERS
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.known_answers import KNOWN, KnownAnswer, known_answers
 from energymargin_paper.study import Progress, Study, setting
@@ -35,7 +37,7 @@ __all__ = [
     "SEARCHES",
     "STUDY",
     "ClosedForms",
-    "Run",
+    "Search",
     "Settings",
     "figure_closed_forms",
     "measurable",
@@ -44,6 +46,7 @@ __all__ = [
 PLANNERS = ("est", "rrt")
 PLANNER_NAMES = {"est": "AO-EST", "rrt": "AO-RRT"}
 NODES = (100, 1000, 5000)  # at which the ratios are shown
+SIZES = [f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES]  # columns
 STEPS = (20_000, 50_000, 150_000)  # simulation steps at which searches are compared
 SEARCHES: dict[str, dict[str, Any]] = {
     "ours": {},
@@ -60,15 +63,15 @@ RUNS_FILE = "runs.jsonl"
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    problems: tuple[str, ...] = setting((), "Which, with commas between.", shown="all")
+    problems: tuple[str, ...] = setting((), "Problems, separated by commas.", shown="all")
     nodes: int = setting(max(NODES), "Nodes of each search.")
     seeds: int = setting(20, "Searches of each planner.")
-    gain_seeds: int = setting(8, "Of each planner without one or all of our changes.")
+    gain_seeds: int = setting(8, "Searches of each planner without one or all of our changes.")
 
     def __post_init__(self) -> None:
-        """Checks the numbers."""
+        """Checks them, before anything is computed or written."""
         for name in ("nodes", "seeds", "gain_seeds"):
             whole_number(name, getattr(self, name), 1)
 
@@ -86,7 +89,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Run:
+class Search:
     """One search that was made."""
 
     job: Job
@@ -110,7 +113,7 @@ class Run:
         return json.dumps({**asdict(self.job), "history": self.history})
 
     @classmethod
-    def from_json(cls, line: str) -> Run:
+    def from_json(cls, line: str) -> Search:
         """The inverse of `to_json`."""
         fields = json.loads(line)
         history = [(int(n), int(s), float(effort)) for n, s, effort in fields.pop("history")]
@@ -119,10 +122,10 @@ class Run:
 
 @dataclass(frozen=True)
 class ClosedForms:
-    """What came out."""
+    """The result."""
 
     problems: list[KnownAnswer]
-    runs: list[Run]
+    runs: list[Search]
     finer: dict[str, float]
     """Of each problem, effort that the cheapest escape of all runs takes in finer steps [J]."""
 
@@ -134,7 +137,7 @@ class ClosedForms:
             [run.after(amount, steps=steps) for run in self.of(problem, planner, search)]
         )
 
-    def of(self, problem: KnownAnswer, planner: str, search: str) -> list[Run]:
+    def of(self, problem: KnownAnswer, planner: str, search: str) -> list[Search]:
         """The runs of one problem, planner and search, by seed."""
         wanted = (problem.name, planner, search)
         found = [r for r in self.runs if (r.job.problem, r.job.planner, r.job.search) == wanted]
@@ -142,53 +145,39 @@ class ClosedForms:
 
     def to_csv(self) -> str:
         """One line a search: its best effort [J], and the answer on paper."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(("problem", "planner", "search", "seed", "nodes", "effort", "answer"))
         answers = {problem.name: problem.answer for problem in self.problems}
-        for run in self.runs:
-            job = run.job
-            of = (job.problem, job.planner, job.search, job.seed, job.nodes)
-            writer.writerow((*of, run.effort, answers[job.problem]))
-        return text.getvalue()
+        rows = [
+            (
+                *(run.job.problem, run.job.planner, run.job.search, run.job.seed, run.job.nodes),
+                *(run.effort, answers[run.job.problem]),
+            )
+            for run in self.runs
+        ]
+        return csv_text(("problem", "planner", "search", "seed", "nodes", "effort", "answer"), rows)
 
     def to_markdown(self) -> str:
         """The tables: ratios, those of problems with a horizon, and what each change gains."""
         tables = [self._ratio_table(), self._timed_table(), self._gain_table()]
-        return "\n\n".join("\n".join(table) for table in tables if table) + "\n"
+        return "\n\n".join(table for table in tables if table) + "\n"
 
-    def _timed_table(self) -> list[str]:
-        """Nothing without such a problem."""
+    def _ratio_table(self) -> str:
+        header = ("problem", "answer [J]", *SIZES, "lowest", "the same in finer steps")
+        untimed = [problem for problem in self.problems if not problem.timed]
+        return markdown_table(header, [[*self._row(p), *self._lowest(p)] for p in untimed])
+
+    def _timed_table(self) -> str:
+        """Empty without such a problem."""
         timed = [problem for problem in self.problems if problem.timed]
-        head = " | ".join(f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES)
-        lines = [
-            f"| within a horizon | answer [J] | {head} |",
-            "| --- " * (2 + len(PLANNERS) * len(NODES)) + "|",
-        ]
-        for problem in timed:
-            cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
-            answer = f"{problem.formula} = {problem.answer:.4g}"
-            lines.append(f"| {problem.name}: {problem.text} | {answer} | {' | '.join(cells)} |")
-        return lines if timed else []
+        header = ("within a horizon", "answer [J]", *SIZES)
+        return markdown_table(header, map(self._row, timed)) if timed else ""
 
-    def _ratio_table(self) -> list[str]:
-        head = " | ".join(f"{PLANNER_NAMES[p]}, {nodes} nodes" for p in PLANNERS for nodes in NODES)
-        lines = [
-            f"| problem | answer [J] | {head} | lowest | the same in finer steps |",
-            "| --- " * (4 + len(PLANNERS) * len(NODES)) + "|",
-        ]
-        for problem in self.problems:
-            if problem.timed:
-                continue
-            cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
-            title = f"{problem.name}: {problem.text}"
-            answer = (
-                f"{problem.formula} = {problem.answer:.4g}"
-                if measurable(problem)
-                else problem.formula
-            )
-            lines.append(f"| {title} | {answer} | {' | '.join(cells)} | {self._lowest(problem)} |")
-        return lines
+    def _row(self, problem: KnownAnswer) -> list[str]:
+        """A problem, its answer, and what each planner finds of it."""
+        answer = problem.formula
+        if 0.0 < problem.answer < math.inf:
+            answer += f" = {problem.answer:.4g}"
+        cells = [self._cell(problem, p, nodes) for p in PLANNERS for nodes in NODES]
+        return [f"{problem.name}: {problem.text}", answer, *cells]
 
     def _cell(self, problem: KnownAnswer, planner: str, nodes: int) -> str:
         """Median and range of the ratio over the seeds; of the effort where there is no ratio."""
@@ -198,28 +187,26 @@ class ClosedForms:
         low, middle, high = (f(efforts) / problem.answer for f in (np.min, np.median, np.max))
         return f"**{middle:.3f}** {low:.3f} to {high:.3f}"
 
-    def _lowest(self, problem: KnownAnswer) -> str:
+    def _lowest(self, problem: KnownAnswer) -> tuple[str, str]:
+        """The least of all efforts over the answer, and the same path in finer steps."""
         if not measurable(problem):
-            return "— | —"
-        lowest = self.cheapest(problem).effort / problem.answer
-        return f"{lowest:.4f} | {self.finer[problem.name] / problem.answer:.4f}"
+            return DASH, DASH
+        lowest, finer = self.cheapest(problem).effort, self.finer[problem.name]
+        return f"{lowest / problem.answer:.4f}", f"{finer / problem.answer:.4f}"
 
-    def cheapest(self, problem: KnownAnswer) -> Run:
+    def cheapest(self, problem: KnownAnswer) -> Search:
         """Of all runs of our search the one with the least effort."""
         runs = [run for planner in PLANNERS for run in self.of(problem, planner, OURS)]
         return min(runs, key=lambda run: run.effort)
 
-    def _gain_table(self) -> list[str]:
-        head = " | ".join(
-            f"{PLANNER_NAMES[p]}, {steps:,} steps" for p in PLANNERS for steps in STEPS
-        )
-        lines = [f"| search | {head} |", "| --- " * (1 + len(PLANNERS) * len(STEPS)) + "|"]
-        for search in SEARCHES:
-            cells = [
-                f"{self.mean_ratio(search, p, steps):.3f}" for p in PLANNERS for steps in STEPS
-            ]
-            lines.append(f"| {search} | {' | '.join(cells)} |")
-        return lines
+    def _gain_table(self) -> str:
+        sizes = [(planner, steps) for planner in PLANNERS for steps in STEPS]
+        header = ["search", *(f"{PLANNER_NAMES[p]}, {steps:,} steps" for p, steps in sizes)]
+        rows = [
+            [search, *(f"{self.mean_ratio(search, *size):.3f}" for size in sizes)]
+            for search in SEARCHES
+        ]
+        return markdown_table(header, rows)
 
     def mean_ratio(self, search: str, planner: str, steps: int) -> float:
         """Geometric mean over the problems of the median ratio over the seeds that all searches
@@ -252,12 +239,12 @@ class ClosedFormsStudy(Study[Settings, ClosedForms]):
     ) -> ClosedForms:
         """Makes every search that is not in the folder yet: `seeds` of ours and `gain_seeds` of the
         others, for each problem and planner. Raises ValueError on an unknown problem."""
-        answers = known_answers(list(settings.problems), {**KNOWN, **TIMED})
+        answers = known_answers(list(settings.problems), {**KNOWN, **BARRIERS, **TIMED})
         known = {answer.name: answer for answer in answers}
         runs = resumed(
             folder / RUNS_FILE,
             list(_jobs(known.values(), settings)),
-            lambda job, cancel: (job, _run(known[job.problem], job, cancel)),
+            lambda job, cancel: _run(known[job.problem], job, cancel),
             threads,
             lines=Lines(_from_json, lambda _job, run: run.to_json()),
             progress=progress,
@@ -275,8 +262,8 @@ class ClosedFormsStudy(Study[Settings, ClosedForms]):
 STUDY = ClosedFormsStudy()
 
 
-def _from_json(line: str) -> tuple[Job, Run]:
-    run = Run.from_json(line)
+def _from_json(line: str) -> tuple[Job, Search]:
+    run = Search.from_json(line)
     return run.job, run
 
 
@@ -293,9 +280,7 @@ def _in_finer_steps(known: KnownAnswer, job: Job) -> float:
     """Effort of the best path of a search in a finer simulation, with its wrenches as much stronger
     as they must be to lead out there too [J]; inf if SCALES do not reach that far."""
     found = _search(known, job)
-    fields = json.loads(known.problem.to_json())
-    fields["scene"] |= FINE
-    problem = Problem.from_json(json.dumps(fields))
+    problem = stepped(known.problem, **FINE)
     world = World(problem.scene)
     path = [(found.tree.controls[node], found.tree.durations[node]) for node in found.path[1:]]
     efforts = (
@@ -322,14 +307,14 @@ def _effort(
 def _search(known: KnownAnswer, job: Job, cancel: Cancel | None = None) -> EscapeEffort:
     options = SEARCHES[job.search]
     return escape_effort(
-        known.problem, job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
+        known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
     )
 
 
-def _run(known: KnownAnswer, job: Job, cancel: Cancel) -> Run:
+def _run(known: KnownAnswer, job: Job, cancel: Cancel) -> Search:
     found = _search(known, job, cancel)
     steps = np.cumsum(np.round(found.tree.durations / known.problem.scene.step)).astype(int)
-    return Run(job, [(nodes, int(steps[nodes]), effort) for nodes, effort in found.history])
+    return Search(job, [(nodes, int(steps[nodes]), effort) for nodes, effort in found.history])
 
 
 def measurable(problem: KnownAnswer) -> bool:

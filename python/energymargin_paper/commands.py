@@ -11,7 +11,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import Threads, real, split, whole
+from energymargin.cli.options import ThreadsOption, real, split, whole
 from energymargin.cli.terminal import say
 from energymargin_paper.study import Study
 
@@ -34,7 +34,7 @@ def command(study: Study[Any, Any]) -> Any:
 
     parameters = [
         *(_option(study, own) for own in fields(study.settings) if "help" in own.metadata),
-        *([_keyword("threads", Threads)] if study.threaded else []),
+        *([_keyword("threads", ThreadsOption)] if study.threaded else []),
         _keyword("output", _folder(study)),
         _keyword("quick", _quick(study), default=False),
     ]
@@ -106,5 +106,5 @@ def _keyword(name: str, annotation: Any, *, default: Any = None) -> inspect.Para
 
 
 def _in_words(value: Any) -> str:
-    """As it is typed: several with commas between."""
+    """As it is typed: several separated by commas."""
     return ",".join(map(_in_words, value)) if isinstance(value, tuple) else f"{value}"

@@ -6,8 +6,6 @@ scores are kept in one file, state by state: stopped and started again, the stud
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -17,26 +15,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import tasks
 from energymargin.checks import whole_number
-from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.executors.threads import Threads
-from energymargin.settings import SearchSettings
-from energymargin.store import Run as StoredRun
-from energymargin.store import ScoreStore
+from energymargin.scoring.settings import SearchSettings
+from energymargin.store import Run, ScoreStore
 from energymargin.store.scoring import begin_run, score_run
-from energymargin_paper.quality import check_labels, quality
+from energymargin.table_text import csv_text, markdown_table
+from energymargin_paper.quality import FRAMES, TASK, pushes, quality
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["PAPER", "QUANTITIES", "STUDY", "Efficiency", "Run", "Settings", "figure_efficiency"]
+__all__ = [
+    "PAPER",
+    "QUANTITIES",
+    "STUDY",
+    "Efficiency",
+    "Measurement",
+    "Settings",
+    "figure_efficiency",
+]
 
-TASK = "push"
-FRAMES = 10
 METRICS = ("capture", "success")  # which share a tree
 QUANTITIES = ("success_auc", "success_ap", "capture_auc", "capture_ap", "seconds")
 
@@ -67,17 +69,17 @@ PAPER: dict[int, dict[str, tuple[float, float]]] = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    trajectories: int = setting(50, "How many pushes, of 10 states each.")
+    trajectories: int = setting(50, "Pushes, of 10 states each.")
     nodes: tuple[int, ...] = setting(
-        (10, 30, 100, 1000), "Sizes of the search trees, with commas between."
+        (10, 30, 100, 1000), "Sizes of the search trees, separated by commas."
     )
     """The paper's iterations."""
     seeds: int = setting(5, "Searches of each state.")
 
     def __post_init__(self) -> None:
-        """Checks the numbers: a mistake is said before anything is computed, or written."""
+        """Checks them, before anything is computed or written."""
         whole_number("trajectories", self.trajectories, 2)
         whole_number("seeds", self.seeds, 1)
         for nodes in self.nodes:
@@ -87,7 +89,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Run:
+class Measurement:
     """All states, searched with one size of trees by one seed."""
 
     nodes: int
@@ -98,10 +100,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Efficiency:
-    """What came out."""
+    """The result."""
 
     settings: Settings
-    runs: list[Run]
+    runs: list[Measurement]
 
     @property
     def nodes(self) -> list[int]:
@@ -120,43 +122,38 @@ class Efficiency:
     def to_csv(self) -> str:
         """One line a size of trees, times in seconds; the paper's columns are empty where it has no
         such size."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        of_paper = list(PAPER[100])
+        of_paper, rows = list(PAPER[100]), []
         names = [*QUANTITIES, *(f"paper_{quantity}" for quantity in of_paper)]
-        writer.writerow(["nodes", *(f"{name}{what}" for name in names for what in ("", "_sd"))])
         for nodes in self.nodes:
             ours = [number for q in QUANTITIES for number in self.mean_sd(nodes, q)]
             paper = PAPER.get(nodes)
             theirs = [number for q in of_paper for number in (paper[q] if paper else ("", ""))]
-            writer.writerow([nodes, *ours, *theirs])
-        return text.getvalue()
+            rows.append([nodes, *ours, *theirs])
+        header = ["nodes", *(f"{name}{what}" for name in names for what in ("", "_sd"))]
+        return csv_text(header, rows)
 
     def to_markdown(self) -> str:
         """The table, and what it is of."""
         s = self.settings
         header = ["nodes", "success AUC", "success AP", "capture AUC", "capture AP", "time a state"]
         header += ["paper: success AUC", "success AP", "time a state"]
-        lines = [
-            "# Time efficiency",
-            "",
+        text = (
             f"{TASK}: {s.trajectories} trajectories of {FRAMES} states, seed 0. Success: the "
             f"score of the last {LAST_FRAMES} states of a trajectory against its success. Capture: "
             f"of each state, against being captured over the next {HORIZON} frames; the paper's "
             "figure does not show it. Time: of the search of a state that gives both scores, on "
             "one thread of this machine, with whatever else it did; the paper's on an Intel Core "
             f"i9-12900H. Mean ± standard deviation of {s.seeds} seeds of the search; the paper's ± "
-            "is its error bar.",
-            "",
-            f"| {' | '.join(header)} |",
-            "| ---: " * len(header) + "|",
-        ]
+            "is its error bar."
+        )
+        rows = []
         for nodes in self.nodes:
             ours = [_cell(quantity, *self.mean_sd(nodes, quantity)) for quantity in QUANTITIES]
             paper = PAPER.get(nodes, {})
             theirs = [_cell(q, *paper[q]) if q in paper else "" for q in PAPER[100]]
-            lines.append(f"| {' | '.join([str(nodes), *ours, *theirs])} |")
-        return "\n".join(lines) + "\n"
+            rows.append([str(nodes), *ours, *theirs])
+        table = markdown_table(header, rows, ["right"] * len(header))
+        return f"# Time efficiency\n\n{text}\n\n{table}\n"
 
 
 class EfficiencyStudy(Study[Settings, Efficiency]):
@@ -182,10 +179,7 @@ class EfficiencyStudy(Study[Settings, Efficiency]):
     ) -> Efficiency:
         """Scores what the folder's store lacks. Raises ValueError on a folder of other
         trajectories, and on trajectories that all have the same label."""
-        dataset = load_or_generate(
-            folder / f"{TASK}.h5", tasks.make(TASK), settings.trajectories, FRAMES, seed=0
-        )
-        check_labels(dataset)
+        dataset = pushes(folder, settings.trajectories)
         before, total = 0, dataset.size * settings.seeds * sum(settings.nodes)
         runs = []
         with ScoreStore(folder / "scores.db", create=True) as store:
@@ -198,7 +192,7 @@ class EfficiencyStudy(Study[Settings, Efficiency]):
                 run = begin_run(store, dataset, METRICS, search)
                 score_run(dataset, run, executor=Threads(threads), progress=count)
                 before += dataset.size * nodes
-                runs.append(Run(nodes, seed, _values(run)))
+                runs.append(Measurement(nodes, seed, _values(run)))
         return Efficiency(settings, runs)
 
     def figures(self, result: Efficiency) -> Iterator[tuple[str, Figure]]:
@@ -209,7 +203,7 @@ class EfficiencyStudy(Study[Settings, Efficiency]):
 STUDY = EfficiencyStudy()
 
 
-def _values(run: StoredRun) -> dict[str, float]:
+def _values(run: Run) -> dict[str, float]:
     """Of a run that is complete."""
     found = quality(run.labelled_scores())
     (success_auc, success_ap), (capture_auc, capture_ap) = found["success"], found["capture"]

@@ -9,8 +9,6 @@ shows what rounding does alone.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +19,7 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Problem, Scene, World
 from energymargin.checks import whole_number
+from energymargin.table_text import csv_text, markdown_table
 from energymargin.tasks.base import STEP
 from energymargin.tasks.printed import printed
 from energymargin.tasks.push_real import LONGEST_EDGE, TOLERANCE, scene
@@ -57,13 +56,13 @@ VARIANTS = (
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    recordings: int = setting(4, "Of each combination.")
-    frames: int = setting(10, "Of each recording, evenly spaced.")
+    recordings: int = setting(4, "Recordings of each combination.")
+    frames: int = setting(10, "Frames of each recording, evenly spaced.")
 
     def __post_init__(self) -> None:
-        """Checks them."""
+        """Checks them, before anything is computed or written."""
         whole_number("recordings", self.recordings, 1, 12)
         whole_number("frames", self.frames, 1, 100)
 
@@ -87,30 +86,19 @@ class Enlarged:
     def to_markdown(self) -> str:
         """A line a variant."""
         count = len(next(iter(self.ends.values())))
-        lines = [
-            "# True scale and enlarged scenes",
-            "",
+        text = (
             f"{count} rollouts of {LONGEST_EDGE:g} s from recorded states of all combinations of "
             f"{TASK}, with random disturbances within its bounds: how far apart the object ends, "
-            "in lengths of the true scale, and how much the efforts differ.",
-            "",
-            f"| | {' | '.join(COLUMNS)} |",
-            "| --- " * (1 + len(COLUMNS)) + "|",
-        ]
-        for variant in VARIANTS[1:]:
-            lines.append(
-                f"| {variant.name} | {' | '.join(f'{x:.3g}' for x in self.row(variant))} |"
-            )
-        return "\n".join(lines) + "\n"
+            "in lengths of the true scale, and how much the efforts differ."
+        )
+        rows = [[v.name, *(f"{x:.3g}" for x in self.row(v))] for v in VARIANTS[1:]]
+        table = markdown_table(["", *COLUMNS], rows)
+        return f"# True scale and enlarged scenes\n\n{text}\n\n{table}\n"
 
     def to_csv(self) -> str:
         """The same."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(("variant", *COLUMNS))
-        for variant in VARIANTS[1:]:
-            writer.writerow((variant.name, *self.row(variant)))
-        return text.getvalue()
+        rows = [(variant.name, *self.row(variant)) for variant in VARIANTS[1:]]
+        return csv_text(("variant", *COLUMNS), rows)
 
 
 class EnlargedStudy(Study[Settings, Enlarged]):

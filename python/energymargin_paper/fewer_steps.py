@@ -1,20 +1,19 @@
 """What it gains to use more of the simulation that is paid for: AUC and AP against computing time.
 
-Each option is a way to score the states of a trajectory, held against the plain way of its metric.
+Each option is a way to score the states of a trajectory, compared with the plain way of its metric.
 Every size and seed of an option is one file in the folder, written as soon as it is finished:
 stopped and started again, the study goes on.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import multiprocessing
 import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
@@ -24,41 +23,52 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import stream
+from energymargin._core import (
+    Cancel,
+    CaptureScore,
+    Problem,
+    Tree,
+    capture_score,
+    escape_effort,
+    stream,
+)
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import LabelledScores
 from energymargin.evaluation.labelled import HORIZON
-from energymargin.interrupts import held_interrupts
-from energymargin.replacing import replaced
-from energymargin_paper.fewer_steps_options import OPTIONS, PLAIN
+from energymargin.limits import Limit
+from energymargin.replacing import replace_text
+from energymargin.results import collect
+from energymargin.table_text import csv_text, markdown_table
+from energymargin_paper.jobs import Jobs
 from energymargin_paper.quality import quality
 from energymargin_paper.study import Progress, Study, setting
-from energymargin_paper.table1_text import check_tasks
+from energymargin_paper.table1 import check_tasks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["STUDY", "FewerSteps", "Point", "Run", "Settings", "figure_fewer_steps"]
+__all__ = ["STUDY", "FewerSteps", "Measurement", "Point", "Settings", "figure_fewer_steps"]
 
 FRAMES = 10
+HEADER = ("score", "option", "rollouts", "ms", "steps", "AUC", "gain", "AP", "gain")
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on tasks that the paper's table lacks, or bad numbers."""
+    """The study's settings; raises ValueError on tasks that Table I lacks, or bad numbers."""
 
-    tasks: tuple[str, ...] = setting(
-        ("push", "balance", "topple"), "Which tasks, with commas between."
+    tasks: tuple[str, ...] = setting(("push", "balance", "topple"), "Tasks, separated by commas.")
+    trajectories: int = setting(50, "Trajectories of each task.")
+    rollouts: tuple[int, ...] = setting(
+        (10, 30, 100, 300), "Rollouts of each search, separated by commas."
     )
-    trajectories: int = setting(50, "How many trajectories of each task.")
-    rollouts: tuple[int, ...] = setting((10, 30, 100, 300), "Of each search, with commas between.")
     seeds: int = setting(3, "Searches of each state.")
 
     def __post_init__(self) -> None:
-        """Checks them: a mistake is said before anything is computed, or written."""
+        """Checks them, before anything is computed or written."""
         check_tasks(self.tasks)
         whole_number("trajectories", self.trajectories, 2)
         whole_number("seeds", self.seeds, 1)
@@ -84,7 +94,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Run:
+class Measurement:
     """A job that is done."""
 
     job: Job
@@ -114,10 +124,10 @@ class Point:
 
 @dataclass(frozen=True)
 class FewerSteps:
-    """What came out."""
+    """The result."""
 
     settings: Settings
-    runs: list[Run]
+    runs: list[Measurement]
 
     def curve(self, task: str, metric: str, option: str) -> list[Point]:
         """The points of one option, by size."""
@@ -163,55 +173,50 @@ class FewerSteps:
 
     def to_csv(self) -> str:
         """One line a point."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(
-            (
-                *("task", "score", "option", "rollouts", "seconds", "steps"),
-                *(f"{q}{what}" for q in ("auc", "ap") for what in ("", "_sd", "_gain", "_gain_sd")),
-            )
+        header = (
+            *("task", "score", "option", "rollouts", "seconds", "steps"),
+            *(f"{q}{what}" for q in ("auc", "ap") for what in ("", "_sd", "_gain", "_gain_sd")),
         )
+        rows = []
         for p in self.points():
             numbers = [
                 number
                 for value, gain in zip(p.quality.T, self.gain(p).T, strict=True)
-                for number in (value.mean(), _spread(value), gain.mean(), _spread(gain))
+                for number in (value.mean(), _deviation(value), gain.mean(), _deviation(gain))
             ]
-            writer.writerow((p.task, p.metric, p.option, p.rollouts, p.seconds, p.steps, *numbers))
-        return text.getvalue()
+            rows.append((p.task, p.metric, p.option, p.rollouts, p.seconds, p.steps, *numbers))
+        return csv_text(header, rows)
 
     def to_markdown(self) -> str:
         """One table a task."""
         s = self.settings
-        lines = [
+        parts = [
             f"AUC and AP of {s.trajectories} trajectories of {FRAMES} states (captured over the "
             f"next {HORIZON} frames; success of the trajectory), means of {s.seeds} seeds. Gain: "
             "over the plain search of the same seed at as many simulation steps, ± standard "
             "deviation over the seeds."
         ]
         for task in s.tasks:
-            lines += ["", f"**{task}**", ""]
-            lines += ["| score | option | rollouts | ms | steps | AUC | gain | AP | gain |"]
-            lines += ["| --- " * 9 + "|"]
-            lines += [self._line(point) for point in self.points() if point.task == task]
-        return "\n".join(lines) + "\n"
+            rows = [self._line(point) for point in self.points() if point.task == task]
+            parts += [f"**{task}**", markdown_table(HEADER, rows)]
+        return "\n\n".join(parts) + "\n"
 
-    def _line(self, p: Point) -> str:
+    def _line(self, p: Point) -> list[str]:
         cells = [p.metric, p.option, str(p.rollouts), f"{1e3 * p.seconds:.2f}", f"{p.steps:.0f}"]
         for value, gain in zip(p.quality.T, self.gain(p).T, strict=True):
             plain = p.option == PLAIN[p.metric]
             cells += [
                 f"{value.mean():.3f}",
-                "" if plain else f"{gain.mean():+.3f} ± {_spread(gain):.3f}",
+                "" if plain else f"{gain.mean():+.3f} ± {_deviation(gain):.3f}",
             ]
-        return f"| {' | '.join(cells)} |"
+        return cells
 
 
 class FewerStepsStudy(Study[Settings, FewerSteps]):
     """What it gains to use more of each rollout: AUC and AP against computing time.
 
     States on the way of a rollout as nodes; the tree of the frame before; rollouts that end at the
-    escape. Each is held against the plain search at as many simulation steps.
+    escape. Each is compared with the plain search at as many simulation steps.
 
     The folder gets fewer_steps.md, fewer_steps.csv, fewer_steps.png, the trajectories (TASK.h5) and
     all scores (scores/*.json). It takes half an hour; stop it with Ctrl-C: the same command goes on
@@ -236,9 +241,15 @@ class FewerStepsStudy(Study[Settings, FewerSteps]):
         jobs = list(_jobs(settings))
         runs = {job: run for job in jobs if (run := _kept(job, folder)) is not None}
         progress(len(runs), len(jobs))
-        for run in _made([job for job in jobs if job not in runs], folder, threads):
-            runs[run.job] = run
+        missing = [job for job in jobs if job not in runs]
+
+        def add(finished: Sequence[Measurement]) -> None:
+            runs.update({run.job: run for run in finished})
             progress(len(runs), len(jobs))
+
+        pool = ProcessPoolExecutor(threads, multiprocessing.get_context("spawn"))
+        workers = Jobs(pool, threads, partial(_run, folder=folder), missing, Cancel())
+        collect(workers, add, Limit())
         return FewerSteps(settings, [runs[job] for job in jobs])
 
     def figures(self, result: FewerSteps) -> Iterator[tuple[str, Figure]]:
@@ -262,7 +273,7 @@ def _dataset(folder: Path, task: str, trajectories: int) -> Dataset:
     return load_or_generate(path, tasks.make(task), trajectories, FRAMES, seed=0)
 
 
-def _kept(job: Job, folder: Path) -> Run | None:
+def _kept(job: Job, folder: Path) -> Measurement | None:
     path = job.path(folder)
     if not path.exists():
         return None
@@ -270,27 +281,10 @@ def _kept(job: Job, folder: Path) -> Run | None:
     if kept.pop("job") != asdict(job):
         raise ValueError(f"{path} holds other scores: remove it, or choose another folder")
     quality = {metric: (auc, ap) for metric, (auc, ap) in kept.pop("quality").items()}
-    return Run(job, quality=quality, **kept)
+    return Measurement(job, quality=quality, **kept)
 
 
-def _made(jobs: Sequence[Job], folder: Path, threads: int) -> Iterator[Run]:
-    """Runs as they are finished."""
-    context = multiprocessing.get_context("spawn")
-    with held_interrupts() as interrupted, ProcessPoolExecutor(threads, context) as pool:
-        running: set[Future[Run]] = {pool.submit(_run, job, folder) for job in jobs}
-        try:
-            while running and not interrupted.is_set():
-                done, running = wait(running, timeout=0.05, return_when=FIRST_COMPLETED)
-                for future in done:
-                    if not interrupted.is_set():
-                        yield future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-
-
-def _run(job: Job, folder: Path) -> Run:
+def _run(job: Job, folder: Path) -> Measurement:
     """Scores all states, and keeps the file. The process does nothing else meanwhile, so that its
     time is the searches'."""
     dataset = _dataset(folder, job.task, job.trajectories)
@@ -303,16 +297,14 @@ def _run(job: Job, folder: Path) -> Run:
         found += score([problems[i] for i in own], job.rollouts, seeds)
     seconds = time.process_time() - start
     scores = {metric: [state.scores[metric] for state in found] for metric in found[0].scores}
-    run = Run(
+    run = Measurement(
         job,
         seconds=seconds / len(found),
         steps=float(np.mean([state.steps for state in found])),
         quality=_quality(dataset, scores),
         scores=scores,
     )
-    path = job.path(folder)
-    with replaced(path) as file:
-        file.write_text(json.dumps(asdict(run)))
+    replace_text(job.path(folder), json.dumps(asdict(run)))
     return run
 
 
@@ -329,9 +321,158 @@ def _quality(dataset: Dataset, scores: dict[str, list[float]]) -> dict[str, tupl
     return quality(labelled)
 
 
-def _spread(values: NDArray[np.float64]) -> float:
+def _deviation(values: NDArray[np.float64]) -> float:
     """Standard deviation; 0 of a single value."""
     return float(values.std(ddof=1)) if len(values) > 1 else 0.0
+
+
+# The ways to score the states of a trajectory that are compared.
+TREES = 4  # of `several_trees`
+SHARE = 0.5  # of the frame before, beside the state's own tree
+
+
+@dataclass(frozen=True)
+class StateScores:
+    """The scores of one state."""
+
+    scores: dict[str, float]
+    """By metric."""
+    steps: int
+    """How many simulation steps they took."""
+
+
+TrajectoryScores = list[StateScores]
+Score = Callable[[Sequence[Problem], int, Sequence[int]], TrajectoryScores]
+"""Of the states of one trajectory, with so many rollouts and a seed for each."""
+
+
+def capture(nodes_per_edge: int = 1, least_likelihood: float = 0.0) -> Score:
+    """Capture and success score, with so many nodes of each rollout, up to where they matter."""
+
+    def score(problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]) -> TrajectoryScores:
+        return [
+            _state_scores(
+                problem, _grown(problem, rollouts, seed, nodes_per_edge, least_likelihood)
+            )
+            for problem, seed in zip(problems, seeds, strict=True)
+        ]
+
+    return score
+
+
+def with_frame_before(
+    problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]
+) -> TrajectoryScores:
+    """Capture and success score, in part of the tree of the frame before in the sets of now."""
+    grown = [_grown(p, rollouts, seed) for p, seed in zip(problems, seeds, strict=True)]
+    found = [_state_scores(problems[0], grown[0])]
+    for problem, own, before in zip(problems[1:], grown[1:], grown, strict=False):
+        now, old = _state_scores(problem, own), _inside(problem, before)
+        scores = {
+            metric: (value + SHARE * old[metric]) / (1 + SHARE)
+            for metric, value in now.scores.items()
+        }
+        found.append(StateScores(scores, now.steps))
+    return found
+
+
+def several_trees(
+    problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]
+) -> TrajectoryScores:
+    """Mean scores of trees that share the rollouts, as threads grow them at once."""
+    found = []
+    for problem, seed in zip(problems, seeds, strict=True):
+        trees = [
+            _state_scores(problem, _grown(problem, max(rollouts // TREES, 1), stream(seed, i)))
+            for i in range(TREES)
+        ]
+        scores = {
+            metric: sum(tree.scores[metric] for tree in trees) / TREES for metric in trees[0].scores
+        }
+        found.append(StateScores(scores, sum(tree.steps for tree in trees)))
+    return found
+
+
+def effort(*, shorten: bool, stop_at_escape: bool) -> Score:
+    """Effort of escape by AO-EST; without `shorten`, as published."""
+
+    def score(problems: Sequence[Problem], rollouts: int, seeds: Sequence[int]) -> TrajectoryScores:
+        found = []
+        for problem, seed in zip(problems, seeds, strict=True):
+            escape = escape_effort(
+                problem,
+                nodes=rollouts,
+                seed=seed,
+                search="improved" if shorten else "published",
+                stop_at_escape=stop_at_escape,
+            )
+            found.append(
+                StateScores({"effort/est": escape.effort}, int(_steps(escape.tree, problem).sum()))
+            )
+        return found
+
+    return score
+
+
+OPTIONS: dict[str, Score] = {
+    "ends alone": capture(),
+    "four trees": several_trees,
+    "2 nodes an edge": capture(2),
+    "4 nodes an edge": capture(4),
+    "8 nodes an edge": capture(8),
+    "likely 1 %": capture(least_likelihood=0.01),
+    "likely 10 %": capture(least_likelihood=0.1),
+    "likely 10 %, 4 nodes": capture(4, 0.1),
+    "frame before": with_frame_before,
+    "as published": effort(shorten=False, stop_at_escape=False),
+    "stop at escape": effort(shorten=False, stop_at_escape=True),
+    "shortened": effort(shorten=True, stop_at_escape=False),
+    "shortened, stop at escape": effort(shorten=True, stop_at_escape=True),
+}
+PLAIN = {"capture": "ends alone", "success": "ends alone", "effort/est": "as published"}
+"""By metric, the option that the others are compared with."""
+
+
+def _grown(
+    problem: Problem,
+    rollouts: int,
+    seed: int,
+    nodes_per_edge: int = 1,
+    least_likelihood: float = 0.0,
+) -> CaptureScore:
+    return capture_score(
+        problem,
+        nodes=nodes_per_edge * rollouts,
+        seed=seed,
+        nodes_per_edge=nodes_per_edge,
+        least_likelihood=least_likelihood,
+        warn=False,
+    )
+
+
+def _state_scores(problem: Problem, score: CaptureScore) -> StateScores:
+    assert score.success is not None  # every task has a success set
+    steps, tree = _steps(score.tree, problem), score.tree
+    on_the_way = (tree.parents[1:] == tree.parents[:-1]) & (
+        tree.controls[1:] == tree.controls[:-1]
+    ).all(axis=1)
+    own = int(steps.sum() - steps[:-1][on_the_way].sum())
+    return StateScores({"capture": score.capture, "success": score.success}, own)
+
+
+def _inside(problem: Problem, score: CaptureScore) -> dict[str, float]:
+    """The scores that a tree has in a problem's sets."""
+    assert problem.succeeded is not None
+    sets = {"capture": problem.captured, "success": problem.succeeded}
+    return {
+        metric: float(score.likelihoods @ region.contains(problem.scene, score.tree.states))
+        for metric, region in sets.items()
+    }
+
+
+def _steps(tree: Tree, problem: Problem) -> NDArray[np.int64]:
+    """Of the edge that leads to each node."""
+    return np.round(tree.durations / problem.scene.step).astype(np.int64)
 
 
 # Okabe and Ito's colours, which all eyes tell apart; markers too, for print in grey.

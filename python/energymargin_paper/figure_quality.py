@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
@@ -12,11 +10,11 @@ from typing import TYPE_CHECKING
 from energymargin import tasks
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
-from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation.labelled import HORIZON, captured_labels
 from energymargin.scoring import score
-from energymargin.settings import SearchSettings
-from energymargin_paper.quality import check_labels
+from energymargin.scoring.settings import SearchSettings
+from energymargin.table_text import csv_text, markdown_table
+from energymargin_paper.quality import FRAMES, TASK, pushes
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -24,21 +22,19 @@ if TYPE_CHECKING:
 
 __all__ = ["SHOWN", "STUDY", "FigureQuality", "Frame", "Settings", "figure_quality"]
 
-TASK = "push"
-FRAMES = 10
 SHOWN = (0, 3, 6)  # frames of each push
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the figure; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    trajectories: int = setting(50, "Of the dataset that the two pushes are of.")
+    trajectories: int = setting(50, "Pushes of the dataset that the two are chosen from.")
     nodes: int = setting(100, "Nodes of each search tree.")
-    seed: int = setting(0, "Of the searches.")
+    seed: int = setting(0, "Seed of the searches.")
 
     def __post_init__(self) -> None:
-        """Checks the numbers: a mistake is said before anything is computed, or written."""
+        """Checks them, before anything is computed or written."""
         whole_number("trajectories", self.trajectories, 2)
         _ = SearchSettings(self.nodes, self.seed)
 
@@ -83,34 +79,29 @@ class FigureQuality:
 
     def to_csv(self) -> str:
         """One line a frame."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(field.name for field in fields(Frame))
-        writer.writerows(map(astuple, self.frames))
-        return text.getvalue()
+        return csv_text([field.name for field in fields(Frame)], map(astuple, self.frames))
 
     def to_markdown(self) -> str:
         """The numbers of the figure."""
         s = self.settings
-        rows = [
-            f"| {f.push}, trajectory {f.trajectory} | {f.time:.2f} s | {f.pair} | "
-            f"{'yes' if f.captured else 'no'} |"
-            for f in self.frames
-        ]
-        return "\n".join(
-            [
-                "# Qualitative evaluation",
-                "",
-                f"{TASK}: two of {s.trajectories} trajectories of {FRAMES} states, seed 0, "
-                f"{s.nodes} nodes a tree, seed {s.seed} of the search: the scores are those that "
-                "the dataset gets with these.",
-                "",
-                f"| push | time | (success, capture) | captured over the next {HORIZON} frames |",
-                "| --- | ---: | ---: | ---: |",
-                *rows,
-                "",
-            ]
+        text = (
+            f"{TASK}: two of {s.trajectories} trajectories of {FRAMES} states, seed 0, "
+            f"{s.nodes} nodes a tree, seed {s.seed} of the search: the scores are those that "
+            "the dataset gets with these."
         )
+        captured = f"captured over the next {HORIZON} frames"
+        table = markdown_table(
+            ("push", "time", "(success, capture)", captured),
+            [
+                (
+                    *(f"{f.push}, trajectory {f.trajectory}", f"{f.time:.2f} s", f.pair),
+                    "yes" if f.captured else "no",
+                )
+                for f in self.frames
+            ],
+            ("left", "right", "right", "right"),
+        )
+        return f"# Qualitative evaluation\n\n{text}\n\n{table}\n"
 
 
 class FigureQualityStudy(Study[Settings, FigureQuality]):
@@ -139,10 +130,7 @@ class FigureQualityStudy(Study[Settings, FigureQuality]):
         trajectories that all have the same label."""
         from energymargin.plots.datasets import one_of_each
 
-        dataset = load_or_generate(
-            folder / f"{TASK}.h5", tasks.make(TASK), settings.trajectories, FRAMES, seed=0
-        )
-        check_labels(dataset)
+        dataset = pushes(folder, settings.trajectories)
         places = {
             t * FRAMES + k: (push, t, k) for push, t in one_of_each(dataset).items() for k in SHOWN
         }

@@ -1,7 +1,7 @@
 """Will it hold for the next frames? What each score of a state foresees, on every task.
 
 The scores of the paper, the probability of `capture_probability` with and without the robot's plan,
-the plan alone, a learned classifier, and the ceiling, all held against "it stays captured for the
+the plan alone, a learned classifier, and the ceiling, all compared with "it stays captured for the
 next h frames". Only states that are captured now count, with h frames left in their trajectory:
 that others are lost needs no foresight.
 
@@ -11,10 +11,9 @@ other scores are in stores: stopped and started again, the study goes on with wh
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,30 +22,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
-from energymargin._core import Cancel, World, capture_probability, disturbances, stream
+from energymargin._core import capture_score, escape_effort
+from energymargin.checks import positive_number, whole_number
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import load_or_generate
+from energymargin.evaluation import Cell
+from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
+from energymargin.evaluation.calibration import (
+    BINS,
+    Reliability,
+    brier,
+    calibration_error,
+    reliability,
+)
+from energymargin.evaluation.labelled import Compared
+from energymargin.evaluation.table import DASH, cell_of, csv_fields
 from energymargin.executors.threads import Threads
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 from energymargin.store import ScoreStore, add_scores, score_dataset
-from energymargin.tasks.base import ScriptedTask
-from energymargin.trajectories import Trajectory
+from energymargin.table_text import csv_text, markdown_table, short
+from energymargin_paper import probabilities
 from energymargin_paper.ceiling import CAPTURED, CEILING, ceiling_dataset, scripted
-from energymargin_paper.foresight_text import (
+from energymargin_paper.jobs import pairs, resumed
+from energymargin_paper.probabilities import (
+    FRESH,
     HORIZONS,
     LEARNED,
-    NAMES,
-    NO_PROBABILITY,
     NOMINAL,
-    PLANS,
-    PUBLISHED,
     SCRIPT,
-    Foresight,
-    Settings,
-    TaskForesight,
+    Job,
+    Method,
+    Shares,
+    learned,
 )
-from energymargin_paper.jobs import pairs, resumed
-from energymargin_paper.study import Progress, Study
+from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,51 +63,236 @@ if TYPE_CHECKING:
 
     from energymargin.plots.styles import LineStyle
 
-__all__ = [
-    "FRAMES",
-    "STUDY",
-    "Settings",
-    "figure_foresight",
-    "learned",
-    "nominal",
-    "share_by_frame",
-]
+__all__ = ["NAMES", "STUDY", "Foresight", "Settings", "TaskForesight", "figure_foresight"]
 
 FRAMES = 10  # of a trajectory
-LOOK = 4  # steps between two looks at the nominal rollout, as of a problem's `check`
-FOLDS = 5  # of the learned baseline
 SAMPLED = 10  # states whose trees say how many steps a tree takes
 RUNS_FILE = "runs.jsonl"
+TASKS = ("push", "balance", "topple", "grasp", "scoop", "push-multi")
+LAST = {"topple": 4}  # frames of the column with intervals; no box of topple is held for five
+PUBLISHED = ("capture", "effort/est")
+
+# One rule for all tasks: how strong the disturbance is, as a share of the problem's bounds, and how
+# many objects each of its pieces meets. Fixed on trajectories of another seed, as
+# docs/results/foresight.md says.
+STRENGTH = 0.6
+OBJECTS = 2  # or as many as a task has
+
+# In the order of the tables.
+NAMES = {
+    "capture": "capture score",
+    "effort/est": "effort, AO-EST",
+    "coast": "probability, coasting",
+    "hold": "probability, hold",
+    SCRIPT: "probability, script",
+    "default": "probability, script, Uniform()",
+    NOMINAL: "script alone, undisturbed",
+    LEARNED: "learned from raw states",
+    "ceiling": "ceiling",
+}
+NO_PROBABILITY = ("effort/est",)
+UNSURE = (0.05, 0.95)  # probabilities between are neither sure to hold nor sure to be lost
 
 
 @dataclass(frozen=True)
-class Job:
-    """One probability of one state."""
+class Settings:
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    version: str
+    tasks: tuple[str, ...] = setting(TASKS, "Tasks, separated by commas.")
+    trajectories: int = setting(50, "Trajectories of each task, of ten frames.")
+    nodes: int = setting(100, "Nodes of the published scores' trees.")
+    rollouts: int = setting(30, "Rollouts of each probability.")
+    fresh: int = setting(
+        100, "Rollouts of another seed that the probabilities are compared with; 0: none."
+    )
+    continuations: int = setting(100, "Continuations of each state, for the ceiling.")
+    strength: float = setting(STRENGTH, "Strength of the disturbance, as a share of the bounds.")
+    objects: int = setting(OBJECTS, "Objects disturbed at a time, at most all of the task.")
+    seed: int = setting(0, "Seed of every random draw.")
+
+    def __post_init__(self) -> None:
+        """Checks them, before anything is computed or written."""
+        wrong = [name for name in self.tasks if name not in TASKS]
+        if wrong or not self.tasks or len(set(self.tasks)) < len(self.tasks):
+            what = repr(wrong[0]) if wrong else ", ".join(self.tasks) or "empty"
+            raise ValueError(f"tasks is {what}, expected some of {', '.join(TASKS)}, each once")
+        for name in ("trajectories", "nodes", "rollouts", "continuations", "objects"):
+            whole_number(name, getattr(self, name), 1)
+        whole_number("fresh", self.fresh, 0)
+        whole_number("seed", self.seed, 0, 2**63 - 1)
+        positive_number("strength", self.strength)
+
+    def methods(self) -> dict[str, Method]:
+        """Of the probabilities, by name."""
+        stated = Method(self.rollouts, self.strength, self.objects, self.seed)
+        found = dict.fromkeys(("coast", "hold", SCRIPT), stated)
+        found["default"] = Method(self.rollouts, 1.0, None, self.seed)
+        found[NOMINAL] = Method(0, 0.0, None, 0)
+        if self.fresh:
+            found[FRESH] = Method(self.fresh, self.strength, self.objects, self.seed + 1)
+        return found
+
+
+@dataclass(frozen=True)
+class TaskForesight:
+    """The N states of one task."""
+
     task: str
-    trajectories: int
-    index: int
-    """Of the state in its dataset."""
-    method: str
-    rollouts: int
-    strength: float
-    objects: int | None
-    seed: int
+    trajectory: NDArray[np.int64]
+    """Shape (N,)."""
+    labels: dict[int, NDArray[np.bool_]]
+    """By horizon, shape (N,): whether a state stays captured until then."""
+    counts: dict[int, NDArray[np.bool_]]
+    """By horizon, shape (N,): whether it is captured now, and has so many frames left."""
+    scores: dict[str, dict[int, NDArray[np.float64]]]
+    """By name and horizon, shape (N,); NaN where there is none."""
+    steps: dict[str, float]
+    """By name: simulation steps a state."""
+    missing: int
+    """States whose problem or rollouts failed, of all probabilities together."""
+    seed: int = 0
+
+    @property
+    def last(self) -> int:
+        """The horizon of the columns with intervals."""
+        return LAST.get(self.task, max(HORIZONS))
+
+    @cached_property
+    def cells(self) -> dict[str, dict[int, Cell | None]]:
+        """By name and horizon: AUC and AP; None where there is but one label to tell apart."""
+        weights = bootstrap_weights(int(self.trajectory.max()) + 1, DRAWS, self.seed)
+        return {
+            name: {h: cell_of(self.compared(name, h), weights) for h in HORIZONS}
+            for name in NAMES
+            if name in self.scores
+        }
+
+    def compared(self, name: str, horizon: int) -> Compared:
+        """The states that count and have a score, with their labels."""
+        scores = self.scores[name][horizon]
+        chosen = np.flatnonzero(self.counts[horizon] & ~np.isnan(scores))
+        labels = self.labels[horizon][chosen]
+        return Compared(scores[chosen], labels, self.trajectory[chosen], chosen)
+
+    def reliability(self, name: str, horizon: int) -> Reliability | None:
+        """Of a probability against what happened; None without a state, or of another score."""
+        scores, labels, *_ = self.compared(name, horizon)
+        if name in NO_PROBABILITY or not len(scores):
+            return None
+        return reliability(scores, labels.astype(float))
+
+    def calibration(self, name: str, horizon: int) -> tuple[float, float] | None:
+        """Brier score and expected calibration error against what happened."""
+        scores, labels, *_ = self.compared(name, horizon)
+        if name in NO_PROBABILITY or not len(scores):
+            return None
+        happened = labels.astype(float)
+        return brier(scores, happened), calibration_error(scores, happened)
+
+    def against_fresh(self, horizon: int, *, unsure: bool) -> tuple[float, int] | None:
+        """Expected error of the probability against shares of fresh rollouts, and of how many
+        states: all, or those that are `unsure`. None without any."""
+        if FRESH not in self.scores:
+            return None
+        p, fresh = (self.scores[name][horizon][self.counts[horizon]] for name in (SCRIPT, FRESH))
+        there = ~np.isnan(p) & ~np.isnan(fresh)
+        if unsure:
+            there &= (p >= UNSURE[0]) & (p <= UNSURE[1])
+        if not there.any():
+            return None
+        return calibration_error(p[there], fresh[there]), int(there.sum())
 
 
 @dataclass(frozen=True)
-class Row:
-    """What came out of a job."""
+class Foresight:
+    """The result."""
 
-    shares: list[float]
-    """Captured throughout until h frames later, for h = 1, 2, ... as far as the trajectory goes."""
-    steps: int
-    """Of the simulation."""
-    seconds: float
-    """It took, on one thread [s]."""
-    error: str | None = None
-    """Why there are no shares."""
+    settings: Settings
+    tasks: list[TaskForesight]
+
+    def to_markdown(self) -> str:
+        """A table for each task, and one of the calibration."""
+        own = self.settings
+        many = f"{own.objects} object{'s' * (own.objects != 1)}"
+        lines = [
+            "# Foresight",
+            "",
+            "Will it stay captured for the next h frames? AUC/AP, on states that are captured now "
+            f"and have h frames left. Version {version('energymargin')}, {own.trajectories} "
+            f"trajectories of ten frames a task, seed {own.seed}; trees of {own.nodes} nodes, "
+            f"{own.rollouts} rollouts. The disturbance of a probability is "
+            f"Uniform(strength={own.strength:g}, objects={own.objects}): each piece meets {many}, "
+            "where there are so many. "
+            "Beside it stands the default, Uniform(). The intervals, 95 % by trajectory, the Brier "
+            f"score and the expected calibration error (ECE, {BINS} bins of equal mass) are of the "
+            "horizon in the head of their column.",
+        ]
+        for task in self.tasks:
+            lines += ["", f"## {task.task}", "", _table(task)]
+        if own.fresh:
+            lines += ["", "## Against fresh rollouts", "", self._fresh()]
+        return "\n".join(lines) + "\n"
+
+    def _fresh(self) -> str:
+        own = self.settings
+        text = (
+            f"How far the probability of {own.rollouts} rollouts is from the share of {own.fresh} "
+            f"others under the same disturbance: the expected error over {BINS} bins."
+        )
+        rows = []
+        for task in self.tasks:
+            both = [task.against_fresh(task.last, unsure=unsure) for unsure in (False, True)]
+            cells = [f"{pair[0]:.3f} of {pair[1]}" if pair else DASH for pair in both]
+            rows.append([task.task, str(task.last), *cells])
+        header = ("", "horizon", "all states", f"from {UNSURE[0]:g} to {UNSURE[1]:g}")
+        table = markdown_table(header, rows, ("left", "right", "right", "right"))
+        return f"{text}\n\n{table}"
+
+    def to_csv(self) -> str:
+        """One line for each task, score and horizon."""
+        rows = []
+        for task in self.tasks:
+            for name, cells in task.cells.items():
+                for h, cell in cells.items():
+                    calibration = task.calibration(name, h) or ("", "")
+                    steps = round(task.steps[name])
+                    rows.append((task.task, name, h, *csv_fields(cell), *calibration, steps))
+        measures = ("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "brier", "ece")
+        header = ("task", "score", "horizon", "count", "positives", *measures, "steps")
+        return csv_text(header, rows)
+
+    def reliability_csv(self) -> str:
+        """One line for each bin of the reliability plot."""
+        rows = [
+            (task.task, name, task.last, *row)
+            for task in self.tasks
+            for name in task.cells
+            if (bins := task.reliability(name, task.last)) is not None
+            for row in zip(*bins, strict=True)
+        ]
+        header = ("task", "score", "horizon", "predicted", "happened", "states")
+        return csv_text(header, rows)
+
+
+def _table(task: TaskForesight) -> str:
+    """A row for each score."""
+    last = task.last
+    own = [task.counts[h] for h in HORIZONS]
+    stay = [int(task.labels[h][task.counts[h]].sum()) for h in HORIZONS]
+    shares = ", ".join(f"{n} of {int(of.sum())}" for n, of in zip(stay, own, strict=True))
+    text = f"Stay captured, by horizon: {shares}. Failed: {task.missing}."
+    measured = (f"{measure}, {last}" for measure in ("AUC", "AP", "Brier", "ECE"))
+    header = ["", *map(str, HORIZONS), *measured, "steps a state"]
+    rows = []
+    for name, cells in task.cells.items():
+        values = [cell.value() if cell else DASH for cell in cells.values()]
+        cell, calibration = cells[last], task.calibration(name, last)
+        intervals = cell.intervals() if cell else (DASH, DASH)
+        measures = [short(value) for value in calibration] if calibration else [DASH, DASH]
+        steps = f"{task.steps[name]:.0f}"
+        rows.append([NAMES[name], *values, *intervals, *measures, steps])
+    align = ["left", *["right"] * (len(header) - 1)]
+    return f"{text}\n\n{markdown_table(header, rows, align)}"
 
 
 class ForesightStudy(Study[Settings, Foresight]):
@@ -131,7 +325,12 @@ class ForesightStudy(Study[Settings, Foresight]):
             )
             for name in settings.tasks
         }
-        jobs = [job for dataset in parts.values() for job in _jobs(dataset, settings)]
+        methods = settings.methods()
+        jobs = [
+            job
+            for dataset in parts.values()
+            for job in probabilities.jobs(dataset, settings.trajectories, methods)
+        ]
         states = 2 * sum(dataset.size for dataset in parts.values())  # scores, and ceiling
         total = states + len(jobs)
         done = 0
@@ -147,9 +346,9 @@ class ForesightStudy(Study[Settings, Foresight]):
         rows = resumed(
             folder / RUNS_FILE,
             jobs,
-            partial(_run, parts, robots),
+            partial(probabilities.run, parts, robots),
             threads,
-            lines=pairs(Job, Row),
+            lines=pairs(Job, Shares),
             progress=lambda n, _of: progress(states + n, total),
         )
         results = [_result(dataset, settings, folder, rows) for dataset in parts.values()]
@@ -196,84 +395,8 @@ def _continue(
     ceiling_dataset(dataset, path, count, seed, threads=threads, progress=progress)
 
 
-def _jobs(dataset: Dataset, settings: Settings) -> Iterator[Job]:
-    """Of the states that are captured now, with a frame after them."""
-    program, frames, most = version("energymargin"), dataset.frames(), _objects(dataset)
-    for name, method in settings.methods().items():
-        objects = None if method.objects is None else min(method.objects, most)
-        for index, (t, k) in enumerate(frames):
-            trajectory = dataset.trajectories[t]
-            if trajectory.captured[k] and k + 1 < len(trajectory):
-                yield Job(
-                    *(program, dataset.task, settings.trajectories, index, name),
-                    *(method.rollouts, method.strength, objects, method.seed),
-                )
-
-
-def _objects(dataset: Dataset) -> int:
-    """How many a task has."""
-    scene = scripted(dataset).scene(dataset.trajectories[0].params)
-    return sum(body.role == "object" for body in scene.bodies)
-
-
-def _run(
-    parts: Mapping[str, Dataset], robots: Mapping[str, ScriptedTask], job: Job, cancel: Cancel
-) -> tuple[Job, Row]:
-    dataset = parts[job.task]
-    t, k = dataset.frames()[job.index]
-    begun = time.perf_counter()
-    try:
-        shares, steps = _shares(robots[job.task], dataset.trajectories[t], k, job, cancel)
-    except (ValueError, RuntimeError) as error:
-        return job, Row([], 0, time.perf_counter() - begun, str(error))
-    return job, Row(shares, steps, time.perf_counter() - begun)
-
-
-def _shares(
-    task: ScriptedTask, trajectory: Trajectory, frame: int, job: Job, cancel: Cancel
-) -> tuple[list[float], int]:
-    """Shares by frame, and how many steps they took."""
-    now = float(trajectory.times[frame])
-    later = trajectory.times[frame + 1 : frame + 1 + max(HORIZONS)] - now
-    horizon = round(later[-1] / task.step) * task.step
-    plan = PLANS[job.method]
-    problem = task.future(trajectory.states[frame], now, trajectory.params, horizon, plan)
-    if job.method == NOMINAL:
-        return nominal(problem, later, cancel)
-    p = capture_probability(
-        problem,
-        disturbance=disturbances.Uniform(strength=job.strength, objects=job.objects),
-        rollouts=job.rollouts,
-        seed=stream(job.seed, job.index),
-        cancel=cancel,
-    )
-    return share_by_frame(p.times, p.curve, later), p.steps
-
-
-def nominal(
-    problem: Any, later: NDArray[np.float64], cancel: Cancel | None = None
-) -> tuple[list[float], int]:
-    """Whether the undisturbed future stays captured until `later` [s], shape (H,): 1 or 0 each, and
-    the steps that it took."""
-    step = problem.scene.step
-    ends = np.round(later / step).astype(int)
-    looks = sorted({*range(0, int(ends[-1]), LOOK), *ends.tolist()})
-    world = World(problem.scene) if problem.plan is None else World(problem.scene, problem.plan)
-    states = world.simulate(problem.state, looks[-1], record=looks, cancel=cancel).states
-    inside = np.logical_and.accumulate(problem.captured.contains(problem.scene, states))
-    return share_by_frame(np.array(looks) * step, inside.astype(float), later), int(ends[-1])
-
-
-def share_by_frame(
-    times: NDArray[np.float64], curve: NDArray[np.float64], later: NDArray[np.float64]
-) -> list[float]:
-    """A curve over `times` [s] at the latest one that is not after each of `later` [s]."""
-    at = np.searchsorted(times, np.asarray(later) + 1e-9, side="right") - 1
-    return [float(share) for share in np.asarray(curve)[at]]
-
-
 def _result(
-    dataset: Dataset, settings: Settings, folder: Path, rows: Mapping[Job, Row]
+    dataset: Dataset, settings: Settings, folder: Path, rows: Mapping[Job, Shares]
 ) -> TaskForesight:
     """All scores of a task's states, by horizon, and what happened."""
     places = np.array(dataset.frames())
@@ -309,7 +432,7 @@ def _keep_learned(
     report, the viewer and `evaluate` show as any other."""
     of_horizons = {CAPTURED[h]: values for h, values in scores.items()}
     source = {"source": LEARNED, "seed": settings.seed}
-    add_scores(folder / f"{dataset.task}-scores.db", dataset, of_horizons, source)
+    add_scores(folder / f"{dataset.task}-scores.db", dataset, of_horizons, settings=source)
 
 
 def _is(job: Job, task: str, method: str) -> bool:
@@ -358,8 +481,6 @@ def _run_of(store: ScoreStore, **settings: int) -> Any:
 
 def _tree_steps(dataset: Dataset, settings: Settings, metric: str) -> float:
     """Mean steps of a state's tree, of some states."""
-    from energymargin._core import capture_score, escape_effort
-
     numbers = np.linspace(0, dataset.size - 1, min(SAMPLED, dataset.size)).astype(int)
     total = 0.0
     for problem in dataset.problems(np.unique(numbers).tolist()):
@@ -371,43 +492,9 @@ def _tree_steps(dataset: Dataset, settings: Settings, metric: str) -> float:
                 "seed": settings.seed,
                 "search": "published",
             }
-            tree = escape_effort(problem, "est", **search).tree
+            tree = escape_effort(problem, planner="est", **search).tree
         total += float(tree.durations.sum()) / problem.scene.step
     return total / len(np.unique(numbers))
-
-
-def learned(
-    states: NDArray[np.float64],
-    labels: NDArray[np.bool_],
-    trajectory: NDArray[np.int64],
-    counts: NDArray[np.bool_],
-    seed: int,
-) -> NDArray[np.float64]:
-    """A plain classifier's probability of each state that counts, shape (N,); NaN for others.
-
-    Gradient-boosted trees on the raw states, shape (N, n). Each fifth of the trajectories is
-    foreseen by a classifier that learned from the others.
-    """
-    from sklearn.ensemble import HistGradientBoostingClassifier
-    from sklearn.model_selection import GroupKFold
-    from threadpoolctl import threadpool_limits  # of scikit-learn
-
-    found = np.full(len(labels), np.nan)
-    chosen = np.flatnonzero(counts)
-    groups = trajectory[chosen]
-    folds = min(FOLDS, len(np.unique(groups)))
-    if folds < 2:
-        return found
-    for train, test in GroupKFold(folds).split(chosen, groups=groups):
-        known = labels[chosen[train]]
-        if known.all() or not known.any():  # nothing to tell apart
-            found[chosen[test]] = float(known[0])
-            continue
-        classifier = HistGradientBoostingClassifier(random_state=seed)
-        with threadpool_limits(1):  # so few states: threads that wait for each other take longer
-            classifier.fit(states[chosen[train]], known)
-            found[chosen[test]] = classifier.predict_proba(states[chosen[test]])[:, 1]
-    return found
 
 
 SHOWN = ("capture", "effort/est", "hold", SCRIPT, LEARNED, "ceiling")
@@ -453,12 +540,9 @@ def _draw_reliability(ax: Axes, task: TaskForesight) -> None:
 
     ax.plot([0, 1], [0, 1], color=CHANCE_COLOR, linewidth=0.8)
     for name, style in zip(SHOWN, PALETTE, strict=False):
-        if name in NO_PROBABILITY or name not in task.scores:
-            continue
-        found = task.reliability(name, task.last)
-        if found is None:
-            continue
-        ax.plot(found.predicted, found.happened, **_look(style), linewidth=1.0)
+        found = task.reliability(name, task.last) if name in task.scores else None
+        if found is not None:
+            ax.plot(found.predicted, found.happened, **_look(style), linewidth=1.0)
     ax.set_xlabel(f"probability, {task.last} frames")
     ax.set_aspect("equal")
     light_grid(ax)

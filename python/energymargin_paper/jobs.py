@@ -1,25 +1,68 @@
-"""Jobs of a study on threads, and the file that has a line for each that is finished."""
+"""Jobs of a study on a pool of workers, and the file that has a line for each that is finished."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict
-from itertools import islice
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from energymargin._core import Cancel
-from energymargin.interrupts import held_interrupts
+from energymargin.limits import Limit
+from energymargin.replacing import replace_text
+from energymargin.results import collect
 
-__all__ = ["Lines", "pairs", "resumed"]
+__all__ = ["Jobs", "Lines", "pairs", "resumed"]
 
 POLL = 0.05  # s, between two looks for Ctrl-C
-AHEAD = 8  # jobs that lie ready for each thread
+AHEAD = 8  # jobs that lie ready for each worker
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+
+
+class Jobs(Generic[Job, Result]):
+    """The Workers of a pool: each calls `run(job)` for one job after the other.
+
+    `stop` sets `cancel`, so that threads end their jobs early: such results are left out.
+    """
+
+    def __init__(
+        self,
+        pool: Executor,
+        workers: int,
+        run: Callable[[Job], Result],
+        jobs: Iterable[Job],
+        cancel: Cancel,
+    ) -> None:
+        """`workers`: how many the pool has. It is shut down once the jobs are stopped."""
+        self._pool, self._run, self._cancel = pool, run, cancel
+        self._ahead = AHEAD * workers
+        self._waiting = list(jobs)[::-1]
+        self._running: set[Future[Result]] = set()
+
+    @property
+    def busy(self) -> bool:
+        """As Workers.busy."""
+        return bool(self._waiting or self._running)
+
+    def step(self) -> Sequence[Result]:
+        """As Workers.step. Raises what a job raised; `stop` then returns the other results."""
+        while self._waiting and len(self._running) < self._ahead:
+            self._running.add(self._pool.submit(self._run, self._waiting.pop()))
+        done, _ = wait(self._running, POLL, FIRST_COMPLETED)
+        results = [future.result() for future in done]
+        self._running -= done
+        return results
+
+    def stop(self) -> Sequence[Result]:
+        """As Workers.stop."""
+        done = [future for future in self._running if future.done() and not future.exception()]
+        self._cancel.set()
+        self._pool.shutdown(cancel_futures=True)
+        return [future.result() for future in done]
 
 
 class Lines(NamedTuple, Generic[Job, Result]):
@@ -45,25 +88,37 @@ def pairs(job: type[Job], result: type[Result]) -> Lines[Job, Result]:
 def resumed(
     path: Path,
     jobs: Sequence[Job],
-    run: Callable[[Job, Cancel], tuple[Job, Result]],
+    run: Callable[[Job, Cancel], Result],
     threads: int,
     *,
     lines: Lines[Job, Result],
     progress: Callable[[int, int], object],
 ) -> dict[Job, Result]:
-    """The results of all jobs: those of the file, and what it lacked, which is added as soon as it
-    is there. `progress(done, total)` counts jobs; errors and Ctrl-C as `_finished`."""
+    """The results of all jobs: those of the file, and the missing ones, each added to the file as
+    soon as `run(job, cancel)` has returned it. `progress(done, total)` counts jobs.
+
+    On Ctrl-C `cancel` is set, jobs that end early are left out, and KeyboardInterrupt is raised. An
+    error of a job is raised too; what is finished is in the file.
+    """
     results = dict(map(lines.read, _complete_lines(path)))
     missing = [job for job in jobs if job not in results]
     done = len(jobs) - len(missing)
+    cancel = Cancel()
     progress(done, len(jobs))
     with path.open("a") as file:
-        for job, result in _finished(missing, run, threads):
-            file.write(lines.write(job, result) + "\n")
-            file.flush()
-            results[job] = result
-            done += 1
-            progress(done, len(jobs))
+
+        def keep(finished: Sequence[tuple[Job, Result]]) -> None:
+            nonlocal done
+            for job, result in finished:
+                file.write(lines.write(job, result) + "\n")
+                file.flush()
+                results[job] = result
+                done += 1
+                progress(done, len(jobs))
+
+        pool = ThreadPoolExecutor(threads)
+        workers = Jobs(pool, threads, lambda job: (job, run(job, cancel)), missing, cancel)
+        collect(workers, keep, Limit())
     return {job: results[job] for job in jobs}
 
 
@@ -74,29 +129,5 @@ def _complete_lines(path: Path) -> list[str]:
     lines = path.read_text().splitlines(keepends=True)
     complete = [line for line in lines if line.endswith("\n")]
     if complete != lines:
-        path.write_text("".join(complete))
+        replace_text(path, "".join(complete))
     return complete
-
-
-def _finished(
-    jobs: Iterable[Job], run: Callable[[Job, Cancel], Result], threads: int
-) -> Iterator[Result]:
-    """Results as they are there, of `run(job, cancel)`. On Ctrl-C the cancel is set, and what was
-    cut short is left out; then KeyboardInterrupt is raised. So is an error of a job."""
-    waiting, stop = iter(jobs), Cancel()
-    running: set[Future[Result]] = set()
-    with held_interrupts() as interrupted, ThreadPoolExecutor(threads) as pool:
-        try:
-            while not interrupted.is_set():
-                more = islice(waiting, AHEAD * threads - len(running))
-                running |= {pool.submit(run, job, stop) for job in more}
-                if not running:
-                    break
-                done, running = wait(running, POLL, FIRST_COMPLETED)
-                for future in done:
-                    yield future.result()
-        finally:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-    if interrupted.is_set():
-        raise KeyboardInterrupt

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from energymargin import regions
 from energymargin._core import Box, Compound, Part, Problem, Scene, Sphere
 
-__all__ = ["KNOWN", "KnownAnswer", "known_answers"]
+__all__ = ["KNOWN", "KnownAnswer", "ball_problem", "known_answers", "ramp", "tray"]
 
 GRAVITY = 9.81  # m/s^2
 
@@ -116,7 +116,10 @@ BALL_RADIUS, BALL_MASS = 0.015, 0.05  # m, kg
 BALL_FORCE = (1.0, 1.0, 1.0)  # N: twice its weight
 
 
-def _ball_problem(scene: Scene, height: float, captured: regions.Region) -> Problem:
+def ball_problem(
+    scene: Scene, height: float, captured: regions.Region, counterweight: float = 0.0
+) -> Problem:
+    """A ball at a height [m] above the origin; `counterweight` [N] pulls it up."""
     scene.add_body(
         "ball",
         Sphere(BALL_RADIUS),
@@ -124,6 +127,7 @@ def _ball_problem(scene: Scene, height: float, captured: regions.Region) -> Prob
         position=(0.0, 0.0, height),
         friction=0.5,
         role="object",
+        force=(0.0, 0.0, counterweight),
     )
     return Problem(
         scene,
@@ -135,25 +139,30 @@ def _ball_problem(scene: Scene, height: float, captured: regions.Region) -> Prob
     )
 
 
-def _rim() -> KnownAnswer:
-    width, rim, thick = 0.1, 0.03, 0.01  # m
+def tray(rim: float) -> tuple[Scene, regions.Region, float]:
+    """A square tray with a rim of this height [m], its inside, and the height of a ball in it."""
+    width, thick = 0.1, 0.01  # m
     across, along = (thick, width, rim), (width, thick, rim)
     middle, height = (width - thick) / 2, thick + rim / 2
-    tray = Compound(
-        [
-            Part(Box((width, width, thick)), (0.0, 0.0, thick / 2)),
-            *(Part(Box(across), (side * middle, 0.0, height)) for side in (-1, 1)),
-            *(Part(Box(along), (0.0, side * middle, height)) for side in (-1, 1)),
-        ]
-    )
+    parts = [
+        Part(Box((width, width, thick)), (0.0, 0.0, thick / 2)),
+        *(Part(Box(across), (side * middle, 0.0, height)) for side in (-1, 1)),
+        *(Part(Box(along), (0.0, side * middle, height)) for side in (-1, 1)),
+    ]
     scene = _scene()
-    scene.add_body("tray", tray, mass=0.0, friction=0.5)
+    scene.add_body("tray", Compound(parts), mass=0.0, friction=0.5)
     inside = regions.Box("ball", center=(0.0, 0.0, 0.0), size=(width - thick, width - thick, 1.0))
+    return scene, inside, thick + BALL_RADIUS
+
+
+def _rim() -> KnownAnswer:
+    rim = 0.03  # m
+    scene, inside, height = tray(rim)
     return KnownAnswer(
         "rim",
         "a ball in a tray is lifted over the tray's rim",
         "m g h",
-        _ball_problem(scene, thick + BALL_RADIUS, inside),
+        ball_problem(scene, height, inside),
         BALL_MASS * GRAVITY * rim,
         planar=False,
     )
@@ -163,7 +172,7 @@ def _bowl() -> KnownAnswer:
     slope, length, thick = math.radians(30.0), 0.1, 0.01  # rad, m, m
     reach, top = length * math.cos(slope), length * math.sin(slope)
     turns = (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)
-    plates = [_ramp(turn, slope, (length, 2 * reach, thick)) for turn in turns]
+    plates = [ramp(turn, slope, (length, 2 * reach, thick)) for turn in turns]
     scene = _scene()
     scene.add_body("bowl", Compound(plates), mass=0.0, friction=0.5)
     bottom = BALL_RADIUS / math.cos(slope)
@@ -172,13 +181,13 @@ def _bowl() -> KnownAnswer:
         "bowl",
         "a ball at the bottom of a four-sided bowl gets out over its edge",
         "m g h",
-        _ball_problem(scene, bottom, inside),
+        ball_problem(scene, bottom, inside),
         BALL_MASS * GRAVITY * (top + BALL_RADIUS - bottom),
         planar=False,
     )
 
 
-def _ramp(turn: float, slope: float, size: tuple[float, float, float]) -> Part:
+def ramp(turn: float, slope: float, size: tuple[float, float, float]) -> Part:
     """A plate whose upper side rises from the origin at an angle, to a direction in the plane."""
     length, _, thick = size
     out = length / 2 * math.cos(slope) + thick / 2 * math.sin(slope)
@@ -232,7 +241,7 @@ def _notch() -> KnownAnswer:
     slope, length, thick = math.radians(45.0), 0.03, 0.01  # rad, m, m
     radius, mass, stiffness, rest = 0.01, 0.05, 100.0, 0.1  # m, kg, N/m, m
     reach, top = length * math.cos(slope), length * math.sin(slope) + radius
-    sides = [_ramp(turn, slope, (length, 0.1, thick)) for turn in (0.0, math.pi)]
+    sides = [ramp(turn, slope, (length, 0.1, thick)) for turn in (0.0, math.pi)]
     scene = _scene()
     scene.add_body("notch", Compound(sides), mass=0.0, friction=0.0)
     bottom = radius / math.cos(slope)
@@ -328,7 +337,7 @@ def _cage() -> KnownAnswer:
         "cage",
         "a ball in a closed box",
         "∞",
-        _ball_problem(scene, -width / 2 + thick + BALL_RADIUS, inside),
+        ball_problem(scene, -width / 2 + thick + BALL_RADIUS, inside),
         math.inf,
         planar=False,
     )

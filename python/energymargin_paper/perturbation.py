@@ -6,11 +6,10 @@ in one file, state by state: stopped and started again, the study goes on.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,16 +17,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin import tasks
 from energymargin.checks import whole_number
-from energymargin.datasets.generation import load_or_generate
-from energymargin.evaluation.labelled import HORIZON
+from energymargin.datasets import Dataset
+from energymargin.evaluation.labelled import HORIZON, LabelledScores
 from energymargin.executors.threads import Threads
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 from energymargin.store import ScoreStore
 from energymargin.store.scoring import begin_run, score_run
+from energymargin.table_text import csv_text, markdown_table
+from energymargin_paper.perturbation_belief import (
+    KNOWN,
+    LEVEL,
+    Regained,
+    believed_scores,
+    figure_belief,
+    regained_markdown,
+)
 from energymargin_paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
-from energymargin_paper.quality import check_labels, quality
+from energymargin_paper.quality import FRAMES, TASK, pushes, quality
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -35,8 +42,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PAPER", "STUDY", "Perturbation", "Point", "Settings", "figure_perturbation"]
 
-TASK = "push"
-FRAMES = 10
 FORCE = "force"
 CONFIDENCE = 0.95
 
@@ -51,24 +56,29 @@ PAPER: dict[str, dict[float, float]] = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
-    trajectories: int = setting(50, "How many pushes, of 10 states each.")
+    trajectories: int = setting(50, "Pushes, of 10 states each.")
     nodes: int = setting(100, "Nodes of each search tree.")
     levels: tuple[float, ...] = setting(
         (0.0, 0.1, 0.2, 0.5, 1.0),
-        "Scaled largest errors, from 0 to 1, with commas between.",
+        "Scaled largest errors, from 0 to 1, separated by commas.",
         shown="0,0.1,0.2,0.5,1",
     )
-    draws: int = setting(5, "Of the errors, at each level.")
+    draws: int = setting(5, "Draws of the errors at each level.")
+    belief: bool = setting(False, "Score beliefs too: what do they regain of the AP?")
+    particles: int = setting(4, "Particles of a belief, which share the nodes.")
+    reference: int = setting(20, "Times the steps that a reference belief has.")
     seed: int = 0
-    """Of the searches; the errors of draw i have the seed i."""
+    """Seed of the searches; the errors of draw i have the seed i."""
 
     def __post_init__(self) -> None:
-        """Checks the numbers: a mistake is said before anything is computed, or written."""
+        """Checks them, before anything is computed or written."""
         _ = self.search
         whole_number("trajectories", self.trajectories, 2)
         whole_number("draws", self.draws, 1)
+        whole_number("particles", self.particles, 1, self.nodes)
+        whole_number("reference", self.reference, 2)
         wrong = [level for level in self.levels if not 0 <= level <= 1]
         if wrong:
             raise ValueError(f"levels has {wrong[0]}, expected numbers from 0 to 1")
@@ -112,14 +122,16 @@ class Point:
 
 @dataclass(frozen=True)
 class Perturbation:
-    """What came out."""
+    """The result."""
 
     settings: Settings
     typical: dict[str, tuple[float, ...]]
-    """What each of LARGEST is held against, in these data."""
+    """What each of LARGEST is compared with, in these data."""
     states: int
     """How many there are, in a draw."""
     points: list[Point]
+    regained: tuple[Regained, ...] = ()
+    """By beliefs, with each error whose size is known; none unless that was asked for."""
 
     def curve(self, kind: str) -> list[Point]:
         """The points of one kind of error, by level."""
@@ -127,17 +139,24 @@ class Perturbation:
 
     def to_csv(self) -> str:
         """One line a point, then one for each point of the paper's curves."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(("source", "error", "scaled", "ap", "ap_low", "ap_high", "draws", "again"))
-        for kind in KINDS:
-            for p in self.curve(kind):
-                numbers = (p.mean, *p.interval, len(p.ap), p.again)
-                writer.writerow(("ours", p.kind, p.level, *numbers))
-        for kind in KINDS:
-            for level, ap in PAPER[kind].items():
-                writer.writerow(("paper", kind, level, ap, "", "", "", ""))
-        return text.getvalue()
+        ours = [
+            ("ours", p.kind, p.level, p.mean, *p.interval, len(p.ap), p.again)
+            for kind in KINDS
+            for p in self.curve(kind)
+        ]
+        theirs = [
+            ("paper", kind, level, ap, "", "", "", "")
+            for kind in KINDS
+            for level, ap in PAPER[kind].items()
+        ]
+        believed = [
+            (name, one.kind, LEVEL, p.mean, *p.interval, len(aps), "")
+            for one in self.regained
+            for name, aps in (("belief", one.belief), ("reference", one.reference))
+            for p in (Point(one.kind, LEVEL, aps, 0),)
+        ]
+        header = ("source", "error", "scaled", "ap", "ap_low", "ap_high", "draws", "again")
+        return csv_text(header, [*ours, *theirs, *believed])
 
     def to_markdown(self) -> str:
         """The table, what it says, and what the errors are."""
@@ -153,16 +172,17 @@ class Perturbation:
                 "Student's 95 % interval of that mean, where they differ; it does not hold what "
                 "other trajectories would change.",
                 "",
-                *self._aps(),
+                self._aps(),
                 "",
                 *self._says(),
                 "",
                 *self._largest(),
+                *self._beliefs(),
             ]
         )
 
-    def _aps(self) -> list[str]:
-        lines = [f"| scaled error | {' | '.join(KINDS)} |", "| ---: " * (1 + len(KINDS)) + "|"]
+    def _aps(self) -> str:
+        rows = []
         for points in zip(*map(self.curve, KINDS), strict=True):
             level = points[0].level
             cells = [_cell(point) for point in points]
@@ -171,8 +191,14 @@ class Perturbation:
                 cell + (f", paper {paper:.2f}" if paper is not None else "")
                 for cell, paper in zip(cells, papers, strict=True)
             ]
-            lines.append(f"| {level:g} | {' | '.join(shown)} |")
-        return lines
+            rows.append([f"{level:g}", *shown])
+        return markdown_table(["scaled error", *KINDS], rows, ["right"] * (1 + len(KINDS)))
+
+    def _beliefs(self) -> list[str]:
+        s = self.settings
+        if not self.regained:
+            return []
+        return regained_markdown(self.regained, s.nodes, s.particles, s.reference)
 
     def _says(self) -> list[str]:
         """How ours stand to the force score, and how often a state was drawn again."""
@@ -204,9 +230,8 @@ class Perturbation:
             "would rule. Friction: uniform from 0 up, one draw a trajectory. All others: uniform "
             "to both sides, in each state.",
             "",
-            "| error | of | largest | in the data | share | why |",
-            "| --- | --- | ---: | --- | ---: | --- |",
         ]
+        rows = []
         for kind in KINDS:
             for largest, usual in zip(LARGEST[kind], self.typical[kind], strict=True):
                 unit = f" {largest.unit}".rstrip()
@@ -216,8 +241,10 @@ class Perturbation:
                     f"{100 * largest.value / usual:.0f} %",
                     largest.reason,
                 ]
-                lines.append(f"| {' | '.join(cells)} |")
-        return [*lines, ""]
+                rows.append(cells)
+        header = ("error", "of", "largest", "in the data", "share", "why")
+        align = ("left", "left", "right", "left", "right", "left")
+        return [*lines, markdown_table(header, rows, align), ""]
 
 
 class PerturbationStudy(Study[Settings, Perturbation]):
@@ -229,7 +256,8 @@ class PerturbationStudy(Study[Settings, Perturbation]):
 
     The folder gets perturbation.md, perturbation.csv, perturbation.png, the pushes (push.h5) and
     all scores (scores.db). It takes half an hour on one core; stop it with Ctrl-C: the same command
-    goes on from there.
+    goes on from there. With --belief, which takes hours more, also perturbation_belief.png, and the
+    scores of beliefs (beliefs.jsonl).
 
     Example: `energymargin reproduce perturbation --levels 0,0.5,1 --draws 3`
     """
@@ -244,10 +272,7 @@ class PerturbationStudy(Study[Settings, Perturbation]):
     ) -> Perturbation:
         """Scores what the folder's store lacks. Raises ValueError on a folder of other
         trajectories, and on trajectories that all have the same label."""
-        dataset = load_or_generate(
-            folder / f"{TASK}.h5", tasks.make(TASK), settings.trajectories, FRAMES, seed=0
-        )
-        check_labels(dataset)
+        dataset = pushes(folder, settings.trajectories)
         jobs = list(product(range(settings.draws), settings.levels, KINDS))
         aps: dict[tuple[str, float], list[float]] = {}
         again = dict.fromkeys(product(KINDS, settings.levels), 0)
@@ -257,22 +282,97 @@ class PerturbationStudy(Study[Settings, Perturbation]):
                 def count(done: int, of: int, number: int = number) -> None:
                     progress(number * of + done, len(jobs) * of)
 
-                metric = FORCE if kind == FORCE else "capture"
                 changed = perturbed(dataset, kind, level, draw)
-                run = begin_run(store, changed.dataset, (metric,), settings.search)
-                score_run(changed.dataset, run, executor=Threads(threads), progress=count)
-                ap = quality(run.labelled_scores())[metric][1]
-                aps.setdefault((kind, level), []).append(ap)
+                labelled = _scored(
+                    store, changed.dataset, kind, settings=settings, threads=threads, count=count
+                )
+                aps.setdefault((kind, level), []).append(_ap(labelled))
                 again[kind, level] += changed.again
-        points = [Point(*at, np.array(values), again[at]) for at, values in aps.items()]
-        return Perturbation(settings, typical(dataset), dataset.size, points)
+            points = [Point(*at, np.array(values), again[at]) for at, values in aps.items()]
+            regained = tuple(
+                _regained(
+                    store, dataset, folder, settings=settings, threads=threads, progress=progress
+                )
+            )
+        return Perturbation(settings, typical(dataset), dataset.size, points, regained)
 
     def figures(self, result: Perturbation) -> Iterator[tuple[str, Figure]]:
-        """AP against the scaled largest error."""
+        """AP against the scaled largest error; and what beliefs regain."""
         yield "perturbation.png", figure_perturbation(result)
+        if result.regained:
+            yield "perturbation_belief.png", figure_belief(result.regained)
 
 
 STUDY = PerturbationStudy()
+
+
+def _scored(
+    store: ScoreStore,
+    dataset: Dataset,
+    kind: str,
+    *,
+    settings: Settings,
+    threads: int,
+    count: Callable[[int, int], None],
+) -> LabelledScores:
+    """The scores of states whose model may have errors of a kind; the store gets what it lacks."""
+    metric = FORCE if kind == FORCE else "capture"
+    run = begin_run(store, dataset, (metric,), settings.search)
+    score_run(dataset, run, executor=Threads(threads), progress=count)
+    return run.labelled_scores()
+
+
+def _ap(labelled: LabelledScores) -> float:
+    """Of the one metric that there is."""
+    ((_, ap),) = quality(labelled).values()
+    return ap
+
+
+def _regained(
+    store: ScoreStore,
+    dataset: Dataset,
+    folder: Path,
+    *,
+    settings: Settings,
+    threads: int,
+    progress: Progress,
+) -> Iterator[Regained]:
+    """By beliefs, with each error whose size is known; nothing unless that was asked for."""
+    if not settings.belief:
+        return
+    plain = partial(_scored, store, settings=settings, threads=threads, count=progress)
+    wrong = {
+        (kind, draw): perturbed(dataset, kind, LEVEL, draw)
+        for kind, draw in product(KNOWN, range(settings.draws))
+    }
+    exact = plain(dataset, kind=KNOWN[0])
+    at_errors = {at: _ap(plain(one.dataset, kind=at[0])) for at, one in wrong.items()}
+    equal, reference = (
+        believed_scores(
+            folder,
+            wrong,
+            times * settings.particles,
+            settings=replace(settings.search, nodes=times * settings.nodes),
+            threads=threads,
+            progress=progress,
+        )
+        for times in (1, settings.reference)
+    )
+    for kind in KNOWN:
+        ats = [(kind, draw) for draw in range(settings.draws)]
+        belief, with_more = (
+            np.array([_ap(replace(exact, scores={"capture": scores[at][0]})) for at in ats])
+            for scores in (equal, reference)
+        )
+        yield Regained(
+            kind,
+            _ap(exact),
+            np.array([at_errors[at] for at in ats]),
+            belief,
+            with_more,
+            float(np.mean([reference[at][1] for at in ats])),
+            float(np.mean([reference[at][2] for at in ats])),
+        )
 
 
 def _cell(point: Point) -> str:

@@ -41,7 +41,7 @@ class Largest:
 
 # Each is about the whole of the mean of what it is an error of, and of the median where a few blows
 # make most of the mean: beyond that, an estimate is worth no more than no estimate. A position is
-# held against the gap, not against the distance of the centres, 0.7 m: with such errors the pusher
+# compared with the gap, not with the distance of the centres, 0.7 m: with such errors the pusher
 # may be anywhere in the workspace.
 LARGEST: dict[str, tuple[Largest, ...]] = {
     "friction": (
@@ -123,7 +123,7 @@ def perturbed(dataset: Dataset, kind: str, scaled: float, seed: int) -> Perturbe
 
 
 def typical(dataset: Dataset) -> dict[str, tuple[float, ...]]:
-    """What each of LARGEST is held against, over the states: a mean, of forces a median."""
+    """What each of LARGEST is compared with, over the states: a mean, of forces a median."""
     trajectories = dataset.trajectories
     world = World(scene(FRICTION_MIDDLE))
     states = np.concatenate([trajectory.states for trajectory in trajectories])

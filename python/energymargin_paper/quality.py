@@ -1,31 +1,44 @@
-"""AUC and AP of scores, without their intervals, at the horizon that stands for all."""
+"""How well scores predict: AUC and AP at one horizon, and the pushes on which the paper's figures
+show them."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from energymargin import tasks
 from energymargin.datasets import Dataset
+from energymargin.datasets.generation import load_or_generate
 from energymargin.evaluation import Cell, LabelledScores, evaluate
 from energymargin.evaluation.labelled import HORIZON, SUCCESS, captured_labels
 
-__all__ = ["check_labels", "quality"]
+__all__ = ["FRAMES", "TASK", "pushes", "quality"]
+
+TASK = "push"
+FRAMES = 10  # of a trajectory
 
 
-def check_labels(dataset: Dataset) -> None:
-    """Raises ValueError unless some of its states are captured and some are not, and some of its
-    trajectories succeed and some do not."""
+def pushes(folder: Path, trajectories: int) -> Dataset:
+    """So many pushes, seed 0, kept in the folder as push.h5.
+
+    Raises ValueError if the file has other trajectories, and unless some states are captured over
+    the next HORIZON frames and some are not, and some pushes succeed and some do not.
+    """
+    path = folder / f"{TASK}.h5"
+    dataset = load_or_generate(path, tasks.make(TASK), trajectories, FRAMES, seed=0)
     captured = [captured_labels(t.captured, HORIZON) for t in dataset.trajectories]
     for labels in (dataset.successes.tolist(), [one for own in captured for one in own.tolist()]):
         if len(set(labels)) < 2:
             raise ValueError(
-                f"trajectories is {len(dataset.trajectories)}, expected so many that some fail and "
-                "some succeed"
+                f"trajectories is {trajectories}, expected so many that some fail and some succeed"
             )
+    return dataset
 
 
 def quality(labelled: LabelledScores) -> dict[str, tuple[float, float]]:
     """AUC and AP by metric, of those whose label is not the same everywhere.
 
-    Capture and force are held against "captured over the next HORIZON frames", the trajectory's
-    score against its success.
+    The scores of states are compared with "captured over the next HORIZON frames", the success
+    score of a trajectory with its success.
     """
     result = evaluate(labelled, horizons=(HORIZON,), draws=1)  # the intervals are not looked at
     cells: dict[str, Cell | None] = {m: own[HORIZON] for m, own in result.states.items()}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 from energymargin.cli.progress import progress_bar
 from energymargin.cli.terminal import err, out
 from energymargin.executors.threads import thread_count
+from energymargin.replacing import replace_text
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -42,7 +43,7 @@ ResultT = TypeVar("ResultT", bound=Result)
 def setting(default: Any, text: str, *, shown: str | None = None) -> Any:
     """A field of a study's settings that its command offers as an option.
 
-    `text` is its help, `shown` its default in words. A tuple is typed with commas between.
+    `text` is its help, `shown` its default in words. A tuple is typed separated by commas.
     """
     return field(default=default, metadata={"help": text, "shown": shown})
 
@@ -97,8 +98,8 @@ class Study(ABC, Generic[SettingsT, ResultT]):
 
     def write(self, result: ResultT, folder: Path) -> None:
         """The tables (.md) and the numbers (.csv)."""
-        (folder / f"{self.stem}.md").write_text(result.to_markdown())
-        (folder / f"{self.stem}.csv").write_text(result.to_csv())
+        replace_text(folder / f"{self.stem}.md", result.to_markdown())
+        replace_text(folder / f"{self.stem}.csv", result.to_csv())
 
     def reproduce(
         self,

@@ -7,8 +7,6 @@ scores are kept in one file, state by state: stopped and started again, the stud
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -22,14 +20,14 @@ from energymargin import recordings, tasks
 from energymargin._core import capture_score, stream
 from energymargin.datasets import Dataset
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
-from energymargin.evaluation.cells import csv_fields
 from energymargin.evaluation.labelled import PAPER_HORIZON, captured_labels
-from energymargin.evaluation.table import CSV_COLUMNS
+from energymargin.evaluation.table import CSV_COLUMNS, csv_fields
 from energymargin.executors.threads import Threads
 from energymargin.scenes.files import data_file
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 from energymargin.store import Run, ScoreStore
 from energymargin.store.scoring import begin_run, score_run
+from energymargin.table_text import csv_text, markdown_table, short
 from energymargin.tasks.printed import OBJECTS, TOOLS
 from energymargin_paper.study import Progress, Study, setting
 
@@ -43,7 +41,7 @@ __all__ = [
     "HORIZONS",
     "PAPER",
     "STUDY",
-    "Row",
+    "Combination",
     "Settings",
     "Table2",
     "figure_table2",
@@ -82,18 +80,18 @@ PAPER: dict[str, dict[str, tuple[float, float]]] = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on what cannot be."""
+    """The study's settings; raises ValueError on unknown names and numbers out of range."""
 
     combinations: tuple[str, ...] = setting(
         COMBINATIONS,
-        "Of object and end-effector, as rectangle-jaw, with commas between.",
+        "Combinations of object and end-effector, as rectangle-jaw, separated by commas.",
         shown="all ten",
     )
     nodes: int = setting(100, "Nodes of each search tree.")
-    seed: int = setting(0, "Of the searches.")
+    seed: int = setting(0, "Seed of the searches.")
 
     def __post_init__(self) -> None:
-        """Checks them: a mistake is said before anything is computed, or written."""
+        """Checks them, before anything is computed or written."""
         chosen = list(self.combinations)
         wrong = [name for name in chosen if name not in COMBINATIONS or chosen.count(name) > 1]
         if wrong or not chosen:
@@ -105,7 +103,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Row:
+class Combination:
     """One combination."""
 
     combination: str
@@ -122,10 +120,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Table2:
-    """What came out."""
+    """The result."""
 
     settings: Settings
-    rows: list[Row]
+    rows: list[Combination]
 
     def to_markdown(self) -> str:
         """The paper's table, and every horizon."""
@@ -143,43 +141,42 @@ class Table2:
                 f"frames of a recording, against the observer's verdict. Trees of {s.nodes} nodes, "
                 f"seed {s.seed}. The paper's values are of its own recordings, captured now.",
                 "",
-                *self._main_table(),
+                self._main_table(),
                 "",
                 "## Capture, by the horizon in frames of 1/33 s",
                 "",
-                *self._horizons_table(),
+                self._horizons_table(),
                 "",
             ]
         )
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(("combination", *CSV_COLUMNS))
+        lines = []
         for row in self.rows:
             paper = PAPER[row.combination]
             cells = [("capture", h, row.capture(h)) for h in HORIZONS]
             for score, horizon, cell in [*cells, ("success", "", row.evaluation.success)]:
-                told = paper[score] if horizon in (PAPER_HORIZON, "") else ("", "")
-                writer.writerow((row.combination, score, "all", horizon, *csv_fields(cell), *told))
-        return text.getvalue()
+                reported = paper[score] if horizon in (PAPER_HORIZON, "") else ("", "")
+                lines.append((row.combination, score, "all", horizon, *csv_fields(cell), *reported))
+        return csv_text(("combination", *CSV_COLUMNS), lines)
 
-    def _main_table(self) -> list[str]:
-        lines = [
-            f"| | capture, now | paper's capture, now | capture, {LONG_HORIZON} frames "
-            "| success | paper's success | captured | successful | ms a state |",
-            "| --- " * 9 + "|",
-        ]
+    def _main_table(self) -> str:
+        header = (
+            *("", "capture, now", "paper's capture, now", f"capture, {LONG_HORIZON} frames"),
+            *("success", "paper's success", "captured", "successful", "ms a state"),
+        )
+        lines = []
         for row in self.rows:
             paper = PAPER[row.combination]
             success = row.evaluation.success
             captured = row.capture(0)
             lines.append(
-                f"| {row.combination} | {_cell(row.capture(PAPER_HORIZON))} "
-                f"| {_pair(paper['capture'])} | {_cell(row.capture(LONG_HORIZON))} "
-                f"| {_cell(success)} | {_pair(paper['success'])} | {_share(captured)} "
-                f"| {_share(success)} | {1e3 * row.seconds:.0f} |"
+                [
+                    *(row.combination, _cell(row.capture(PAPER_HORIZON)), _pair(paper["capture"])),
+                    *(_cell(row.capture(LONG_HORIZON)), _cell(success), _pair(paper["success"])),
+                    *(_share(captured), _share(success), f"{1e3 * row.seconds:.0f}"),
+                ]
             )
         means = [
             _mean([row.capture(PAPER_HORIZON) for row in self.rows]),
@@ -188,19 +185,17 @@ class Table2:
             _mean([row.evaluation.success for row in self.rows]),
             self._paper_mean("success"),
         ]
-        bold = " | ".join(f"**{value}**" for value in means)
-        return [*lines, f"| **mean** | {bold} | | | |"]
+        lines.append(["**mean**", *(f"**{value}**" for value in means), "", "", ""])
+        return markdown_table(header, lines)
 
-    def _horizons_table(self) -> list[str]:
-        lines = [
-            f"| | {' | '.join(f'h = {h}' for h in HORIZONS)} |",
-            "| --- " * (1 + len(HORIZONS)) + "|",
-        ]
+    def _horizons_table(self) -> str:
+        lines = []
         for row in self.rows:
             cells = [cell.value() if (cell := row.capture(h)) else "" for h in HORIZONS]
-            lines.append(f"| {row.combination} | {' | '.join(cells)} |")
+            lines.append([row.combination, *cells])
         means = [_mean([row.capture(h) for row in self.rows]) for h in HORIZONS]
-        return [*lines, f"| **mean** | {' | '.join(f'**{value}**' for value in means)} |"]
+        lines.append(["**mean**", *(f"**{value}**" for value in means)])
+        return markdown_table(["", *(f"h = {h}" for h in HORIZONS)], lines)
 
     def _paper_mean(self, score: str) -> str:
         """Of the combinations of this table."""
@@ -262,16 +257,14 @@ def recorded(combination: str, count: int = RECORDINGS) -> Dataset:
     )
 
 
-def _row(combination: str, dataset: Dataset, run: Run) -> Row:
+def _row(combination: str, dataset: Dataset, run: Run) -> Combination:
     labelled = run.labelled_scores()
     evaluation = evaluate(labelled, horizons=HORIZONS, last=K_BAR)
-    return Row(combination, dataset, labelled, evaluation, run.seconds())
+    return Combination(combination, dataset, labelled, evaluation, run.seconds())
 
 
 def _cell(cell: Cell | None) -> str:
-    if cell is None:
-        return ""
-    return "<br>".join((cell.value(), *cell.intervals()))
+    return "" if cell is None else "\n".join((cell.value(), *cell.intervals()))
 
 
 def _mean(cells: Sequence[Cell | None]) -> str:
@@ -282,7 +275,7 @@ def _mean(cells: Sequence[Cell | None]) -> str:
 
 def _pair(values: Sequence[float] | NDArray[np.float64]) -> str:
     """AUC/AP, such as ".915/.954"."""
-    return "/".join("1.00" if value >= 0.9995 else f"{value:.3f}"[1:] for value in values)
+    return "/".join(map(short, values))
 
 
 def _share(cell: Cell | None) -> str:
@@ -321,7 +314,7 @@ def figure_table2(result: Table2) -> Figure:
     return figure
 
 
-def _draw(ax: Axes, row: Row, settings: Settings) -> list[Artist]:
+def _draw(ax: Axes, row: Combination, settings: Settings) -> list[Artist]:
     """The tree of the state that is most wrong; the entries of a legend."""
     from energymargin import plots
 
@@ -332,7 +325,7 @@ def _draw(ax: Axes, row: Row, settings: Settings) -> list[Artist]:
     )
     most = float(score.tree.costs.max())
     look: dict[str, Any] = {"limits": VIEW, "most": most, "path": False, "color_bar": False}
-    plots.plot_state(problem, score, ax, **look, ghosts=2)
+    plots.plot_state(problem, score, ax=ax, **look, ghosts=2)
     truth = "stays" if _labels(row)[number] else "lost"
     ax.set_title(
         f"{row.combination}\n{truth} within {LONG_HORIZON / FRAME_RATE:.1f} s, "
@@ -342,7 +335,7 @@ def _draw(ax: Axes, row: Row, settings: Settings) -> list[Artist]:
     return list(plots.state_legend(problem))
 
 
-def most_wrong(row: Row) -> int:
+def most_wrong(row: Combination) -> int:
     """The number of the state whose score lies on the wrong side of most states of the other label,
     captured over the long horizon or not."""
     labels = _labels(row)
@@ -355,7 +348,7 @@ def most_wrong(row: Row) -> int:
     return int(wrong.argmax())
 
 
-def _labels(row: Row) -> NDArray[np.bool_]:
+def _labels(row: Combination) -> NDArray[np.bool_]:
     members = row.labelled.by_trajectory()
     captured = row.labelled.captured
     return np.concatenate([captured_labels(captured[own], LONG_HORIZON) for own in members])

@@ -8,8 +8,6 @@ by one until a tolerance is met, which is known to stop too early if it may stop
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -32,7 +30,8 @@ from energymargin._core import (
     stream,
 )
 from energymargin.checks import whole_number
-from energymargin.replacing import replaced
+from energymargin.replacing import replace_text
+from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.study import Progress, Study, setting
 
 __all__ = [
@@ -58,20 +57,20 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on a task that there is not, or numbers out of range."""
+    """The study's settings; raises ValueError on unknown tasks and numbers out of range."""
 
-    tasks: tuple[str, ...] = setting(ALL, "Which tasks, with commas between.")
-    states: int = setting(5, "How many states of each task.")
+    tasks: tuple[str, ...] = setting(ALL, "Tasks, separated by commas.")
+    states: int = setting(5, "States of each task.")
     """At most as many as there are FRAMES."""
-    nodes: tuple[int, ...] = setting((100, 300), "Sizes of the trees, with commas between.")
-    trees: int = setting(200, "How many trees of each state.")
+    nodes: tuple[int, ...] = setting((100, 300), "Sizes of the trees, separated by commas.")
+    trees: int = setting(200, "Trees of each state.")
     draws: int = 1000
-    """Of k trees out of them."""
+    """How often k of the trees are drawn."""
     tolerance: float = 0.02
-    seed: int = setting(0, "The same seed gives the same numbers, to the last bit.")
+    seed: int = setting(0, "Seed; the same gives the same numbers, to the last bit.")
 
     def __post_init__(self) -> None:
-        """Checks them: a mistake is said before anything is computed, or written."""
+        """Checks them, before anything is computed or written."""
         wrong = [name for name in self.tasks if name not in ALL]
         if wrong or not self.tasks:
             what = repr(wrong[0]) if wrong else "empty"
@@ -85,7 +84,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Cell:
+class StateTrees:
     """All trees of one state."""
 
     task: str
@@ -98,7 +97,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Row:
+class Coverage:
     """One score of one state, and how it is known."""
 
     task: str
@@ -106,10 +105,10 @@ class Row:
     nodes: int
     which: str
     truth: float
-    spread: float
+    deviation: float
     """Standard deviation of the trees' scores."""
     fine: bool
-    """Whether the spread is finer than one node: the trees as good as agree."""
+    """Whether the deviation is smaller than the share of one node: the trees agree."""
     covered: dict[int, float]
     """By number of trees, the share of the intervals that hold the truth."""
     stopped: dict[int, float]
@@ -120,47 +119,48 @@ class Row:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What came out."""
+    """The result."""
 
     settings: Settings
-    rows: list[Row]
+    rows: list[Coverage]
 
     def to_csv(self) -> str:
         """One line for each score of each state."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(
-            (
-                *("task", "state", "nodes", "score", "truth", "spread", "finer_than_a_node"),
-                *(f"covered_{k}" for k in COUNTS),
-                *(f"covered_tolerance_from_{k}" for k in FEWEST),
-                *(f"trees_tolerance_from_{k}" for k in FEWEST),
-            )
+        header = (
+            *("task", "state", "nodes", "score", "truth", "spread", "finer_than_a_node"),
+            *(f"covered_{k}" for k in COUNTS),
+            *(f"covered_tolerance_from_{k}" for k in FEWEST),
+            *(f"trees_tolerance_from_{k}" for k in FEWEST),
         )
-        for row in self.rows:
-            writer.writerow(
-                (
-                    *(row.task, row.state, row.nodes, row.which, row.truth, row.spread),
+        rows = [
+            (
+                *(
+                    row.task,
+                    row.state,
+                    row.nodes,
+                    row.which,
+                    row.truth,
+                    row.deviation,
                     int(row.fine),
-                    *(row.covered[k] for k in COUNTS),
-                    *(row.stopped[k] for k in FEWEST),
-                    *(row.grown[k] for k in FEWEST),
-                )
+                ),
+                *(row.covered[k] for k in COUNTS),
+                *(row.stopped[k] for k in FEWEST),
+                *(row.grown[k] for k in FEWEST),
             )
-        return text.getvalue()
+            for row in self.rows
+        ]
+        return csv_text(header, rows)
 
     def to_markdown(self) -> str:
         """Mean and worst coverage, by task and number of trees."""
         s = self.settings
         header = [*(f"{k} trees" for k in COUNTS), f"tolerance {s.tolerance:g}", "its trees"]
-        lines = [
+        text = (
             f"Share of the {CONFIDENCE:.0%} intervals that hold the mean of {s.trees} trees: mean, "
             f"and lowest, over the scores of the states ({s.draws} draws of each; trees of "
-            f"{' and '.join(map(str, s.nodes))} nodes).",
-            "",
-            f"| {' | '.join(['', 'scores', *header])} |",
-            f"|{' --- |' * (2 + len(header))}",
-        ]
+            f"{' and '.join(map(str, s.nodes))} nodes)."
+        )
+        lines = []
         for task in dict.fromkeys(row.task for row in self.rows):
             for fine in (False, True):
                 rows = [row for row in self.rows if row.task == task and row.fine == fine]
@@ -168,21 +168,22 @@ class Uncertainty:
                     lines.append(_line(task + (", trees agree" if fine else ""), rows))
         differ = [row for row in self.rows if not row.fine]
         if differ:
-            lines += [_line("all whose trees differ", differ), "", *self._by_fewest(differ)]
-        return "\n".join(lines) + "\n"
+            lines.append(_line("all whose trees differ", differ))
+        parts = [text, markdown_table(["", "scores", *header], lines)]
+        if differ:
+            parts.append(self._by_fewest(differ))
+        return "\n\n".join(parts) + "\n"
 
-    def _by_fewest(self, rows: Sequence[Row]) -> list[str]:
+    def _by_fewest(self, rows: Sequence[Coverage]) -> str:
         """What the fewest trees do that may meet the tolerance."""
-        lines = [
-            f"| tolerance {self.settings.tolerance:g} met from | share that holds, mean, lowest "
-            "| trees, mean |",
-            "| --- | --- | --- |",
-        ]
+        tolerance = f"tolerance {self.settings.tolerance:g} met from"
+        header = (tolerance, "share that holds, mean, lowest", "trees, mean")
+        lines = []
         for k in FEWEST:
             shares = [row.stopped[k] for row in rows]
             grown = np.mean([row.grown[k] for row in rows])
-            lines.append(f"| {k} trees on | {_shares(shares)} | {grown:.1f} |")
-        return lines
+            lines.append((f"{k} trees on", _shares(shares), f"{grown:.1f}"))
+        return markdown_table(header, lines)
 
 
 class UncertaintyStudy(Study[Settings, Uncertainty]):
@@ -222,7 +223,7 @@ class UncertaintyStudy(Study[Settings, Uncertainty]):
             path = folder / "trees" / f"{task}-{state}-{nodes}.json"
             cell = _kept(path, settings)
             if cell is None:
-                cell = Cell(task, state, nodes, *_grown(problem, nodes, settings, threads))
+                cell = StateTrees(task, state, nodes, *_grown(problem, nodes, settings, threads))
                 _keep(path, settings, cell)
             result.rows.extend(_rows(cell, settings))
             self.write(result, folder)
@@ -288,19 +289,19 @@ def _holds(scores: NDArray[np.float64], resolution: float, truth: float) -> bool
     return bool(low - rounding <= truth <= high + rounding)
 
 
-def _rows(cell: Cell, settings: Settings) -> Iterator[Row]:
+def _rows(cell: StateTrees, settings: Settings) -> Iterator[Coverage]:
     scores = np.array(list(cell.scores.values()))
     stops = stopping(
         scores, cell.resolution, settings.tolerance, draws=settings.draws, seed=settings.seed
     )
     for number, (which, own) in enumerate(zip(cell.scores, scores, strict=True)):
-        yield Row(
+        yield Coverage(
             task=cell.task,
             state=cell.state,
             nodes=cell.nodes,
             which=which,
             truth=float(own.mean()),
-            spread=float(own.std(ddof=1)),
+            deviation=float(own.std(ddof=1)),
             fine=bool(own.std(ddof=1) < cell.resolution),
             covered={
                 k: coverage(own, cell.resolution, k, settings.draws, settings.seed) for k in COUNTS
@@ -310,11 +311,11 @@ def _rows(cell: Cell, settings: Settings) -> Iterator[Row]:
         )
 
 
-def _line(name: str, rows: Sequence[Row]) -> str:
+def _line(name: str, rows: Sequence[Coverage]) -> list[str]:
     cells = [_shares([row.covered[k] for row in rows]) for k in COUNTS]
     cells.append(_shares([row.stopped[FEWEST_TREES] for row in rows]))
     cells.append(f"{np.mean([row.grown[FEWEST_TREES] for row in rows]):.0f}")
-    return f"| {' | '.join([name, str(len(rows)), *cells])} |"
+    return [name, str(len(rows)), *cells]
 
 
 def _shares(values: Sequence[float]) -> str:
@@ -361,19 +362,17 @@ def _made_by(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _kept(path: Path, settings: Settings) -> Cell | None:
+def _kept(path: Path, settings: Settings) -> StateTrees | None:
     if not path.exists():
         return None
     kept = json.loads(path.read_text())
     if kept.pop("made_by") != _made_by(settings):
         raise ValueError(f"{path} holds other trees: remove it, or choose another folder")
-    return Cell(**kept)
+    return StateTrees(**kept)
 
 
-def _keep(path: Path, settings: Settings, cell: Cell) -> None:
-    """In one step: nobody ever sees half a file."""
-    with replaced(path) as file:
-        file.write_text(json.dumps({"made_by": _made_by(settings), **asdict(cell)}))
+def _keep(path: Path, settings: Settings, cell: StateTrees) -> None:
+    replace_text(path, json.dumps({"made_by": _made_by(settings), **asdict(cell)}))
 
 
 def _grown(

@@ -6,8 +6,6 @@ finished: stopped and started again, the study goes on with what is missing.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import time
@@ -20,11 +18,12 @@ from pathlib import Path
 from energymargin._core import Cancel, escape_effort
 from energymargin.checks import whole_number
 from energymargin.plausibility import PlausibilityWarning
+from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper import cages, projectiles
 from energymargin_paper.jobs import Lines, resumed
 from energymargin_paper.study import Progress, Study, setting
 
-__all__ = ["PLANNERS", "SHOT", "STUDY", "Job", "Row", "Settings", "Walls", "run"]
+__all__ = ["PLANNERS", "SHOT", "STUDY", "Job", "Outcome", "Settings", "Walls", "run"]
 
 PLANNERS = ("est", "rrt")
 SHOT = "shot"
@@ -39,15 +38,15 @@ TITLES = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the study; raises ValueError on numbers out of range."""
+    """The study's settings; raises ValueError on numbers out of range."""
 
     cages: int = setting(1000, "Closed cages, each with two searches.")
     shots: int = setting(10_000, "Projectiles at walls.")
-    nodes: int = setting(400, "Of each search.")
-    seed: int = setting(0, "Of the first cage and the first shot; the others follow.")
+    nodes: int = setting(400, "Nodes of each search.")
+    seed: int = setting(0, "Seed of the first cage and the first shot; the others follow.")
 
     def __post_init__(self) -> None:
-        """Checks them."""
+        """Checks them, before anything is computed or written."""
         whole_number("cages", self.cages, 0)
         whole_number("shots", self.shots, 0)
         whole_number("nodes", self.nodes, 1)
@@ -69,7 +68,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Row:
+class Outcome:
     """What came out of a job."""
 
     kind: str
@@ -96,23 +95,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Walls:
-    """What came out."""
+    """The result."""
 
-    rows: list[Row]
+    rows: list[Outcome]
 
     @property
-    def passed(self) -> list[Row]:
+    def passed(self) -> list[Outcome]:
         """Where something got through."""
         return [row for row in self.rows if row.passed]
 
     def to_csv(self) -> str:
         """One line for each search and shot."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow((*(field.name for field in fields(Row)), "passed"))
-        for row in self.rows:
-            writer.writerow((*astuple(row), int(row.passed)))
-        return text.getvalue()
+        header = (*(field.name for field in fields(Outcome)), "passed")
+        return csv_text(header, [(*astuple(row), int(row.passed)) for row in self.rows])
 
     def to_markdown(self) -> str:
         """A table by walls and objects for each planner and for the shots; each passage by seed."""
@@ -120,7 +115,7 @@ class Walls:
         for kind, title in TITLES.items():
             rows = [row for row in self.rows if row.kind == kind]
             if rows:
-                lines += ["", f"## {title}", "", *_table(rows)]
+                lines += ["", f"## {title}", "", _table(rows)]
         lines += ["", "## What got through", ""]
         lines += [_line(row) for row in self.passed] or ["Nothing."]
         slow = [row for row in self.rows if row.seconds > SLOW]
@@ -129,24 +124,26 @@ class Walls:
         return "\n".join(lines) + "\n"
 
 
-def _table(rows: Sequence[Row]) -> list[str]:
+def _table(rows: Sequence[Outcome]) -> str:
     """Shots by case and wall, cages by wall; a column for each kind of object, and one for all."""
     objects = [name for name in projectiles.PROJECTILES if any(row.object == name for row in rows)]
-    lines = [f"| | {' | '.join(objects)} | all |", "| --- " * (2 + len(objects)) + "|"]
+
+    def shares(of: Sequence[Outcome]) -> list[str]:
+        return [_share([row for row in of if row.object == name]) for name in objects]
+
+    lines = []
     for case, walls in sorted({(row.case, row.walls) for row in rows}):
         of = [row for row in rows if (row.case, row.walls) == (case, walls)]
-        cells = [_share([row for row in of if row.object == name]) for name in objects]
-        lines.append(f"| {case}, {walls} | {' | '.join(cells)} | {_share(of)} |")
-    cells = [_share([row for row in rows if row.object == name]) for name in objects]
-    lines.append(f"| all | {' | '.join(cells)} | **{_share(rows)}** |")
-    return lines
+        lines.append([f"{case}, {walls}", *shares(of), _share(of)])
+    lines.append(["all", *shares(rows), f"**{_share(rows)}**"])
+    return markdown_table(["", *objects, "all"], lines)
 
 
-def _share(rows: Sequence[Row]) -> str:
+def _share(rows: Sequence[Outcome]) -> str:
     return f"{sum(row.passed for row in rows)} of {len(rows)}" if rows else ""
 
 
-def _line(row: Row) -> str:
+def _line(row: Outcome) -> str:
     """A row in words, with all that it takes to make it again."""
     place = f"{row.walls}, {row.object}, {1e3 * row.thickness:.2f} mm"
     if row.kind == SHOT:
@@ -181,7 +178,7 @@ class WallsStudy(Study[Settings, Walls]):
             # Random scenes float and are heavy.
             warnings.simplefilter("ignore", PlausibilityWarning)
             rows = resumed(
-                path, list(_jobs(settings)), _run_job, threads, lines=lines, progress=progress
+                path, list(_jobs(settings)), run, threads, lines=lines, progress=progress
             )
         return Walls(list(rows.values()))
 
@@ -198,21 +195,17 @@ def _jobs(settings: Settings) -> Iterator[Job]:
         yield Job(program, SHOT, seed, 0)
 
 
-def _to_json(job: Job, row: Row) -> str:
+def _to_json(job: Job, row: Outcome) -> str:
     return json.dumps({**asdict(job), **asdict(row)})
 
 
-def _from_json(line: str) -> tuple[Job, Row]:
+def _from_json(line: str) -> tuple[Job, Outcome]:
     values = json.loads(line)
-    job, row = ({field.name: values[field.name] for field in fields(kind)} for kind in (Job, Row))
-    return Job(**job), Row(**row)
+    job = {field.name: values[field.name] for field in fields(Job)}
+    return Job(**job), Outcome(**{field.name: values[field.name] for field in fields(Outcome)})
 
 
-def _run_job(job: Job, cancel: Cancel) -> tuple[Job, Row]:
-    return job, run(job, cancel)
-
-
-def run(job: Job, cancel: Cancel | None = None) -> Row:
+def run(job: Job, cancel: Cancel | None = None) -> Outcome:
     """One search or shot. Once `cancel` is set, a search ends early and a shot raises Cancelled."""
     begun = time.perf_counter()
     if job.kind == SHOT:
@@ -223,7 +216,7 @@ def run(job: Job, cancel: Cancel | None = None) -> Row:
         cage = cages.random_cage(job.seed)
         about = ("cage", cage.walls, cage.object, cage.thickness, cage.weights)
         search = escape_effort(
-            cage.problem, job.kind, nodes=job.nodes, seed=job.seed, cancel=cancel
+            cage.problem, planner=job.kind, nodes=job.nodes, seed=job.seed, cancel=cancel
         )
         result = search.effort
-    return Row(job.kind, job.seed, job.nodes, *about, result, time.perf_counter() - begun)
+    return Outcome(job.kind, job.seed, job.nodes, *about, result, time.perf_counter() - begun)

@@ -1,10 +1,11 @@
-"""The parts of the authors' data, and what is asked about their states: what holds for the next
-frames, and, long before the end of a recorded push, whether it will succeed."""
+"""The states of the authors' data, what is asked about them, and what scores answer: what holds for
+the next frames, and, long before the end of a recorded push, whether it will succeed."""
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,24 +13,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import published
-from energymargin._core import Cancel, Plan, Problem, Scene, World, stream
+from energymargin._core import (
+    Cancel,
+    Plan,
+    Problem,
+    Scene,
+    World,
+    capture_probability,
+    capture_score,
+    disturbances,
+    escape_effort,
+    force_score,
+    stream,
+)
 from energymargin.published.folder import SIMULATED, of_part
-from energymargin.published.reading import simulated_task
-from energymargin.published.recorded import PublishedRecorded
-from energymargin.published.recordings import (
+from energymargin.published.reading import (
     Track,
     measured_states,
     recent_rates,
     recorded_dataset,
     recorded_task,
     separated,
+    simulated_task,
     steady,
     tracks,
 )
-from energymargin_paper.published_text import EARLY, Settings
+from energymargin.published.recorded import PublishedRecorded
+from energymargin_paper.probabilities import share_by_frame
 
-__all__ = ["Asked", "Source", "early_success", "source_of"]
+__all__ = [
+    "EARLY",
+    "OBJECTS",
+    "STRENGTH",
+    "Asked",
+    "Job",
+    "Source",
+    "StateScores",
+    "early_success",
+    "run",
+    "source_of",
+]
 
+STRENGTH, OBJECTS = 0.6, 1  # of the disturbance: the one rule of docs/results/foresight.md
+EARLY = tuple(range(9, 100, 10))  # frames of a recording's last 100
 FRAME = 8 / 240  # s, of a recording
 # The errors of a push that goes on: of the tool's speed and of its direction, as shares of the
 # speed, and of its turn.
@@ -60,15 +86,16 @@ class Source(ABC):
     smoothed: NDArray[np.bool_] | None = None
     """Labels from smoothed velocities, of recordings, shape (N,)."""
 
-    def __init__(self, data: Path, name: str, settings: Settings) -> None:
-        """Reads it, and the authors' scores."""
+    def __init__(self, data: Path, name: str, horizons: Sequence[int], every: int) -> None:
+        """Reads it, and the authors' scores. `horizons`: in frames; `every`: scored frame of a
+        recording, all states of a simulation are scored."""
         self.name = name
         self.theirs = published.labelled_scores(data, name)
         self.dataset = published.dataset(data, name)
         self.places = self.dataset.frames()
-        self.most = max(settings.horizons(self.simulated))
-        every = 1 if self.simulated else settings.every
-        self.numbers = [n for n, (_, k) in enumerate(self.places) if k % every == every - 1]
+        self.most = max(horizons)
+        apart = 1 if self.simulated else every
+        self.numbers = [n for n, (_, k) in enumerate(self.places) if k % apart == apart - 1]
         """Of the states that are scored."""
 
     def later(self, index: int) -> NDArray[np.float64]:
@@ -91,9 +118,9 @@ class Simulated(Source):
 
     simulated = True
 
-    def __init__(self, data: Path, name: str, settings: Settings) -> None:
+    def __init__(self, data: Path, name: str, horizons: Sequence[int], every: int) -> None:
         """Reads it."""
-        super().__init__(data, name, settings)
+        super().__init__(data, name, horizons, every)
         self._task = simulated_task(data, name)
 
     def asked(self, index: int) -> Asked:
@@ -120,9 +147,9 @@ class Recorded(Source):
 
     simulated = False
 
-    def __init__(self, data: Path, name: str, settings: Settings) -> None:
+    def __init__(self, data: Path, name: str, horizons: Sequence[int], every: int) -> None:
         """Reads it."""
-        super().__init__(data, name, settings)
+        super().__init__(data, name, horizons, every)
         own = of_part(data, name)
         self.tracks = tuple(tracks(own))
         smoothed = recorded_dataset(data, own, smoothed=True)
@@ -179,9 +206,9 @@ class Recorded(Source):
         return ahead
 
 
-def source_of(data: Path, name: str, settings: Settings) -> Source:
+def source_of(data: Path, name: str, horizons: Sequence[int], every: int) -> Source:
     """A part by its name."""
-    return (Simulated if name in SIMULATED else Recorded)(data, name, settings)
+    return (Simulated if name in SIMULATED else Recorded)(data, name, horizons, every)
 
 
 def early_success(
@@ -239,3 +266,70 @@ def _pushed(
     twists[y < STOP_Y] = 0.0
     plan = Plan(scene.step, velocities={"effector": twists}, limits={"effector": ARM})
     return np.asarray(World(scene, plan).simulate(state, steps, cancel=cancel).states[-1])
+
+
+@dataclass(frozen=True)
+class Job:
+    """One state."""
+
+    version: str
+    part: str
+    index: int
+    """Of all states of the part."""
+    nodes: int
+    rollouts: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class StateScores:
+    """What came out of a job."""
+
+    scores: dict[str, float]
+    shares: list[float]
+    """Captured throughout until h = 1, 2, ... frames later, as far as the trajectory goes."""
+    early: float | None
+    """Probability of success at the last frame; of every tenth frame of a recording."""
+    seconds: float
+    error: str | None = None
+
+
+def run(sources: Mapping[str, Source], job: Job, cancel: Cancel) -> StateScores:
+    """All scores of a state."""
+    begun = time.perf_counter()
+    source = sources[job.part]
+    seed = stream(job.seed, job.index)
+    try:
+        asked = source.asked(job.index)
+        scores = _clockless(asked.now, job.nodes, seed, cancel)
+        shares = []
+        if asked.ahead is not None:
+            p = capture_probability(
+                asked.ahead,
+                disturbance=disturbances.Uniform(strength=STRENGTH, objects=OBJECTS),
+                rollouts=job.rollouts,
+                seed=seed,
+                cancel=cancel,
+            )
+            shares = share_by_frame(p.times, p.curve, asked.later)
+        early = source.early(job.index, job.rollouts, job.seed, cancel)
+    except (ValueError, RuntimeError) as error:
+        return StateScores({}, [], None, time.perf_counter() - begun, str(error))
+    return StateScores(scores, shares, early, time.perf_counter() - begun)
+
+
+def _clockless(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> dict[str, float]:
+    """The scores of the paper, as published."""
+    found = capture_score(problem, nodes=nodes, seed=seed, cancel=cancel, warn=False)
+    scores = {"capture": found.capture, "success": found.success}
+    for planner in ("est", "rrt"):
+        scores[f"effort/{planner}"] = escape_effort(
+            problem,
+            planner=planner,
+            nodes=nodes,
+            seed=seed,
+            search="published",
+            cancel=cancel,
+        ).effort
+    scores["force"] = force_score(problem).force
+    return {name: float(value) for name, value in scores.items() if value is not None}

@@ -1,0 +1,240 @@
+"""What a belief regains of the AP that errors of the model cost, at equal simulation steps.
+
+The states are those of the perturbation study at half of the largest error. Who scores them knows
+how large the errors may be, and not what they are: a score is the mean over particles of that
+belief. A reference with many more steps says what can be regained at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import tasks
+from energymargin._core import Cancel
+from energymargin.beliefs import Belief, Uncertainty
+from energymargin.beliefs.scores import score_beliefs
+from energymargin.datasets import Dataset
+from energymargin.limits import Limit
+from energymargin.scoring.settings import SearchSettings
+from energymargin_paper.jobs import pairs, resumed
+from energymargin_paper.perturbation_errors import BODIES, LARGEST, Perturbed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "KNOWN",
+    "LEVEL",
+    "Regained",
+    "believed_scores",
+    "figure_belief",
+    "regained_markdown",
+    "uncertainty",
+]
+
+KNOWN = ("position", "velocity")
+"""The errors whose size is known."""
+LEVEL = 0.5  # scaled largest error
+TOLD_SHARE = 0.5  # of what the reference regains, that a belief is to regain
+
+
+@dataclass(frozen=True)
+class Job:
+    """The states of one trajectory, with one draw of the errors."""
+
+    kind: str
+    draw: int
+    trajectory: int
+    particles: int
+    nodes: int
+    """Of all particles of a state together."""
+    seed: int
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Its scores."""
+
+    scores: list[float]
+    """Of each state: the mean over the particles."""
+    parted: int
+    """Particles of all states whose bodies were moved apart."""
+    redrawn: int
+    """Draws that had no place."""
+
+
+@dataclass(frozen=True)
+class Regained:
+    """The AP of one kind of error, by draw of the errors, each of shape (draws,)."""
+
+    kind: str
+    exact: float
+    """Of the true states."""
+    wrong: NDArray[np.float64]
+    """Of the states with errors."""
+    belief: NDArray[np.float64]
+    """Of beliefs about them, at equal steps."""
+    reference: NDArray[np.float64]
+    """Of beliefs about them, at many more."""
+    parted: float
+    """Share of the reference's particles whose bodies were moved apart."""
+    redrawn: float
+    """Draws that had no place, for each of its particles."""
+
+    @property
+    def share(self) -> float:
+        """Of what the reference regains, in the mean, that the belief regains at equal steps."""
+        lost = float(self.wrong.mean())
+        return (float(self.belief.mean()) - lost) / (float(self.reference.mean()) - lost)
+
+
+def uncertainty(kind: str, scaled: float) -> Uncertainty:
+    """What is known of errors of a kind: how large they may be, and that they are uniform."""
+    from scipy.stats import uniform
+
+    errors = [uniform(-scaled * one.value, 2 * scaled * one.value) for one in LARGEST[kind]]
+    if kind == "position":
+        return Uncertainty(pose={body: [*errors * 2, 0, 0, 0, 0] for body in BODIES})
+    along, about = errors
+    return Uncertainty(velocity={body: [along, along, 0, 0, 0, about] for body in BODIES})
+
+
+def believed_scores(
+    folder: Path,
+    wrong: dict[tuple[str, int], Perturbed],
+    particles: int,
+    *,
+    settings: SearchSettings,
+    threads: int,
+    progress: Callable[[int, int], None],
+) -> dict[tuple[str, int], tuple[NDArray[np.float64], float, float]]:
+    """By kind and draw of the errors: the scores of all states (N,), the share of particles that
+    were parted, and the draws without a place for each particle. What the folder has is kept."""
+    first = next(iter(wrong.values())).dataset
+    jobs = [
+        Job(kind, draw, number, particles, settings.nodes, settings.seed)
+        for (kind, draw), number in product(wrong, range(len(first.trajectories)))
+    ]
+    done = resumed(
+        folder / "beliefs.jsonl",
+        jobs,
+        partial(_scored, wrong, settings),
+        threads,
+        lines=pairs(Job, Scored),
+        progress=progress,
+    )
+    found = {}
+    for kind, draw in wrong:
+        own = [scored for job, scored in done.items() if (job.kind, job.draw) == (kind, draw)]
+        count = first.size * particles
+        found[kind, draw] = (
+            np.concatenate([scored.scores for scored in own]),
+            sum(scored.parted for scored in own) / count,
+            sum(scored.redrawn for scored in own) / count,
+        )
+    return found
+
+
+def _scored(
+    wrong: dict[tuple[str, int], Perturbed], settings: SearchSettings, job: Job, cancel: Cancel
+) -> Scored:
+    dataset = wrong[job.kind, job.draw].dataset
+    first = int(dataset.lengths[: job.trajectory].sum())
+    beliefs = _beliefs(dataset, job.trajectory, uncertainty(job.kind, LEVEL))
+    found = score_beliefs(
+        beliefs,
+        ["capture"],
+        particles=job.particles,
+        settings=settings,
+        indices=range(first, first + len(beliefs)),
+        threads=1,
+        limit=Limit(cancel=cancel),
+    )
+    scores = [of_state["capture"] for of_state in found.values()]
+    return Scored(
+        [score.mean for score in scores],
+        sum(score.particles.parted for score in scores),
+        sum(score.particles.redrawn for score in scores),
+    )
+
+
+def _beliefs(dataset: Dataset, number: int, known: Uncertainty) -> list[Belief]:
+    """Of the states of a trajectory; the capture set is that of each particle."""
+    task, trajectory = tasks.make(dataset.task, **dataset.parameters), dataset.trajectories[number]
+    question = partial(task.problem, params=trajectory.params)
+    return [
+        Belief(question(state), uncertainty=known, question=question) for state in trajectory.states
+    ]
+
+
+def regained_markdown(
+    found: Sequence[Regained], nodes: int, particles: int, times: int
+) -> list[str]:
+    """The table, and what it says."""
+    lines = [
+        "## With a belief of the errors",
+        "",
+        f"The same states with errors of the scaled size {LEVEL:g}, and AP of the capture score. "
+        f"Belief: the mean over {particles} particles with trees of {nodes // particles} nodes, as "
+        f"many steps as one tree of {nodes}. Reference: {times} times the steps, "
+        f"{times * particles} particles with trees of {nodes // particles} nodes. Mean over the "
+        "draws of the errors.",
+        "",
+        "| errors | true states | states with errors | belief, equal steps | reference | of what "
+        "the reference regains |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for one in found:
+        aps = [one.exact, *(float(ap.mean()) for ap in (one.wrong, one.belief, one.reference))]
+        cells = " | ".join(f"{ap:.3f}" for ap in aps)
+        lines.append(f"| {one.kind} | {cells} | {100 * one.share:.0f} % |")
+    low = [one.kind for one in found if not one.share >= TOLD_SHARE]
+    says = f"not with errors of {', '.join(low)}" if low else "with each error"
+    lines += [
+        "",
+        f"- At equal steps a belief regains at least half of what the reference does {says}.",
+        *(
+            f"- Of the reference's particles with errors of {one.kind}, {100 * one.parted:.0f} % "
+            f"had bodies that were moved apart; {100 * one.redrawn:.0f} draws for 100 particles "
+            "had no place and were made again."
+            for one in found
+            if one.parted or one.redrawn
+        ),
+        "",
+    ]
+    return lines
+
+
+def figure_belief(found: Sequence[Regained]) -> Figure:
+    """AP of true states, of those with errors, and of beliefs; a dot is a draw of the errors."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.6), dpi=200, layout="constrained")
+    ax = figure.subplots()
+    names = ("states with errors", "belief, equal steps", "belief, reference")
+    colors = ("#D55E00", "#0072B2", "0.6")
+    width = 0.25
+    for row, one in enumerate(found):
+        draws = (one.wrong, one.belief, one.reference)
+        for k, (name, ap, color) in enumerate(zip(names, draws, colors, strict=True)):
+            x = row + (k - 1) * width
+            label = name if row == 0 else None
+            ax.bar(x, ap.mean(), 0.9 * width, color=color, label=label, zorder=2)
+            ax.plot(np.full(len(ap), x), ap, "k.", markersize=3, zorder=3)
+        ax.plot([row - 0.4, row + 0.4], [one.exact] * 2, "k--", linewidth=1, zorder=4)
+        ax.annotate("true states", (row + 0.4, one.exact), fontsize=7, va="bottom", ha="right")
+    lowest = min(float(one.wrong.min()) for one in found)
+    ax.set_ylim(max(0.0, lowest - 0.05), 1.01)
+    ax.set_xticks(range(len(found)), [f"{one.kind} errors of {LEVEL:g}" for one in found])
+    ax.set_ylabel("AP of the prediction of capture")
+    ax.grid(axis="y", alpha=0.25, linewidth=0.5, zorder=0)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    return figure
