@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 SIZE = (1280, 800)
 SECONDS = 8.0
-# How finely the page is drawn, and how its address says so.
+# How finely the page is drawn, and the query of its address for that.
 LOOKS = {"by default [ms]": "", "at full resolution [ms]": "?fixedDpr=1"}
 # Times [ms] between the frames that the browser draws.
 WATCH = """() => {
@@ -53,8 +53,8 @@ def main(
     rows = []
     with headless_page(SIZE) as page:
         for count in (0, *(int(word) for word in nodes.split(","))):
-            with share_bar(err) as told:
-                drawn, frames = _frames(page, task, count, lambda share: told("Searching", share))
+            with share_bar(err) as bar:
+                drawn, frames = _frames(page, task, count, lambda share: bar("Searching", share))
             rows.append([f"{count:,}", drawn, *map(_median_and_tail, frames)])
             out.print(" | ".join(rows[-1]))
     text = markdown(["nodes", "drawn", *LOOKS], rows)
@@ -64,13 +64,13 @@ def main(
 
 
 def _frames(
-    page: Page, task: str, nodes: int, told: Callable[[float], None]
+    page: Page, task: str, nodes: int, progress: Callable[[float], None]
 ) -> tuple[str, list[NDArray[np.float64]]]:
     """What is drawn of a tree, and of each of LOOKS the times between frames while the scene is
     turned [ms]."""
     with view(task, frame=9, nodes=max(nodes, 10)) as viewer:
         if nodes:
-            viewer.page.score(told)
+            viewer.page.score(progress)
         viewer.page.wait()
         frames = [_turn(page, viewer.url + look) for look in LOOKS.values()]
         drawn = page.get_by_text("are drawn")

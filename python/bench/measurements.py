@@ -32,7 +32,7 @@ TASKS = ("push", "balance", "topple", "grasp", "push-multi", "scoop", "push-real
 FRAMES = 10
 
 Tell = Callable[[str], None]
-"""Is told what is measured now."""
+"""Called with what is measured now."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Pairs:
     """The same job by us and by another one, in turns."""
 
     ours: list[float]
-    """Times [s]; of the CPU, unless it says otherwise."""
+    """Times [s]; of the CPU unless noted otherwise."""
     others: list[float]
     steps: int = 0
     others_steps: int = 0
@@ -106,7 +106,7 @@ def problems_of(task: str, count: int) -> list[em.Problem]:
 
 
 def rollouts(problem: em.Problem, *arguments: object) -> list[dict[str, Any]]:
-    """What `energymargin_rollouts` says of a problem, for each number of nodes."""
+    """The output of `energymargin_rollouts` for a problem, for each number of nodes."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "problem.json"
         problem.save(file)

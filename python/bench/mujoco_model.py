@@ -33,7 +33,7 @@ class Twin:
     """The MJCF of a problem's scene; ValueError on what no task has."""
 
     def __init__(self, problem: em.Problem) -> None:
-        """At the problem's state, which says where locked axes and held joints are."""
+        """At the problem's state, which has the positions of locked axes and held joints."""
         self.scene = problem.scene
         self.now = self.scene.unpack(problem.state)
         self.bodies = {body.name: body for body in self.scene.bodies}

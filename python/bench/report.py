@@ -55,7 +55,7 @@ def report(measured: Mapping[str, Any], settings: Settings, load: float) -> str:
         if table := results.tables():
             parts += [f"## {TITLES[part]}\n", table]
     if not settings.full:
-        parts += ["All is too little to say how fast.\n"]
+        parts += ["Too few measurements to tell how fast.\n"]
     elif rows := [row for results in measured.values() for row in bars(results)]:
         parts += ["## What is asked\n", markdown(["", "asked", "measured"], rows)]
     return "\n".join(parts)

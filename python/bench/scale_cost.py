@@ -7,9 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from energymargin.executors.chunks import CHUNKS_A_SECOND
 from energymargin.executors.dask_pool import DaskPool
-from energymargin.executors.jobs import Stopped
+from energymargin.executors.pool import CHUNKS_A_SECOND, Stopped
 from energymargin.store import ScoreStore
 from scale_runs import dataset_file, scored_run, size_of
 from scale_throughput import WORKERS, cluster

@@ -13,7 +13,7 @@ import numpy as np
 
 import energymargin as em
 from energymargin_paper.ceiling import scripted
-from energymargin_paper.foresight_text import OBJECTS, STRENGTH
+from energymargin_paper.foresight import OBJECTS, STRENGTH
 from measurements import FRAMES, Settings, Tell, in_turns
 from tables import markdown
 

@@ -74,7 +74,7 @@ def measure_start(start: Start, tell: Tell) -> None:
 
 
 def imported() -> float:
-    """What -X importtime says of the package [s]."""
+    """Import time of the package by -X importtime [s]."""
     done = run("-X", "importtime", "-c", "import energymargin")
     last = done.stderr.splitlines()[-1]  # import time: own | cumulative | energymargin
     return 1e-6 * float(last.split("|")[1])

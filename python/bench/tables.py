@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+from energymargin.table_text import markdown_table
+
 __all__ = ["machine", "markdown"]
 
 
@@ -23,10 +25,5 @@ def machine(*packages: str) -> str:
 
 def markdown(headers: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in which all columns but the first are numbers."""
-    widths = [max(map(len, column)) for column in zip(headers, *rows, strict=True)]
-    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-    lines = [
-        [cell.rjust(width) if i else cell.ljust(width) for i, (cell, width) in enumerate(row)]
-        for row in (list(zip(cells, widths, strict=True)) for cells in (headers, rule, *rows))
-    ]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    align = ["left", *["right"] * (len(headers) - 1)]
+    return f"{markdown_table(headers, rows, align)}\n"

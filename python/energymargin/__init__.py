@@ -23,6 +23,7 @@ from energymargin._core import (
     ForceWeights,
     Inertial,
     Joint,
+    LowerBound,
     MassProperties,
     Mimic,
     Part,
@@ -37,14 +38,16 @@ from energymargin._core import (
     Tree,
     World,
     capture_probability,
+    effort_lower_bound,
     mass_properties,
     stream,
 )
 from energymargin.deprecations import moved_names
 from energymargin.errors import EnergyMarginError
-from energymargin.searches import capture_score, escape_effort, escape_energy, force_score
+from energymargin.scoring.searches import capture_score, escape_effort, escape_energy, force_score
 
 if TYPE_CHECKING:
+    from energymargin import beliefs as beliefs
     from energymargin import datasets as datasets
     from energymargin import evaluation as evaluation
     from energymargin import executors as executors
@@ -55,15 +58,16 @@ if TYPE_CHECKING:
     from energymargin import store as store
     from energymargin import tasks as tasks
     from energymargin import viewer as viewer
+    from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
     from energymargin.plausibility import PlausibilityWarning
-    from energymargin.scoring import ScoreError, ScoreTable, score
-    from energymargin.settings import SearchSettings
+    from energymargin.scoring import ScoreError, ScoreTable, SearchSettings, score
 
     __version__: str
 
 __all__ = [
     "Audit",
+    "Belief",
     "Body",
     "Box",
     "Cancel",
@@ -82,6 +86,7 @@ __all__ = [
     "ForceWeights",
     "Inertial",
     "Joint",
+    "LowerBound",
     "MassProperties",
     "Mimic",
     "Part",
@@ -99,10 +104,12 @@ __all__ = [
     "Spring",
     "Tree",
     "World",
+    "beliefs",
     "capture_probability",
     "capture_score",
     "datasets",
     "disturbances",
+    "effort_lower_bound",
     "escape_effort",
     "escape_energy",
     "evaluation",
@@ -114,6 +121,7 @@ __all__ = [
     "regions",
     "scenes",
     "score",
+    "score_belief",
     "store",
     "stream",
     "tasks",
@@ -124,6 +132,7 @@ notebook.attach()
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
 SUBPACKAGES = (
+    "beliefs",
     "datasets",
     "evaluation",
     "executors",
@@ -136,12 +145,14 @@ SUBPACKAGES = (
     "viewer",
 )
 HOMES = {
+    "Belief": "beliefs",
     "PlausibilityWarning": "plausibility",
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
-    "SearchSettings": "settings",
+    "SearchSettings": "scoring",
     "mesh": "meshes",
     "score": "scoring",
+    "score_belief": "beliefs",
 }
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a call of the compiled module, in the words of the other errors."""
+"""Errors of calls of the compiled module: the argument, its value and what is expected."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def _fault_in_container(place: str, value: Any, expected: ast.Subscript) -> _Fau
     return next((fault for fault in faults if fault is not None), None)
 
 
-# What the compiled module takes for these; all that it says more about it says itself, by name.
+# What the compiled module takes for these; it checks their values itself.
 _PLAIN: dict[str, Callable[[Any], bool]] = {
     "str": lambda value: isinstance(value, (str, bytes)) and _is_text(value),
     "bool": lambda value: value is None or hasattr(value, "__bool__"),

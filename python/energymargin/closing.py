@@ -1,4 +1,4 @@
-"""What is closed at the end of a `with` statement."""
+"""Objects with a `close` as context managers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Own = TypeVar("Own", bound="Closing")
 
 
 class Closing(ABC):
-    """Something that is open, and closed at the end of a `with` statement."""
+    """An open object that a `with` statement closes at its end."""
 
     @abstractmethod
     def close(self) -> None:
-        """Lets go of what it holds."""
+        """Frees its files, threads and connections."""
 
     def __enter__(self: Own) -> Own:
         """Itself."""

@@ -1,5 +1,5 @@
 """Public names that moved, and arguments that are given by name now: for one version the old way
-works, with a DeprecationWarning that says the new one."""
+works, with a DeprecationWarning that names the new one."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def once_positional(*names: str, after: int) -> Callable[[Function], Function]:
 
 
 def warn_deprecated(old: str, new: str, *, stacklevel: int = 2) -> None:
-    """Warns that `old` goes in REMOVED_IN, and of what there is instead.
+    """Warns that `old` goes in REMOVED_IN, and names what to use instead.
 
     `stacklevel` 2 is the line that calls the caller of this function.
     """

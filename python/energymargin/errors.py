@@ -1,4 +1,4 @@
-"""What the package's own errors have in common."""
+"""The base of the package's own errors."""
 
 __all__ = ["EnergyMarginError"]
 

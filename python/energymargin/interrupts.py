@@ -1,4 +1,4 @@
-"""Ctrl-C that loses nothing, and is not lost."""
+"""Handlers of Ctrl-C: it loses no results, and is not lost itself."""
 
 from __future__ import annotations
 
@@ -20,18 +20,16 @@ __all__ = [
     "since_interrupt",
 ]
 
-# Signals come to the main thread alone, and so there is one of each.
-_held: list[float] = []  # when one came that is held
-_remembered = threading.Event()  # that one came and was raised
+# Only the main thread gets signals, so there is one of each.
+_held: list[float] = []  # when the Ctrl-Cs came that are held
+_remembered = threading.Event()  # set once a Ctrl-C was raised
 
 
 @contextmanager
 def held_interrupts() -> Iterator[threading.Event]:
-    """Ctrl-C sets the event instead of raising, so that no row is lost between a pool of workers
-    and the file.
+    """Ctrl-C sets the event instead of raising, so that no score is lost between workers and file.
 
-    Only where it would raise KeyboardInterrupt: a program that handles Ctrl-C itself goes on doing
-    so.
+    Only where it would raise KeyboardInterrupt: a program's own handler stays in place.
     """
     came = threading.Event()
 
@@ -49,8 +47,8 @@ def held_interrupts() -> Iterator[threading.Event]:
 
 @contextmanager
 def delayed_interrupts() -> Iterator[None]:
-    """Ctrl-C does what it would have done, but at the end of the `with` block: for what cannot be
-    left half done, and takes no time."""
+    """Ctrl-C takes effect at the end of the `with` block, which has to be short: for what cannot be
+    left half done."""
     before = signal.getsignal(signal.SIGINT)
     if not callable(before) or not _in_main_thread():
         yield
@@ -83,12 +81,12 @@ def remembered_interrupts() -> Iterator[None]:
 
 
 def interrupted() -> bool:
-    """Whether a KeyboardInterrupt was raised since the outermost `remembered_interrupts` began."""
+    """Whether Ctrl-C has raised since the outermost `remembered_interrupts` began."""
     return _remembered.is_set()
 
 
 def raise_if_interrupted() -> None:
-    """Raises KeyboardInterrupt in the main thread if it is `interrupted`, and yet runs."""
+    """Raises KeyboardInterrupt in the main thread if it was `interrupted`."""
     if interrupted() and _in_main_thread():
         raise KeyboardInterrupt
 
@@ -101,7 +99,7 @@ def on_interrupt(act: Callable[[], object]) -> Iterator[None]:
 
 
 def since_interrupt() -> float:
-    """How long a Ctrl-C has been held [s]; 0 if none is."""
+    """Time for which a Ctrl-C has been held [s]; 0 if none is."""
     return time.monotonic() - _held[0] if _held else 0.0
 
 

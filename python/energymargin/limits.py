@@ -1,4 +1,4 @@
-"""When a long computation ends: after a time, or once another thread says so."""
+"""When a long computation ends: after a time, or once another thread sets a Cancel."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SOON = 1e-6  # s; the shortest time that is left
 
 
 class Rest(TypedDict):
-    """What is left, as keywords of a call further down."""
+    """The time that is left and the cancel, as keywords of an inner call."""
 
     timeout: float | None
     cancel: Cancel | None
 
 
 class Limit:
-    """Of a call that begins now, and of those that it makes. Once reached it stays so."""
+    """The limit of a call that begins now, and of its inner calls. Once reached it stays so."""
 
     def __init__(self, timeout: float | None = None, cancel: Cancel | None = None) -> None:
         """`timeout` [s]; None is never. Raises ValueError unless it is finite and above 0."""
@@ -48,7 +48,7 @@ class Limit:
             raise TimeoutError(f"the time was over before {what}")
 
     def rest(self) -> Rest:
-        """The time that is left, and the cancel."""
+        """The time that is left [s], and the cancel."""
         left = None if self._end is None else max(self._end - time.monotonic(), SOON)
         return Rest(timeout=left, cancel=self._cancel)
 

@@ -1,4 +1,4 @@
-"""The metrics: their names, which of them share an axis, and how their values are written."""
+"""The metrics: names, which share an axis, the settings of each, and how values are written."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ __all__ = [
     "check_metrics",
     "is_likelihood",
     "of_kind",
+    "settings_of",
     "unit",
     "value_text",
     "with_unit",
@@ -46,6 +47,8 @@ class Kind(NamedTuple):
     title: str
     unit: str
     """[J], or the range of a pure number, or "-"."""
+    settings: tuple[str, ...]
+    """Those of SearchSettings that change its values."""
 
     @property
     def axis(self) -> str:
@@ -54,10 +57,25 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "likelihood": Kind(("capture", "success"), "likelihood", "0..1"),
-    "probability": Kind(("probability", "probability/success"), "probability", "0..1"),
-    "effort": Kind(("effort/est", "effort/rrt"), "effort of escape", "J"),
-    "force": Kind(("force",), "force score", "-"),
+    "likelihood": Kind(
+        ("capture", "success"),
+        "likelihood",
+        "0..1",
+        settings=("nodes", "seed", "nodes_per_edge", "least_likelihood"),
+    ),
+    "probability": Kind(
+        ("probability", "probability/success"),
+        "probability",
+        "0..1",
+        settings=("rollouts", "seed", "strength", "objects", "common_random_numbers"),
+    ),
+    "effort": Kind(
+        ("effort/est", "effort/rrt"),
+        "effort of escape",
+        "J",
+        settings=("nodes", "seed", "search", "stop_at_escape"),
+    ),
+    "force": Kind(("force",), "force score", "-", settings=()),
 }
 
 
@@ -72,13 +90,18 @@ def unit(metric: str) -> str:
     return "J" if _kind(metric) is KINDS["effort"] else ""
 
 
+def settings_of(metric: str) -> tuple[str, ...]:
+    """The settings that change its values; of another program's metric those of a tree."""
+    return (_kind(metric) or KINDS["likelihood"]).settings
+
+
 def is_likelihood(metric: str) -> bool:
     """Whether it lies between 0 and 1."""
     return _kind(metric) in (KINDS["likelihood"], KINDS["probability"])
 
 
 def axis_label(metric: str) -> str:
-    """Of an axis that is its own, as "effort/est [J]"; a metric that is none of ours is named."""
+    """An axis of one metric, as "effort/est [J]"; another program's has no unit."""
     kind = _kind(metric)
     return metric if kind is None else f"{metric} [{kind.unit}]"
 

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Plane, Scene, Sphere
 
 __all__ = [
+    "AXES",
     "Limits",
     "Plan",
     "Pose",
@@ -31,6 +32,7 @@ __all__ = [
     "view_of",
 ]
 
+AXES = ("x", "y", "z")
 STILL = 1e-6  # m; objects that spread less do not move
 PREFERENCE = (1.5, 1.0, 1.2)  # of x, y and z, where it is a close call
 AROUND = 0.1  # of the view's longer side, around what moves
@@ -100,13 +102,13 @@ def body_poses(scene: Scene, state: NDArray[np.float64]) -> dict[str, Pose]:
 
 def axis_numbers(plane: Sequence[str]) -> list[int]:
     """Which of x, y and z the plane's axes are, as numbers from 0."""
-    return ["xyz".index(axis) for axis in plane]
+    return [AXES.index(axis) for axis in plane]
 
 
-def object_centers(scene: Scene, plane: Plan) -> list[list[int]]:
-    """Which numbers of a state are the places of the objects' centres in the plane."""
+def object_centers(scene: Scene, axes: Sequence[str] = AXES) -> list[list[int]]:
+    """Where a state holds the positions of the objects' centres along these axes."""
     starts = [scene.slice(body.name).start for body in scene.bodies if body.role == "object"]
-    return [[start + number for number in axis_numbers(plane)] for start in starts]
+    return [[start + number for number in axis_numbers(axes)] for start in starts]
 
 
 def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
@@ -123,7 +125,7 @@ def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
     spread = np.max([states[:, start : start + 3].std(axis=0) for start in starts], axis=0)
     if spread.max() < STILL:
         names = {body.name for body in moving if body.role != "none"}
-        spread = np.ptp(_corners(scene, states[0], ("x", "y", "z"), names), axis=0)
+        spread = np.ptp(_corners(scene, states[0], AXES, names), axis=0)
     return _without(int((spread * PREFERENCE).argmin()))
 
 
@@ -166,5 +168,5 @@ def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _without(axis: int) -> Plan:
     """The plane of the two other axes."""
-    first, second = (name for number, name in enumerate("xyz") if number != axis)
+    first, second = (name for number, name in enumerate(AXES) if number != axis)
     return first, second

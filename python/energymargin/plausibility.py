@@ -1,4 +1,4 @@
-"""Warnings of what is legal and looks wrong."""
+"""Warnings of values that are legal and look wrong."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 __all__ = ["PlausibilityWarning", "warn"]
 
-MOST_KNOWN = 10_000  # doubts that were warned of
+MOST_KNOWN = 10_000  # doubts that are remembered, so that each warns once
 
 HOW_TO_IGNORE = 'If it is meant: warnings.filterwarnings("ignore", category=em.PlausibilityWarning)'
 
@@ -21,10 +21,10 @@ _known: set[tuple[str, str]] = set()
 
 
 def warn(doubts: Iterable[tuple[str, str]], fingerprint: str) -> None:
-    """Warns of each doubt, what it is about and its text, once for a fingerprint.
+    """Warns of each doubt, a subject and a text, once for each fingerprint.
 
-    `fingerprint` is that of the scene, so that many states of one scene warn once. The warning is
-    of the user's line: the first one outside of this package.
+    `fingerprint` is that of the scene, so that many states of one scene warn once. The warning
+    points at the user's line: the first one outside of this package.
     """
     for about, text in doubts:
         if (fingerprint, about) in _known:
@@ -34,7 +34,9 @@ def warn(doubts: Iterable[tuple[str, str]], fingerprint: str) -> None:
         warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=level)
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        _known.add((fingerprint, about))  # not if a filter makes it an error: it comes again
+        _known.add(
+            (fingerprint, about)
+        )  # after the warning: one that a filter makes an error comes again
 
 
 def _levels_to_user() -> int:

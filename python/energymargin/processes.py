@@ -8,7 +8,7 @@ __all__ = ["is_running"]
 
 
 def is_running(process: int) -> bool:
-    """Whether a process of this number is there, be it another user's."""
+    """Whether there is a process of this number, also of another user."""
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):

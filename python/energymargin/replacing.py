@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and leave nothing behind."""
+"""Atomic writes: a file appears whole or not at all."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class Trajectory:
     Raises ValueError on arrays of other shapes.
     """
 
-    _repr_html_ = shown_by("data.trajectory")
+    _repr_html_ = shown_by("trajectory")
     __repr__ = short_repr
 
     times: NDArray[np.float64]
@@ -37,13 +37,13 @@ class Trajectory:
     success: bool
     """Whether the last state lies in the success set; all objects in theirs."""
     params: dict[str, float]
-    """What was drawn for this trajectory alone, such as the friction: a problem needs it again."""
+    """Parameters that were drawn for this trajectory, such as the friction; problems need them."""
     seed: int
     """`task.rollout(seed)` gives this trajectory again."""
     captured_any: NDArray[np.bool_] | None = None
-    """Whether at least one object is in its capture set, shape (K,); None: there is one for all."""
+    """Whether at least one object is in its capture set, shape (K,); None: one set for all."""
     success_any: bool | None = None
-    """Whether at least one object ends in its success set; None: there is one for all."""
+    """Whether at least one object ends in its success set; None: one set for all."""
 
     def __post_init__(self) -> None:
         """Checks the shapes."""

@@ -8,7 +8,7 @@ import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LowerBound', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
@@ -529,6 +529,13 @@ class Scene:
     def unpack(self, state: numpy.typing.ArrayLike) -> dict[str, dict[str, typing.Any]]:
         """
         Dict of dicts by body, links included: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw; and, if there are joints, under 'joints' a dict of dicts by joint: position, velocity.
+        """
+    def with_body(self, name: str, *, friction: float | None = None, mass: float | None = None) -> Scene:
+        """
+        A copy with another friction coefficient or mass [kg] of one body.
+        
+        Its inertia grows with its mass. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
+        too stiff for a lighter one.
         """
     @property
     def bodies(self) -> list[Body]:
@@ -1257,6 +1264,52 @@ class CaptureScore:
         """
         When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if the score is at most 0.5, which needs no such check.
         """
+class LowerBound:
+    """
+    A lower bound of the effort of escape.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def barrier(self) -> float:
+        """
+        Least rise of the object's energy on any way out, or less [J].
+        """
+    @property
+    def cage(self) -> bool:
+        """
+        Whether it is proved that there is no escape.
+        """
+    @property
+    def cells(self) -> int:
+        """
+        Cells of poses that were looked at.
+        """
+    @property
+    def complete(self) -> bool:
+        """
+        Whether the barrier is known to the tolerance, or it is a cage. False: the cells, the timeout or the cancel came first, and more cells may give a higher bound.
+        """
+    @property
+    def effort(self) -> float:
+        """
+        No escape takes less [J]; inf: there is none, a cage.
+        """
+    @property
+    def kinetic(self) -> float:
+        """
+        Kinetic energy of all bodies at the start [J].
+        """
+    @property
+    def reason(self) -> str:
+        """
+        Why the effort is bounded by 0 alone; empty if it is bounded by more.
+        """
+    @property
+    def stored(self) -> float:
+        """
+        Energy that other bodies, springs and joints can release [J]; inf: there is no end of it.
+        """
 class EscapeEffort:
     """
     Effort of escape, Section IV-A and Algorithm 1.
@@ -1265,6 +1318,11 @@ class EscapeEffort:
         ...
     def _repr_html_(self) -> str:
         ...
+    @property
+    def bound(self) -> LowerBound | None:
+        """
+        How the lower bound came about; None unless it was asked for.
+        """
     @property
     def complete(self) -> bool:
         """
@@ -1291,6 +1349,11 @@ class EscapeEffort:
         (nodes so far, best effort) at each improvement.
         """
     @property
+    def lower_bound(self) -> float | None:
+        """
+        No escape takes less [J]; None unless it was asked for.
+        """
+    @property
     def nodes(self) -> int:
         """
         Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of so many nodes gives the same bits.
@@ -1299,6 +1362,11 @@ class EscapeEffort:
     def path(self) -> numpy.typing.NDArray[numpy.int32]:
         """
         Rows of the tree from the root to the escape; empty without an escape.
+        """
+    @property
+    def proved_cage(self) -> bool:
+        """
+        Whether the lower bound proves that there is no escape.
         """
     @property
     def tree(self) -> Tree:
@@ -1588,7 +1656,7 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
     is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
     without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.
     """
-def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, *, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
+def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
     
@@ -1619,7 +1687,24 @@ def capture_score(problem: Problem, nodes: int = 1000, seed: int = 0, rate: floa
     although the state leaves the capture set within 1 s without a disturbance. `doubts` of the score has the same texts.
     Raises ValueError on a bad problem or argument.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
+def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: float = 0.05, captured: str = 'all', timeout: float | None = None, cancel: Cancel | None = None) -> LowerBound:
+    """
+    A lower bound of the effort of escape: no disturbance gets the object out with less work.
+    
+    Args:
+        problem: the question.
+        cells: of poses of each object to look at.
+        tolerance: the search ends once the barrier is known to this share.
+        captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
+        timeout: the search ends after so many seconds.
+        cancel: the search ends once it is set.
+    
+    The bound is the least potential energy over which the object can leave, minus all energy that may help it at the start.
+    Bodies that can move are in nobody's way here. The bound is 0 where nothing is certain, and `reason` says why. After a
+    timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
+    argument.
+    """
+def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
     """
     The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
     
@@ -1632,9 +1717,13 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
         search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
         sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
             the others at their bounds, along one axis, zero, or that of the edge before.
-        shorten: spend half of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
+        shorten: spend three quarters of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
             weakened, cut in two and merged, and each change is simulated (improved).
         stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
+        lower_bound: after the search, bound the effort from below too, as `effort_lower_bound` does. It has the time that the
+            search leaves.
+        bound_cells: of poses of each object that the lower bound looks at.
+        bound_tolerance: the lower bound is done once its barrier is known to this share.
         timeout: the search ends after so many seconds.
         cancel: the search ends once it is set.
         progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
@@ -1647,7 +1736,7 @@ def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, see
     After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False. Raises ValueError
     on a bad problem or argument.
     """
-def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
+def escape_energy(problem: Problem, *, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
     """
     The least potential energy above that of the start over which the object leaves the capture set.
     
@@ -1666,7 +1755,7 @@ def escape_energy(problem: Problem, planner: str = 'bit*', samples: int = 2000, 
     After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False. Raises ValueError on a bad
     problem or argument.
     """
-def force_score(problem: Problem, weights: ForceWeights | None = None) -> ForceScore:
+def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
     """
     The wrench-based baseline: engaging score plus sticking score minus distance, each with its weight.
     

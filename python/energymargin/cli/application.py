@@ -33,7 +33,8 @@ from energymargin.interrupts import interrupted, remembered_interrupts
 __all__ = ["app", "main"]
 
 
-# What is said in one line: all others are ours, and shown in full.
+# Errors that are shown as one line: those of bad input, of files and of other packages. Any other
+# is a bug, and shown in full.
 ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
 
 
@@ -41,6 +42,7 @@ OUTPUT, TRACEBACK = "--output", "--traceback"
 # Options that have another name since 0.11, by command.
 RENAMED = {
     "evaluate": {"--markdown": OUTPUT, "--csv": OUTPUT},
+    "import": {"--mend": "--repair", "--no-mend": "--no-repair"},
     "reproduce": {"--out": OUTPUT},
     "view": {"--screenshot": OUTPUT},
 }
@@ -69,7 +71,7 @@ class _Commands(TyperGroup):
     def _invoke(self, ctx: typer.Context) -> Any:
         try:
             return super().invoke(ctx)
-        except typer.Exit:  # a RuntimeError, but none of ours: --help ends so
+        except typer.Exit:  # how --help ends: a RuntimeError, but no error
             raise
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupted():
@@ -105,7 +107,7 @@ app = typer.Typer(
 
 
 def _renamed(names: Mapping[str, str], word: str) -> str:
-    """A word of the command line with the new name of its option, of which the user is told."""
+    """A word of the command line with the new name of its option; prints the new name."""
     name, equals, value = word.partition("=")
     if name not in names:
         return word
@@ -166,7 +168,7 @@ def main() -> None:
 
 
 def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Says nothing of a Ctrl-C that Python swallows: it is raised again."""
+    """Does not report a Ctrl-C that Python swallows: it is raised again."""
     return lambda lost: None if issubclass(lost.exc_type, KeyboardInterrupt) else hook(lost)
 
 

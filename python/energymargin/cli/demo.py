@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.options import Nodes, Seed, Threads, chosen_executor
+from energymargin.cli.options import NodesOption, SeedOption, ThreadsOption, chosen_executor
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import err, say
 
@@ -29,17 +29,17 @@ def demo(
         "out"
     ),
     trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
-    nodes: Nodes = 100,
-    seed: Seed = 0,
-    threads: Threads = None,
+    nodes: NodesOption = 100,
+    seed: SeedOption = 0,
+    threads: ThreadsOption = None,
 ) -> None:
     """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
 
     Example: `energymargin demo -o out`
     """
-    from energymargin.settings import SearchSettings
+    from energymargin.scoring.settings import SearchSettings
 
-    if find_spec("matplotlib") is None:  # said now, not after the scores
+    if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
     output.mkdir(parents=True, exist_ok=True)
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
@@ -58,7 +58,7 @@ def demo(
 
 
 def _demo_dataset(path: Path, trajectories: int, seed: int) -> Dataset:
-    """The demo's dataset: the one that is there, if it is the same."""
+    """The demo's dataset: that of the file, if it is the same."""
     from energymargin import tasks as registry
     from energymargin.cli.progress import progress_bar
     from energymargin.datasets.generation import load_or_generate

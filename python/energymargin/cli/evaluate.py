@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from energymargin.cli.options import RunNumber
+from energymargin.cli.options import (
+    BootstrapSeedOption,
+    DrawsOption,
+    LastOption,
+    RunOption,
+    ScoresArgument,
+)
 from energymargin.cli.terminal import err, out
 
 if TYPE_CHECKING:
@@ -17,49 +23,49 @@ if TYPE_CHECKING:
 __all__ = ["evaluate", "print_evaluation"]
 
 
+OutputsOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write the table to a .md file, or every number to a .csv file; may be repeated.",
+    ),
+]
+HorizonsOption = Annotated[
+    list[int] | None,
+    typer.Option(
+        help="How many frames the label looks ahead; may be repeated.",
+        metavar="FRAMES",
+        show_default="0 to 5",
+    ),
+]
+AmongOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Compare all states, or those that are captured now; if not given, a table of each.",
+        metavar="all|captured",
+    ),
+]
+ClippedOption = Annotated[
+    bool,
+    typer.Option(
+        "--clipped",
+        help="Let a horizon end with its trajectory, instead of leaving such states out.",
+    ),
+]
+
+
 def evaluate(
-    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    scores: ScoresArgument,
     *,
-    output: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Write the table to a .md file, or every number to a .csv file; may be repeated.",
-        ),
-    ] = None,
-    run: RunNumber = None,
-    horizon: Annotated[
-        list[int] | None,
-        typer.Option(
-            help="How many frames the label looks ahead; may be repeated.",
-            metavar="FRAMES",
-            show_default="0 to 5",
-        ),
-    ] = None,
-    last: Annotated[
-        int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
-    ] = 5,
-    among: Annotated[
-        str | None,
-        typer.Option(
-            help="Compare all states, or those that are captured now. If not given, there is a "
-            "table of each.",
-            metavar="all|captured",
-        ),
-    ] = None,
-    clipped: Annotated[
-        bool,
-        typer.Option(
-            "--clipped",
-            help="Let a horizon end with its trajectory, instead of leaving such states out.",
-        ),
-    ] = False,
-    draws: Annotated[
-        int,
-        typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster."),
-    ] = 1000,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
+    output: OutputsOption = None,
+    run: RunOption = None,
+    horizon: HorizonsOption = None,
+    last: LastOption = 5,
+    among: AmongOption = None,
+    clipped: ClippedOption = False,
+    draws: DrawsOption = 1000,
+    seed: BootstrapSeedOption = 0,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
 
@@ -118,10 +124,10 @@ def _evaluated(labelled: LabelledScores, **options: Any) -> Evaluation:
     from energymargin import evaluation
     from energymargin.cli.progress import share_bar
 
-    with share_bar(err) as told:
+    with share_bar(err) as bar:
         return evaluation.evaluate(
             labelled,
-            progress=lambda done, total: told("AUC and AP", done / total),
+            progress=lambda done, total: bar("AUC and AP", done / total),
             **options,
         )
 

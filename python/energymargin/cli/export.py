@@ -8,19 +8,21 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import RunNumber
+from energymargin.cli.options import RunOption, ScoresArgument
 from energymargin.cli.terminal import out, say
 
 __all__ = ["export"]
 
 
 def export(
-    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    scores: ScoresArgument,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="A .csv or .parquet file; without it, what there is."),
+        typer.Option(
+            "--output", "-o", help="A .csv or .parquet file; without it, the runs are listed."
+        ),
     ] = None,
-    run: RunNumber = None,
+    run: RunOption = None,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 
@@ -31,12 +33,12 @@ def export(
 
     if output is None:
         with store.ScoreStore(scores) as opened:
-            for one in opened.runs():
-                out.print(str(one), soft_wrap=True, highlight=False)
+            for listed in opened.runs():
+                out.print(str(listed), soft_wrap=True, highlight=False)
         return
-    rows = store.export(scores, output, run)
+    rows = store.export(scores, output, run=run)
     with store.ScoreStore(scores) as opened:
         chosen = opened.runs() if run is None else [opened.run(run)]
-        curves = any(one.has_curves for one in chosen)
+        curves = any(written.has_curves for written in chosen)
     beside = f", and their curves to {escape(str(curves_path(output)))}" if curves else ""
     say(f"Wrote {rows} states to {escape(str(output))}{beside}")

@@ -12,12 +12,14 @@ from rich.markup import escape
 
 from energymargin.cli.options import (
     PICTURE_NODES,
-    Parameters,
-    Scheduler,
-    Seed,
-    Timeout,
+    OverwriteOption,
+    ParameterOption,
+    SchedulerOption,
+    SeedOption,
+    TimeoutOption,
     cluster,
     parsed,
+    require_free,
     require_one,
 )
 from energymargin.cli.terminal import TIMED_OUT, err, say
@@ -28,48 +30,52 @@ if TYPE_CHECKING:
 __all__ = ["generate"]
 
 
+TaskArgument = Annotated[str, typer.Argument(help="Name of a task, see `energymargin tasks`.")]
+OutputOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="The dataset; TASK.h5 if not given.")
+]
+TrajectoriesOption = Annotated[int, typer.Option(help="How many trajectories.")]
+FramesOption = Annotated[int, typer.Option(help="How many frames of each are recorded.")]
+PictureOption = Annotated[
+    Path | None,
+    typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
+]
+ProcessesOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Processes; all cores if not given, and there is work for them. The file does not "
+        "depend on it."
+    ),
+]
+
+
 def generate(
     *,
-    task: Annotated[str, typer.Argument(help="Name of a task, see `energymargin tasks`.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The dataset; TASK.h5 if not given.")
-    ] = None,
-    trajectories: Annotated[int, typer.Option(help="How many trajectories.")] = 50,
-    frames: Annotated[int, typer.Option(help="How many frames of each are recorded.")] = 10,
-    seed: Seed = 0,
-    parameter: Parameters = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the file if it exists.")
-    ] = False,
-    picture: Annotated[
-        Path | None,
-        typer.Option(help="Draw a failed and a successful trajectory with their search trees."),
-    ] = None,
-    processes: Annotated[
-        int | None,
-        typer.Option(
-            help="Processes; all cores if not given, and there is work for them. The file does "
-            "not depend on it."
-        ),
-    ] = None,
-    scheduler: Scheduler = None,
-    timeout: Timeout = None,
+    task: TaskArgument,
+    output: OutputOption = None,
+    trajectories: TrajectoriesOption = 50,
+    frames: FramesOption = 10,
+    seed: SeedOption = 0,
+    parameter: ParameterOption = None,
+    overwrite: OverwriteOption = False,
+    picture: PictureOption = None,
+    processes: ProcessesOption = None,
+    scheduler: SchedulerOption = None,
+    timeout: TimeoutOption = None,
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.
 
     Example: `energymargin generate push -o push.h5 --trajectories 50 -p friction=0.3`
     """
-    from energymargin import datasets
     from energymargin import tasks as registry
 
-    if picture is not None and find_spec("matplotlib") is None:  # said now, not at the end
+    if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     require_one(processes=processes, scheduler=scheduler)
     output = output or Path(f"{task}.h5")
     made = registry.make(task, **parsed(parameter or []))
-    if output.exists() and not overwrite:
-        raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
+    require_free(output, overwrite=overwrite)
     count = _generate(
         made,
         output,
@@ -80,13 +86,7 @@ def generate(
         scheduler=scheduler,
         timeout=timeout,
     )
-    written = escape(str(output))
-    with datasets.open(output) as dataset:
-        if picture is not None:
-            from energymargin.plots.datasets import figure_trees
-
-            figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
-        say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
+    _finish(output, picture, seed)
     if count < trajectories:
         say(
             f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
@@ -95,11 +95,25 @@ def generate(
         raise typer.Exit(TIMED_OUT)
 
 
+def _finish(output: Path, picture: Path | None, seed: int) -> None:
+    """Draws the picture, if there is to be one, and says what was written."""
+    from energymargin import datasets
+
+    written = escape(str(output))
+    with datasets.open(output) as dataset:
+        if picture is not None:
+            from energymargin.plots.datasets import figure_trees
+
+            figure_trees(dataset, PICTURE_NODES, seed).savefig(picture)
+        say(f"Wrote {_counts(dataset)} to {written}. Next: [bold]energymargin score {written}[/]")
+
+
 def _generate(task: Any, output: Path, *, scheduler: str | None, **options: Any) -> int:
-    """Makes the file; returns how many trajectories it has. What ends it says what was kept."""
+    """Makes the file; returns how many trajectories it has. If it is stopped, prints how many
+    trajectories the parts beside the file have."""
     from energymargin import datasets
     from energymargin.cli.progress import progress_bar
-    from energymargin.datasets.generation_to_file import trajectories_kept
+    from energymargin.datasets.generation import trajectories_kept
 
     try:
         with (
@@ -109,10 +123,10 @@ def _generate(task: Any, output: Path, *, scheduler: str | None, **options: Any)
         ):
             return len(made.trajectories)
     except (KeyboardInterrupt, OSError, RuntimeError):
-        kept = trajectories_kept(output)
-        if kept:
-            shares = f"{kept} of {options['trajectories']} trajectories are kept"
-            say(f"{shares} beside {escape(str(output))}; the same command goes on from there.")
+        count = trajectories_kept(output)
+        if count:
+            stored = f"{count} of {options['trajectories']} trajectories are kept"
+            say(f"{stored} beside {escape(str(output))}; the same command goes on from there.")
         raise
 
 

@@ -5,79 +5,94 @@ Heavy modules are imported where they are used, so that --help answers at once.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import Parameters, parsed
+from energymargin.cli.options import OverwriteOption, ParameterOption, parsed, require_free
 from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
+    from energymargin.datasets import Dataset
     from energymargin.recordings import Recording
+    from energymargin.tasks import Task
 
 __all__ = ["import_recordings"]
 
 
+FilesArgument = Annotated[
+    list[Path] | None, typer.Argument(help="The recordings: CSV files, a row a frame.")
+]
+TaskOption = Annotated[
+    str | None, typer.Option(help="Whose scene and capture set these recordings have.")
+]
+LabelsOption = Annotated[
+    Path | None,
+    typer.Option(help="CSV file recording,success: a row for each recording's file name."),
+]
+PublishedOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Instead of files, the folder of the data that the paper's authors published: each "
+        "part becomes a dataset, with the authors' scores in a file beside it.",
+        metavar="DIR",
+    ),
+]
+OutputOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="The dataset; TASK-recorded.h5 if not given. With --published, the folder.",
+    ),
+]
+ColumnsOption = Annotated[
+    Path | None,
+    typer.Option(help="JSON file that says which column is what, and in which units."),
+]
+CapturedOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="CSV file recording,frame,captured; if not given, labels are those of the task's "
+        "capture set."
+    ),
+]
+RepairOption = Annotated[
+    bool,
+    typer.Option(
+        "--repair/--no-repair", help="Fill short gaps and replace outliers, or refuse them."
+    ),
+]
+LongestGapOption = Annotated[
+    float, typer.Option(help="The longest gap that is filled, in a body's poses or in frames [s].")
+]
+SmoothingOption = Annotated[
+    float,
+    typer.Option(help="Time scale of the smoothing where the files have no velocities [s]."),
+]
+MostOverlapOption = Annotated[
+    float, typer.Option(help="How far a body may be moved out of another one [m].")
+]
+
+
 def import_recordings(
     *,
-    files: Annotated[
-        list[Path] | None, typer.Argument(help="The recordings: CSV files, a row a frame.")
-    ] = None,
-    task: Annotated[
-        str | None, typer.Option(help="Whose scene and capture set these recordings have.")
-    ] = None,
-    labels: Annotated[
-        Path | None,
-        typer.Option(help="CSV file recording,success: a row for each recording's file name."),
-    ] = None,
-    published: Annotated[
-        Path | None,
-        typer.Option(
-            help="Instead of files, the folder of the data that the paper's authors published: "
-            "each part becomes a dataset, with the authors' scores in a file beside it.",
-            metavar="DIR",
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="The dataset; TASK-recorded.h5 if not given. With --published, the folder.",
-        ),
-    ] = None,
-    parameter: Parameters = None,
-    columns: Annotated[
-        Path | None,
-        typer.Option(help="JSON file that says which column is what, and in which units."),
-    ] = None,
-    captured: Annotated[
-        Path | None,
-        typer.Option(
-            help="CSV file recording,frame,captured; if not given, the task's capture set says it."
-        ),
-    ] = None,
-    mend: Annotated[
-        bool,
-        typer.Option(
-            "--mend/--no-mend", help="Fill short gaps and replace outliers, or refuse them."
-        ),
-    ] = True,
-    longest_gap: Annotated[
-        float, typer.Option(help="Seconds that a body may not be seen, or frames be missing.")
-    ] = 0.1,
-    smoothing: Annotated[
-        float,
-        typer.Option(help="Time scale of the smoothing where the files have no velocities, in s."),
-    ] = 0.06,
-    most_overlap: Annotated[
-        float, typer.Option(help="Metres that a body may be moved out of another one.")
-    ] = 0.01,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the file if it exists.")
-    ] = False,
+    files: FilesArgument = None,
+    task: TaskOption = None,
+    labels: LabelsOption = None,
+    published: PublishedOption = None,
+    output: OutputOption = None,
+    parameter: ParameterOption = None,
+    columns: ColumnsOption = None,
+    captured: CapturedOption = None,
+    repair: RepairOption = True,
+    longest_gap: LongestGapOption = 0.1,
+    smoothing: SmoothingOption = 0.06,
+    most_overlap: MostOverlapOption = 0.01,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 
@@ -97,38 +112,13 @@ def import_recordings(
             "expected recordings with --task and --labels, or --published DIR: "
             "energymargin import --help has examples"
         )
-    from energymargin import recordings
     from energymargin import tasks as registry
 
     output = output or Path(f"{task}-recorded.h5")
     made = registry.make(task, **parsed(parameter or []))
-    if output.exists() and not overwrite:
-        raise ValueError(f"{output} exists: choose another -o, or give --overwrite")
-    layout = recordings.Columns.of(columns)
-    success = recordings.read_labels(labels)
-    frame_labels = None if captured is None else recordings.read_frame_labels(captured)
-    read = []
-    for path in files:
-        read.append(
-            recordings.read_csv(
-                path, layout, mend=mend, longest_gap=longest_gap, smoothing=smoothing
-            )
-        )
-        say(f"{escape(str(path))}: {_summary(read[-1])}")
-    names = {recording.name for recording in read}
-    if frame_labels is not None:
-        frame_labels = {name: own for name, own in frame_labels.items() if name in names}
-    of_these = {r.name: success[r.name] for r in read if r.name in success}
-    if len(success) > len(of_these):
-        say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
-    dataset = recordings.dataset(
-        made,
-        read,
-        of_these,
-        captured=frame_labels,
-        most_overlap=most_overlap,
-        notice=lambda text: say(escape(text)),
-    )
+    require_free(output, overwrite=overwrite)
+    read = _read(files, columns, repair=repair, longest_gap=longest_gap, smoothing=smoothing)
+    dataset = _labelled_dataset(made, read, labels, captured, most_overlap)
     dataset.save(output)
     written = escape(str(output))
     say(
@@ -137,9 +127,48 @@ def import_recordings(
     )
 
 
+def _read(files: Sequence[Path], columns: Path | None, **options: Any) -> list[Recording]:
+    """`options` are those of `recordings.read_csv`."""
+    from energymargin import recordings
+
+    layout, read = recordings.Columns.of(columns), []
+    for path in files:
+        read.append(recordings.read_csv(path, layout, **options))
+        say(f"{escape(str(path))}: {_summary(read[-1])}")
+    return read
+
+
+def _labelled_dataset(
+    task: Task,
+    read: Sequence[Recording],
+    labels: Path,
+    captured: Path | None,
+    most_overlap: float,
+) -> Dataset:
+    """The recordings with the labels of these files; labels of other recordings are counted."""
+    from energymargin import recordings
+
+    success = recordings.read_labels(labels)
+    frame_labels = None if captured is None else recordings.read_frame_labels(captured)
+    names = {recording.name for recording in read}
+    if frame_labels is not None:
+        frame_labels = {name: own for name, own in frame_labels.items() if name in names}
+    of_these = {name: label for name, label in success.items() if name in names}
+    if len(success) > len(of_these):
+        say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
+    return recordings.dataset(
+        task,
+        read,
+        of_these,
+        captured=frame_labels,
+        most_overlap=most_overlap,
+        notice=lambda text: say(escape(text)),
+    )
+
+
 def _summary(recording: Recording) -> str:
     times = recording.times
-    return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.mended}"
+    return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.repairs}"
 
 
 def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
@@ -149,9 +178,8 @@ def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
 
     parts = published.parts(data)
     folder.mkdir(parents=True, exist_ok=True)
-    there = [path for part in parts if (path := folder / f"{part}.h5").exists()]
-    if there and not overwrite:
-        raise ValueError(f"{there[0]} exists: choose another -o, or give --overwrite")
+    for part in parts:
+        require_free(folder / f"{part}.h5", overwrite=overwrite)
     with progress_bar(err, "Reading", "parts") as progress:
         progress(0, len(parts))
         for done, part in enumerate(parts, 1):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,25 +12,33 @@ from rich.markup import escape
 from energymargin.cli.terminal import say
 
 if TYPE_CHECKING:
+    from energymargin.beliefs.sampling import Sampling
     from energymargin.datasets import Future
     from energymargin.executors import Dask, Executor
-    from energymargin.tasks.base import Following
+    from energymargin.tasks.scripted import Following
 
 __all__ = [
     "PICTURE_NODES",
-    "Nodes",
-    "Parameters",
-    "RunNumber",
-    "Scheduler",
-    "Seed",
-    "Threads",
-    "Timeout",
+    "BootstrapSeedOption",
+    "DrawsOption",
+    "LastOption",
+    "NodesOption",
+    "OverwriteOption",
+    "ParameterOption",
+    "RunOption",
+    "SchedulerOption",
+    "ScoresArgument",
+    "SeedOption",
+    "ThreadsOption",
+    "TimeoutOption",
     "chosen_executor",
     "chosen_future",
+    "chosen_sampling",
     "cluster",
-    "given_settings",
     "parsed",
+    "probability_settings",
     "real",
+    "require_free",
     "require_one",
     "split",
     "whole",
@@ -37,27 +46,44 @@ __all__ = [
 
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
 
-Seed = Annotated[int, typer.Option(help="The same seed gives the same numbers, to the last bit.")]
-Nodes = Annotated[
-    int, typer.Option(help="Nodes of each search tree: more take longer and say more.")
+ScoresArgument = Annotated[
+    Path, typer.Argument(help="A file of scores, from `energymargin score`.")
 ]
-Threads = Annotated[
+SeedOption = Annotated[
+    int, typer.Option(help="The same seed gives the same numbers, to the last bit.")
+]
+NodesOption = Annotated[
+    int,
+    typer.Option(help="Nodes of each search tree: with more, scores are finer and take longer."),
+]
+ThreadsOption = Annotated[
     int | None, typer.Option(help="Threads; all cores if not given. Scores do not depend on it.")
 ]
-Parameters = Annotated[
+ParameterOption = Annotated[
     list[str] | None,
     typer.Option("--parameter", "-p", help="A parameter of the task: NAME=VALUE."),
 ]
-RunNumber = Annotated[
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Replace the file if it exists.")
+]
+RunOption = Annotated[
     int | None,
     typer.Option(
         "--run", help="Which run, if there are several; `energymargin export` lists them."
     ),
 ]
-Timeout = Annotated[
-    float | None, typer.Option(help="Seconds after which it ends with what is done; exit code 124.")
+LastOption = Annotated[
+    int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
 ]
-Scheduler = Annotated[
+DrawsOption = Annotated[
+    int, typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster.")
+]
+BootstrapSeedOption = Annotated[int, typer.Option(help="Of the bootstrap intervals.")]
+TimeoutOption = Annotated[
+    float | None,
+    typer.Option(help="Seconds after which it ends with what is done; exit code 124."),
+]
+SchedulerOption = Annotated[
     str | None,
     typer.Option(help="The workers of a Dask cluster instead: its scheduler, tcp://HOST:PORT."),
 ]
@@ -68,7 +94,7 @@ PLANS: dict[str, Following | None] = {"script": "script", "hold": "hold", "none"
 def chosen_executor(
     threads: int | None, processes: int | None = None, scheduler: str | None = None
 ) -> Executor:
-    """The one that was asked for."""
+    """Of these options, of which one may be given; threads if none is."""
     from energymargin.executors import Processes, Threads
 
     require_one(threads=threads, processes=processes, scheduler=scheduler)
@@ -78,10 +104,16 @@ def chosen_executor(
 
 
 def cluster(scheduler: str) -> Dask:
-    """Its workers; what they lack is said."""
+    """A Dask cluster; what its workers lack is printed."""
     from energymargin.executors import Dask
 
     return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
+
+
+def require_free(path: Path, *, overwrite: bool) -> None:
+    """Raises ValueError if the file exists, and is not to be replaced."""
+    if path.exists() and not overwrite:
+        raise ValueError(f"{path} exists: choose another -o, or give --overwrite")
 
 
 def require_one(**options: Any) -> None:
@@ -97,25 +129,15 @@ def chosen_future(
     check: float | None = None,
     dwell: float | None = None,
 ) -> Future | None:
-    """What is asked of the frames to come, if anything is. Raises ValueError on words that are
-    none, and on what needs a horizon where there is none."""
+    """The Future of these options; None without a horizon. Raises ValueError on an unknown plan, on
+    a number that is out of range, and on options that need a horizon without one."""
     from energymargin.checks import not_negative_number, positive_number, whole_number
     from energymargin.datasets import Future
 
     if plan is not None and plan not in PLANS:
         raise ValueError(f"--plan is {plan!r}, expected script, hold or none")
     if horizon is None:
-        if plan is not None:
-            raise ValueError(
-                f"--plan is {plan}, but there is no horizon over which it would be followed: "
-                "add --horizon FRAMES, or leave --plan out"
-            )
-        for name, value in (("check", check), ("dwell", dwell)):
-            if value is not None:
-                raise ValueError(
-                    f"--{name} is {value:g}, but a state as it is has no time at which to look: "
-                    f"add --horizon FRAMES, or leave --{name} out"
-                )
+        _refuse_without_horizon(plan, check=check, dwell=dwell)
         return None
     return Future(
         whole_number("--horizon", horizon, 1),
@@ -125,15 +147,43 @@ def chosen_future(
     )
 
 
-def given_settings(
+def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
+    """The Sampling of these options; None without a belief. Raises ValueError on particles without
+    one, and on what is no uncertainty."""
+    from energymargin.beliefs.sampling import PARTICLES, Sampling
+    from energymargin.beliefs.uncertainty import Uncertainty
+
+    if belief is None:
+        if particles is not None:
+            raise ValueError(f"--particles is {particles}, expected --belief beside it")
+        return None
+    text = belief if belief.lstrip().startswith("{") else Path(belief).read_text()
+    return Sampling(Uncertainty.from_json(text), PARTICLES if particles is None else particles)
+
+
+def _refuse_without_horizon(plan: str | None, **times: float | None) -> None:
+    if plan is not None:
+        raise ValueError(
+            f"--plan is {plan}, but there is no horizon over which it would be followed: "
+            "add --horizon FRAMES, or leave --plan out"
+        )
+    for name, value in times.items():
+        if value is not None:
+            raise ValueError(
+                f"--{name} is {value:g}, but a state as it is has no time at which to look: "
+                f"add --horizon FRAMES, or leave --{name} out"
+            )
+
+
+def probability_settings(
     horizon: int | None,
     rollouts: int | None,
     strength: float | None,
     objects: int | None,
     common: bool,
 ) -> dict[str, Any]:
-    """The settings of probabilities that are given. Raises ValueError if there is no horizon, and
-    so no probability."""
+    """The settings of probabilities, as far as they are given. Raises ValueError on one of them
+    without a horizon: nothing asks for a probability then."""
     options = {"rollouts": rollouts, "strength": strength, "objects": objects}
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if horizon is None and (given or common):

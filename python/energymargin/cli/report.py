@@ -11,55 +11,63 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import RunNumber
+from energymargin.cli.options import (
+    BootstrapSeedOption,
+    DrawsOption,
+    LastOption,
+    RunOption,
+    ScoresArgument,
+)
 from energymargin.cli.terminal import err, loading, say
 
 __all__ = ["report"]
 
 
+PageOption = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="The page; SCORES with .html if not given."),
+]
+DataOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="The dataset, for times and pictures; if not given, the one beside the scores: "
+        "push.h5 of push-scores.db."
+    ),
+]
+TrajectoriesOption = Annotated[
+    int,
+    typer.Option(
+        help="How many trajectories are shown at most: half of them those that the scores get "
+        "most wrong, the others evenly spaced."
+    ),
+]
+PicturesOption = Annotated[
+    int,
+    typer.Option(
+        help="How many states of each score and label are drawn, whose trees are grown again."
+    ),
+]
+HorizonOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Frames that the label looks ahead in histograms and pictures; if not given 2, or "
+        "fewer if no trajectory has as many."
+    ),
+]
+
+
 def report(
-    scores: Annotated[Path, typer.Argument(help="A file of scores, from `energymargin score`.")],
+    scores: ScoresArgument,
     *,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="The page; SCORES with .html if not given."),
-    ] = None,
-    run: RunNumber = None,
-    data: Annotated[
-        Path | None,
-        typer.Option(
-            help="The dataset, for times and pictures; if not given, the one beside the scores: "
-            "push.h5 of push-scores.db."
-        ),
-    ] = None,
-    trajectories: Annotated[
-        int,
-        typer.Option(
-            help="How many trajectories are shown at most: half of them those that the scores "
-            "get most wrong, the others evenly spaced."
-        ),
-    ] = 30,
-    pictures: Annotated[
-        int,
-        typer.Option(
-            help="How many states of each score and label are drawn, whose trees are grown again."
-        ),
-    ] = 2,
-    horizon: Annotated[
-        int | None,
-        typer.Option(
-            help="Frames that the label looks ahead in histograms and pictures; if not given 2, or "
-            "fewer if no trajectory has as many."
-        ),
-    ] = None,
-    last: Annotated[
-        int, typer.Option(help="Frames of a trajectory whose success scores count: k-bar.")
-    ] = 5,
-    draws: Annotated[
-        int,
-        typer.Option(help="Of the bootstrap intervals: with many states, fewer are faster."),
-    ] = 1000,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap intervals.")] = 0,
+    output: PageOption = None,
+    run: RunOption = None,
+    data: DataOption = None,
+    trajectories: TrajectoriesOption = 30,
+    pictures: PicturesOption = 2,
+    horizon: HorizonOption = None,
+    last: LastOption = 5,
+    draws: DrawsOption = 1000,
+    seed: BootstrapSeedOption = 0,
 ) -> None:
     """Make one page of a file of scores, to be opened in a browser without a network: tables,
     scores along trajectories, ROC, histograms, pictures of the states that the scores get most
@@ -81,8 +89,8 @@ def report(
         seed=seed,
     )
     with share_bar(err) as progress:
-        lacking = write(scores, output, run, options, data=data, progress=progress)
+        lacking = write(scores, output, run=run, options=options, data=data, progress=progress)
     size = output.stat().st_size / 1e6
     say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")
     for text in lacking:
-        say(f"[yellow]It says:[/] {escape(text)}")
+        say(f"[yellow]Notice in the page:[/] {escape(text)}")

@@ -11,200 +11,257 @@ import typer
 from rich.markup import escape
 
 from energymargin.cli.options import (
-    Nodes,
-    Scheduler,
-    Seed,
-    Threads,
-    Timeout,
+    NodesOption,
+    SchedulerOption,
+    SeedOption,
+    ThreadsOption,
+    TimeoutOption,
     chosen_executor,
     chosen_future,
-    given_settings,
+    chosen_sampling,
+    probability_settings,
     split,
 )
 from energymargin.cli.terminal import TIMED_OUT, err, say
 
 if TYPE_CHECKING:
+    from energymargin.beliefs.sampling import Sampling
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
-    from energymargin.settings import Search, SearchSettings
+    from energymargin.scoring.settings import Search, SearchSettings
     from energymargin.store import Run
 
 __all__ = ["score", "scored_run"]
 
+DataArgument = Annotated[Path, typer.Argument(help="A dataset, from `energymargin generate`.")]
+OutputOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="The scores; DATA-scores.db if not given.")
+]
+MetricsOption = Annotated[
+    str | None,
+    typer.Option(help="Which scores, with commas between; all that there are if not given."),
+]
+NodesPerEdgeOption = Annotated[
+    int,
+    typer.Option(
+        help="Of capture and success: the most states of a rollout that are nodes. More of them "
+        "take fewer rollouts."
+    ),
+]
+LeastLikelihoodOption = Annotated[
+    float,
+    typer.Option(
+        help="Of capture and success: a rollout ends where its likelihood falls to this share of "
+        "the root's."
+    ),
+]
+SearchOption = Annotated[
+    str,
+    typer.Option(
+        help="Of the efforts: improved finds cheaper escapes, published is the paper's search.",
+        metavar="improved|published",
+    ),
+]
+StopAtEscapeOption = Annotated[
+    bool,
+    typer.Option(
+        "--stop-at-escape",
+        help="Of the efforts: a rollout ends where it is seen outside of the capture set.",
+    ),
+]
+HorizonOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Ask about the next so many frames of a trajectory, instead of the state as it "
+        "is: probability and efforts. A frame behind the last one counts the mean time "
+        "between frames, so all states are asked the same.",
+        metavar="FRAMES",
+    ),
+]
+PlanOption = Annotated[
+    str | None,
+    typer.Option(
+        help="With --horizon, what the robot does meanwhile. script: the mean of the task's "
+        "script from the frame on, and behind its end what the task says (the default). hold: "
+        "it goes on as it moves, as for recordings. none: it coasts.",
+        metavar="script|hold|none",
+    ),
+]
+CheckOption = Annotated[
+    float | None,
+    typer.Option(
+        help="With --horizon, the time between two looks at the capture set [s].",
+        show_default="about 1/60",
+    ),
+]
+DwellOption = Annotated[
+    float | None,
+    typer.Option(
+        help="With --horizon, how long the objects have to be outside to be lost [s].",
+        show_default="0: one look is enough",
+    ),
+]
+RolloutsOption = Annotated[
+    int | None,
+    typer.Option(help="Of each probability: more make its interval narrower.", show_default="30"),
+]
+StrengthOption = Annotated[
+    float | None,
+    typer.Option(
+        help="Of the disturbance of the probabilities: a share of the task's bounds.",
+        show_default="1",
+    ),
+]
+ObjectsOption = Annotated[
+    int | None, typer.Option(help="Objects that are disturbed at a time; all if not given.")
+]
+BeliefOption = Annotated[
+    str | None,
+    typer.Option(
+        help="How well the models are known, as JSON or a file of it: friction, mass, pose, "
+        "velocity. Scores are then means over a belief, at as many steps.",
+        metavar="JSON|FILE",
+    ),
+]
+ParticlesOption = Annotated[
+    int | None, typer.Option(help="With --belief, draws of it for each state.", show_default="16")
+]
+CommonOption = Annotated[
+    bool,
+    typer.Option(
+        "--common",
+        help="All states meet the same disturbances (common random numbers), to be compared.",
+    ),
+]
+ProcessesOption = Annotated[
+    int | None,
+    typer.Option(help="So many processes instead of threads: a crash costs little."),
+]
+
 
 def score(
     *,
-    data: Annotated[Path, typer.Argument(help="A dataset, from `energymargin generate`.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The scores; DATA-scores.db if not given.")
-    ] = None,
-    metrics: Annotated[
-        str | None,
-        typer.Option(help="Which scores, with commas between; all that there are if not given."),
-    ] = None,
-    nodes: Nodes = 1000,
-    nodes_per_edge: Annotated[
-        int,
-        typer.Option(
-            help="Of capture and success: up to so many states of a rollout are nodes, and there "
-            "are so many fewer rollouts."
-        ),
-    ] = 1,
-    least_likelihood: Annotated[
-        float,
-        typer.Option(
-            help="Of capture and success: a rollout ends where its likelihood falls to that share "
-            "of the start's."
-        ),
-    ] = 0.0,
-    search: Annotated[
-        str,
-        typer.Option(
-            help="Of the efforts: improved finds cheaper escapes, published is the paper's search.",
-            metavar="improved|published",
-        ),
-    ] = "improved",
-    stop_at_escape: Annotated[
-        bool,
-        typer.Option(
-            "--stop-at-escape",
-            help="Of the efforts: a rollout ends where it is seen outside of the capture set.",
-        ),
-    ] = False,
-    horizon: Annotated[
-        int | None,
-        typer.Option(
-            help="Ask about the next so many frames of a trajectory, instead of the state as it "
-            "is: probability and efforts. A frame behind the last one counts the mean time "
-            "between frames, so all states are asked the same.",
-            metavar="FRAMES",
-        ),
-    ] = None,
-    plan: Annotated[
-        str | None,
-        typer.Option(
-            help="With --horizon, what the robot does meanwhile. script: the mean of the task's "
-            "script from the frame on, and behind its end what the task says (the default). hold: "
-            "it goes on as it moves, as for recordings. none: it coasts.",
-            metavar="script|hold|none",
-        ),
-    ] = None,
-    check: Annotated[
-        float | None,
-        typer.Option(
-            help="With --horizon, the time between two looks at the capture set [s].",
-            show_default="about 1/60",
-        ),
-    ] = None,
-    dwell: Annotated[
-        float | None,
-        typer.Option(
-            help="With --horizon, how long the objects have to be outside to be lost [s].",
-            show_default="0: one look is enough",
-        ),
-    ] = None,
-    rollouts: Annotated[
-        int | None,
-        typer.Option(
-            help="Of each probability: more make its interval narrower.", show_default="30"
-        ),
-    ] = None,
-    strength: Annotated[
-        float | None,
-        typer.Option(
-            help="Of the disturbance of the probabilities: a share of the task's bounds.",
-            show_default="1",
-        ),
-    ] = None,
-    objects: Annotated[
-        int | None,
-        typer.Option(help="Objects that are disturbed at a time; all if not given."),
-    ] = None,
-    common: Annotated[
-        bool,
-        typer.Option(
-            "--common",
-            help="All states meet the same disturbances (common random numbers), to be compared.",
-        ),
-    ] = False,
-    seed: Seed = 0,
-    threads: Threads = None,
-    processes: Annotated[
-        int | None,
-        typer.Option(help="So many processes instead of threads: a crash costs little."),
-    ] = None,
-    scheduler: Scheduler = None,
-    timeout: Timeout = None,
+    data: DataArgument,
+    output: OutputOption = None,
+    metrics: MetricsOption = None,
+    nodes: NodesOption = 1000,
+    nodes_per_edge: NodesPerEdgeOption = 1,
+    least_likelihood: LeastLikelihoodOption = 0.0,
+    search: SearchOption = "improved",
+    stop_at_escape: StopAtEscapeOption = False,
+    horizon: HorizonOption = None,
+    plan: PlanOption = None,
+    check: CheckOption = None,
+    dwell: DwellOption = None,
+    rollouts: RolloutsOption = None,
+    strength: StrengthOption = None,
+    objects: ObjectsOption = None,
+    common: CommonOption = False,
+    belief: BeliefOption = None,
+    particles: ParticlesOption = None,
+    seed: SeedOption = 0,
+    threads: ThreadsOption = None,
+    processes: ProcessesOption = None,
+    scheduler: SchedulerOption = None,
+    timeout: TimeoutOption = None,
 ) -> None:
     """Score every state of a dataset that is not scored yet. Stopped in any way, the same command
     goes on from there; started twice at once, the two share the work.
 
     Example: `energymargin score push.h5 -o push-scores.db --nodes 100`
 
+    Is the pose known to a centimetre alone? `energymargin score push.h5 --belief '{"pose": [0.01,
+    0.01, 0, 0, 0, 0.05]}'`
+
     Will it hold for the next five frames? `energymargin score push.h5 --horizon 5 --plan script`
 
     On a cluster: `energymargin score push.h5 --scheduler tcp://10.0.0.1:8786`
     """
-    from energymargin import datasets
-    from energymargin.limits import Limit
-    from energymargin.scoring import ScoreError
-    from energymargin.settings import SearchSettings
-    from energymargin.store.scoring import dataset_metrics
+    from energymargin.scoring.settings import SearchSettings
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        search=cast("Search", search),  # which is checked there
-        **given_settings(horizon, rollouts, strength, objects, common),
+        search=cast("Search", search),  # SearchSettings refuses other words
+        **probability_settings(horizon, rollouts, strength, objects, common),
     )
     future = chosen_future(horizon, plan, check, dwell)
-    asked = _asked(None if metrics is None else split(metrics), future)
-    executor = chosen_executor(threads, processes, scheduler)
-    output = output or data.with_name(f"{data.stem}-scores.db")
-    limit = Limit(timeout, None)
+    _score(
+        data,
+        output or data.with_name(f"{data.stem}-scores.db"),
+        settings,
+        metrics=None if metrics is None else split(metrics),
+        future=future,
+        sampling=chosen_sampling(belief, particles),
+        executor=chosen_executor(threads, processes, scheduler),
+        timeout=timeout,
+    )
+
+
+def _score(
+    data: Path,
+    output: Path,
+    settings: SearchSettings,
+    *,
+    metrics: Sequence[str] | None,
+    future: Future | None,
+    sampling: Sampling | None,
+    executor: Executor,
+    timeout: float | None,
+) -> None:
+    """Scores the runs that are asked for. A ScoreError of one of them is raised after all."""
+    from energymargin import datasets
+    from energymargin.limits import Limit
+    from energymargin.scoring.table import ScoreError
+    from energymargin.store.scoring import dataset_metrics
+
+    limit, failed = Limit(timeout, None), None
+    runs = _asked_runs(metrics, future)
     with datasets.open(data) as dataset:
-        for chosen, future in asked:  # before any is scored
-            dataset_metrics(dataset, chosen, settings, future)
-        failed = None
-        for chosen, future in asked:
+        for run_metrics, run_future in runs:  # before any is scored
+            dataset_metrics(dataset, run_metrics, settings, run_future, sampling)
+        for run_metrics, run_future in runs:
             try:
                 with scored_run(
                     *(dataset, output, settings),
-                    metrics=chosen,
-                    future=future,
+                    metrics=run_metrics,
+                    future=run_future,
+                    sampling=sampling,
                     executor=executor,
                     timeout=limit.rest()["timeout"],
                 ) as run:
-                    _say_scored(run, one_of_many=len(asked) > 1, clock=horizon is not None)
+                    _say_scored(run, several=len(runs) > 1, horizon=future is not None)
             except ScoreError as error:  # of some states alone
                 failed = failed or error
-        if failed is not None:
-            raise failed
+    if failed is not None:
+        raise failed
 
 
-def _asked(
+def _asked_runs(
     metrics: Sequence[str] | None, future: Future | None
 ) -> list[tuple[Sequence[str] | None, Future | None]]:
-    """The runs that are asked for: metrics without a clock have one of their own."""
+    """The metrics and the future of each run: metrics without a clock have a run of their own."""
     from energymargin.metrics import CLOCKLESS
 
     if metrics is None or future is None:
         return [(metrics, future)]
     clockless = [metric for metric in metrics if metric in CLOCKLESS]
     timed = [metric for metric in metrics if metric not in CLOCKLESS]
-    return [one for one in ((timed, future), (clockless, None)) if one[0]]
+    return [run for run in ((timed, future), (clockless, None)) if run[0]]
 
 
-def _say_scored(run: Run, *, one_of_many: bool, clock: bool) -> None:
-    """What was done, and what comes next; `one_of_many`: whether the command has other runs,
-    `clock`: whether a horizon was asked for."""
+def _say_scored(run: Run, *, several: bool, horizon: bool) -> None:
+    """How many states are scored, and the command that comes next.
+
+    `several`: the command has other runs too; `horizon`: one was given.
+    """
     scored, states = run.counts()
     if scored < states:
-        say(f"[yellow]the time was over:[/] {_kept(run)}")
+        say(f"[yellow]the time was over:[/] {_progress_text(run)}")
         raise typer.Exit(TIMED_OUT)
     written = escape(str(run.store.path))
-    which = f" --run {run.number}" if one_of_many or not run.is_only else ""
+    which = f" --run {run.number}" if several or not run.is_only else ""
     how = "" if run.future is None else f" ({run.future})"
-    if clock and run.future is None:
+    if horizon and run.future is None:
         how = f" (without the horizon: {', '.join(run.metrics)})"
     say(
         f"{scored} states are scored in {written}{how}, {1e3 * run.seconds():.3g} ms a state. "
@@ -220,28 +277,30 @@ def scored_run(
     *,
     metrics: Sequence[str] | None = None,
     future: Future | None = None,
+    sampling: Sampling | None = None,
     executor: Executor,
     timeout: float | None = None,
 ) -> Iterator[Run]:
-    """Scores what is missing, and has the run of all scores. Ctrl-C says what was kept."""
+    """Scores what is missing, and gives the run of all scores. Ctrl-C says how far it came."""
     from energymargin.cli.progress import progress_bar
     from energymargin.store import ScoreStore
     from energymargin.store.scoring import begin_run, dataset_metrics, score_run
 
-    metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
+    # nothing is written before
+    metrics = dataset_metrics(dataset, metrics, settings, future, sampling)
     with ScoreStore(output, create=True) as store:
-        run = begin_run(store, dataset, metrics, settings, future)
+        run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
         title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"
         try:
             with progress_bar(err, title, "states") as progress:
                 score_run(dataset, run, executor=executor, progress=progress, timeout=timeout)
         except KeyboardInterrupt:
-            say(_kept(run))
+            say(_progress_text(run))
             raise
         yield run
 
 
-def _kept(run: Run) -> str:
+def _progress_text(run: Run) -> str:
     scored, states = run.counts()
-    kept = f"{scored} of {states} states are scored and kept in {escape(str(run.store.path))}"
-    return f"{kept}; the same command goes on from there."
+    stored = f"{scored} of {states} states are scored and kept in {escape(str(run.store.path))}"
+    return f"{stored}; the same command goes on from there."

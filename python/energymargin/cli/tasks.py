@@ -13,7 +13,7 @@ __all__ = ["tasks"]
 
 
 def tasks() -> None:
-    """The tasks that there are, with their parameters.
+    """List the tasks with their parameters.
 
     Example: `energymargin tasks`
     """

@@ -33,18 +33,18 @@ err = Console(stderr=True)
 
 
 def say(text: str) -> None:
-    """A line to whoever sits at the terminal; what a command computes goes to stdout instead."""
+    """Prints a line on stderr, for the user; what a command computes goes to stdout."""
     err.print(text, soft_wrap=True, highlight=False)
 
 
 def say_stopped() -> None:
-    """The last word after Ctrl-C."""
+    """Prints that Ctrl-C stopped the command."""
     say("[yellow]stopped[/]")
 
 
 def leave(code: int) -> NoReturn:
-    """Ends the process at once, with everything closed: large libraries take half a second to shut
-    down, for which nobody who pressed Ctrl-C wants to wait."""
+    """Ends the process at once, when everything is closed: large libraries would take half a second
+    to shut down."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import webbrowser
-from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import Parameters, chosen_future, parsed, whole
+from energymargin.cli.options import ParameterOption, RunOption, chosen_future, parsed, whole
 from energymargin.cli.terminal import err, leave, loading, say
 
 if TYPE_CHECKING:
@@ -23,64 +22,70 @@ __all__ = ["view_command"]
 SIZE = "1400x1250"  # the whole panel is seen
 
 
+SubjectArgument = Annotated[
+    str, typer.Argument(help="A problem file (.json), a dataset (.h5), or a task's name.")
+]
+TrajectoryOption = Annotated[int, typer.Option(help="Which trajectory to begin with, from 0.")]
+FrameOption = Annotated[int, typer.Option(help="Which of its frames, from 0.")]
+TreeNodesOption = Annotated[
+    int | None,
+    typer.Option(help="Nodes of each search tree, at first: those of --scores, or else 1000."),
+]
+ViewSeedOption = Annotated[
+    int | None,
+    typer.Option(help="Of a task's trajectories, and of searches: of --scores, or else 0."),
+]
+HorizonOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Ask of each state of a dataset or a task whether it stays captured over the next so "
+        "many frames; that of --scores if not given.",
+        metavar="FRAMES",
+    ),
+]
+PlanOption = Annotated[
+    str | None,
+    typer.Option(
+        help="What the robot does over the horizon: script, as its task's (if not given); hold, it "
+        "goes on as it moves; none, it coasts.",
+        metavar="script|hold|none",
+    ),
+]
+ScoresOption = Annotated[
+    Path | None, typer.Option(help="Scores of the dataset, from `score`, which are shown too.")
+]
+HostOption = Annotated[
+    str,
+    typer.Option(help="The address to serve at; 0.0.0.0 lets other machines see it, and use it."),
+]
+PortOption = Annotated[
+    int | None, typer.Option(help="The port; the first free one from 8080 on if not given.")
+]
+OpenOption = Annotated[bool, typer.Option("--open", help="Open the page in your browser.")]
+OutputOption = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="Draw the page into this PNG file instead of serving it."),
+]
+SizeOption = Annotated[str, typer.Option(help="Of the picture: WIDTHxHEIGHT in pixels.")]
+
+
 def view_command(
     *,
-    what: Annotated[
-        str,
-        typer.Argument(help="A problem file (.json), a dataset (.h5), or a task's name."),
-    ],
-    trajectory: Annotated[int, typer.Option(help="Which trajectory to begin with, from 0.")] = 0,
-    frame: Annotated[int, typer.Option(help="Which of its frames, from 0.")] = 0,
-    nodes: Annotated[
-        int | None,
-        typer.Option(help="Nodes of each search tree, at first: those of --scores, or else 1000."),
-    ] = None,
-    seed: Annotated[
-        int | None,
-        typer.Option(help="Of a task's trajectories, and of searches: of --scores, or else 0."),
-    ] = None,
-    parameter: Parameters = None,
-    horizon: Annotated[
-        int | None,
-        typer.Option(
-            help="Ask of each state of a dataset or a task whether it stays captured over the next "
-            "so many frames; that of --scores if not given.",
-            metavar="FRAMES",
-        ),
-    ] = None,
-    plan: Annotated[
-        str | None,
-        typer.Option(
-            help="What the robot does over the horizon: script, as its task's (if not given); "
-            "hold, it goes on as it moves; none, it coasts.",
-            metavar="script|hold|none",
-        ),
-    ] = None,
-    scores: Annotated[
-        Path | None, typer.Option(help="Scores of the dataset to see beside, from `score`.")
-    ] = None,
-    run: Annotated[
-        int | None, typer.Option(help="Which run of the scores, if there are several.")
-    ] = None,
-    host: Annotated[
-        str,
-        typer.Option(
-            help="The address to serve at; 0.0.0.0 lets other machines see it, and use it."
-        ),
-    ] = "127.0.0.1",
-    port: Annotated[
-        int | None, typer.Option(help="The port; the first free one from 8080 on if not given.")
-    ] = None,
-    open_browser: Annotated[
-        bool, typer.Option("--open", help="Open the page in your browser.")
-    ] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="Draw the page into this PNG file instead of serving it."
-        ),
-    ] = None,
-    size: Annotated[str, typer.Option(help="Of the picture: WIDTHxHEIGHT in pixels.")] = SIZE,
+    what: SubjectArgument,
+    trajectory: TrajectoryOption = 0,
+    frame: FrameOption = 0,
+    nodes: TreeNodesOption = None,
+    seed: ViewSeedOption = None,
+    parameter: ParameterOption = None,
+    horizon: HorizonOption = None,
+    plan: PlanOption = None,
+    scores: ScoresOption = None,
+    run: RunOption = None,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = None,
+    open_browser: OpenOption = False,
+    output: OutputOption = None,
+    size: SizeOption = SIZE,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.
@@ -97,55 +102,59 @@ def view_command(
     with loading():
         from energymargin.cli.progress import progress_bar
         from energymargin.viewer import view
-        from energymargin.viewer.guard import is_local
 
-    with ExitStack() as open_now:
-        with progress_bar(err, f"Generating {what}", "trajectories") as progress:
-            viewer = open_now.enter_context(
-                view(
-                    what,
-                    parsed(parameter or []),
-                    trajectory=trajectory,
-                    frame=frame,
-                    nodes=nodes,
-                    seed=seed,
-                    future=chosen_future(horizon, plan),
-                    scores=scores,
-                    run=run,
-                    host=host,
-                    port=port,
-                    progress=progress,
-                )
-            )
+    with progress_bar(err, f"Generating {what}", "trajectories") as progress:
+        viewer = view(
+            what,
+            parameters=parsed(parameter or []),
+            trajectory=trajectory,
+            frame=frame,
+            nodes=nodes,
+            seed=seed,
+            future=chosen_future(horizon, plan),
+            scores=scores,
+            run=run,
+            host=host,
+            port=port,
+            progress=progress,
+        )
+    with viewer:
         if output is not None:
             _draw(viewer, output, pixels)
             return
-        if not is_local(host):
-            say(
-                f"[yellow]Everyone who reaches {escape(host)} and has the address of this page can "
-                "see it and start searches on this machine; the connection is not encrypted.[/]"
-            )
-        viewer.page.score()
-        say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")
-        if open_browser:
-            webbrowser.open(viewer.url)
-        _until_ctrl_c()
+        _serve(viewer, host, open_browser=open_browser)
     leave(0)
+
+
+def _serve(viewer: Viewer, host: str, *, open_browser: bool) -> None:
+    """Serves the page until Ctrl-C."""
+    from energymargin.viewer.guard import is_local
+
+    if not is_local(host):
+        say(
+            f"[yellow]Everyone who reaches {escape(host)} and has the address of this page can "
+            "see it and start searches on this machine; the connection is not encrypted.[/]"
+        )
+    viewer.page.score()
+    say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")
+    if open_browser:
+        webbrowser.open(viewer.url)
+    _until_ctrl_c()
 
 
 def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
     from energymargin.cli.progress import share_bar
     from energymargin.viewer.browser import screenshot
 
-    with share_bar(err) as told:
-        viewer.page.score(lambda share: told("Scoring", share))
+    with share_bar(err) as bar:
+        viewer.page.score(lambda share: bar("Scoring", share))
         viewer.page.wait()
     screenshot(viewer.url, path, size)
     say(f"Wrote {escape(str(path))}")
 
 
 def _until_ctrl_c() -> None:
-    """The usual way to end it, so it is no error."""
+    """Ctrl-C is the usual way to end it, and so no error."""
     try:
         threading.Event().wait()
     except KeyboardInterrupt:
@@ -154,7 +163,7 @@ def _until_ctrl_c() -> None:
 
 def _check_place(path: Path) -> None:
     """Raises ValueError unless a picture can be written there, ImportError without a browser's
-    driver: said now, not after the search."""
+    driver: before the search, not after it."""
     if path.suffix.lower() != ".png" or path.is_dir():
         raise ValueError(f"--output is {path}, expected a file that ends in .png")
     if not path.parent.is_dir():

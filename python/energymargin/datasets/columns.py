@@ -1,7 +1,8 @@
 """Trajectories in flat columns, as a file of version 3 has them, and back.
 
-A block is some trajectories in a row. Its rows say how many entries of each column are whose; the
-columns of all of them follow each other, so that a million states are a few arrays.
+A block has consecutive trajectories: a row for each, with how many entries of each column are its
+own, and the columns, in which those entries follow one another. So a million states are a few
+arrays.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ ROW = np.dtype(
         ("success_any", "i1"),  # NO_LABEL where there is one set for all objects
     ]
 )
-"""What there is once a trajectory."""
+"""The type of a row: what a trajectory has once."""
 
 CONTACT = np.dtype(
     [
@@ -76,15 +77,15 @@ COLUMNS = {
 """The columns: what counts the entries of a trajectory in it, and its type."""
 
 NO_LABEL = -1
-BLOCK_STATES = 4096  # a few MB; enough that what a block costs beside its bytes does not count
+BLOCK_STATES = 4096  # a few MB, beside which the overhead of a block is small
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some trajectories in a row."""
+    """Consecutive trajectories."""
 
     rows: NDArray[np.void]
-    """Of the trajectories, shape (T,), type ROW."""
+    """A row for each trajectory, shape (T,), type ROW."""
     columns: Mapping[str, NDArray[Any]]
     """By name, as in COLUMNS."""
     bodies: Sequence[str]
@@ -108,7 +109,7 @@ class Block:
         return Block(self.rows[first:last], columns, self.bodies)
 
     def trajectory(self, index: int) -> Trajectory:
-        """One of them. Raises ValueError if its entries do not fit together."""
+        """One trajectory. Raises ValueError if its entries do not fit together."""
         row, columns = self.rows[index], self.part(index, index + 1).columns
         return Trajectory(
             times=columns["times"],
@@ -168,7 +169,7 @@ class BodyNames:
     """
 
     def __init__(self) -> None:
-        """An empty one."""
+        """An empty table."""
         self._numbers: dict[str, int] = {}
 
     @property
@@ -193,7 +194,7 @@ class BodyNames:
 
 
 def as_block(trajectories: Sequence[Trajectory]) -> Block:
-    """These trajectories. Raises ValueError on a seed of more than 64 bits."""
+    """A block of these trajectories. Raises ValueError on a seed of more than 64 bits."""
     bodies: dict[str, int] = {}
     contacts = [_contact_rows(trajectory.contacts, bodies) for trajectory in trajectories]
     params = [json.dumps(t.params, sort_keys=True).encode() for t in trajectories]
@@ -225,7 +226,7 @@ def as_block(trajectories: Sequence[Trajectory]) -> Block:
 
 
 def as_blocks(trajectories: Sequence[Trajectory]) -> Iterator[Block]:
-    """All of them, block by block."""
+    """All trajectories, block by block."""
     ends = cuts(np.array([len(trajectory) for trajectory in trajectories], dtype=np.int64))
     for first, last in pairwise(ends):
         yield as_block(trajectories[first:last])
@@ -276,7 +277,7 @@ class _Contacts(Sequence[list[Contact]]):
 def _contact_rows(
     contacts: Sequence[Sequence[Contact]], bodies: dict[str, int]
 ) -> NDArray[np.void]:
-    """Of all frames, with the numbers in `bodies`, which gets the names that it lacks."""
+    """The contacts of all frames; bodies have their numbers in `bodies`, which gets new names."""
     if isinstance(contacts, _Contacts):
         numbers = [bodies.setdefault(name, len(bodies)) for name in contacts.bodies]
         rows = contacts.rows.copy()
@@ -309,7 +310,7 @@ def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> NDArray[np.int64]:
 
 
 def any_column(trajectory: Trajectory) -> NDArray[np.int8]:
-    """Its `captured_any`, shape (K,); NO_LABEL if there is none."""
+    """The `captured_any` of a trajectory, shape (K,); NO_LABEL if there is none."""
     if trajectory.captured_any is None:
         return np.full(len(trajectory), NO_LABEL, dtype=np.int8)
     return trajectory.captured_any.astype(np.int8)
@@ -328,7 +329,7 @@ def _labels(column: NDArray[np.int8]) -> NDArray[np.bool_] | None:
 
 
 def any_label(value: int) -> bool | None:
-    """None if it is NO_LABEL."""
+    """A label as a bool; None for NO_LABEL."""
     return None if value == NO_LABEL else bool(value)
 
 

@@ -1,6 +1,6 @@
-"""Recorded trajectories of a task, with their labels: in memory, or in an open file.
+"""Recorded trajectories of a task, with their labels: in memory, or in an open file (HDF5).
 
-A dataset's digest says all that can change a score or a label, whatever the file.
+A dataset's digest depends on all that can change a score or a label, and not on its file.
 """
 
 from __future__ import annotations
@@ -9,17 +9,21 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Contact, Problem
+from energymargin.beliefs.belief import Belief
+from energymargin.beliefs.uncertainty import Uncertainty
+from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import files
 from energymargin.datasets.columns import (
@@ -33,34 +37,34 @@ from energymargin.datasets.columns import (
     as_blocks,
 )
 from energymargin.datasets.future import Future
+from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
 from energymargin.notebook import shown_by
 from energymargin.tasks.base import Task
 from energymargin.trajectories import Trajectory
 
-__all__ = ["Dataset", "Label", "StateError"]
+__all__ = ["Dataset", "Label", "StateError", "load", "open"]
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
 
-# A seed tells where a trajectory is from, and changes none of its numbers.
+# The seed of a trajectory changes none of its numbers.
 _HASHED = [name for name in (*(ROW.names or ()), *COLUMNS) if name != "seed"]
 
 
 class StateError(EnergyMarginError, ValueError):
-    """A recorded state makes no problem; says which, and why."""
+    """A recorded state makes no problem. The message has its trajectory, frame, and the reason."""
 
 
 @dataclass(frozen=True)
 class Dataset(Closing):
     """Trajectories of one task.
 
-    Its states are numbered through: all frames of the first trajectory, then the second's. Whether
-    they are in memory or in an open file, it is the same dataset; what it computes of all states it
-    reads in blocks.
+    Its states are numbered through: all frames of the first trajectory, then the second's. In
+    memory or in an open file, it is the same dataset. What needs all states reads them in blocks.
     """
 
-    _repr_html_ = shown_by("data.dataset")
+    _repr_html_ = shown_by("dataset")
 
     task: str
     """The task's name."""
@@ -71,7 +75,7 @@ class Dataset(Closing):
     trajectories: Sequence[Trajectory]
 
     def __repr__(self) -> str:
-        """What it is, and how much."""
+        """Task, parameters, seed, and how many trajectories and states."""
         return (
             f"Dataset(task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}, "
             f"trajectories={len(self.trajectories)}, states={self.size})"
@@ -117,8 +121,9 @@ class Dataset(Closing):
             )
         ]
 
+    @once_positional("future", after=2)
     def problems(
-        self, numbers: Sequence[int] | None = None, future: Future | None = None
+        self, numbers: Sequence[int] | None = None, *, future: Future | None = None
     ) -> list[Problem]:
         """The problems of the states of these numbers, which rise; by default of all.
 
@@ -136,12 +141,31 @@ class Dataset(Closing):
             problems += [self._problem(trajectory, t, k, future) for _, k in of_trajectory]
         return problems
 
+    def belief(self, number: int, uncertainty: Uncertainty, future: Future | None = None) -> Belief:
+        """The belief about the state of a number whose model is known with an error.
+
+        Its capture set is that of each particle's own state. Measured contacts do not count.
+        Raises ValueError on a number that is none of a state, and StateError as `problems`.
+        """
+        number = whole_number("number", number, 0, self.size - 1)
+        ((t, k),) = self._places([number])
+        trajectory = self.trajectories[t]
+
+        def question(state: NDArray[np.float64]) -> Problem:
+            states = np.array(trajectory.states)
+            states[k] = state
+            moved = replace(trajectory, states=states)
+            return self._problem(moved, t, k, future).with_state(state)
+
+        problem = self._problem(trajectory, t, k, future)
+        return Belief(problem, uncertainty=uncertainty, question=question)
+
     def digest(self) -> str:
-        """A fingerprint of all that can change a score or a label, whatever the file."""
+        """SHA-256 of all that can change a score or a label, whatever the file."""
         return _digest(self.task, self.parameters, self._blocks())
 
     def digest_of_version_2(self) -> str:
-        """The fingerprint of the formats 1 and 2, by which older files of scores name theirs.
+        """The digest of the formats 1 and 2, by which older stores identify a dataset.
 
         Slower by far, and not for large datasets.
         """
@@ -155,7 +179,7 @@ class Dataset(Closing):
         files.write(Path(path), self.task, self.parameters, self.seed, self._blocks())
 
     def close(self) -> None:
-        """Closes the file that is read from; nothing to do for one in memory."""
+        """Closes the file; does nothing for a dataset in memory."""
         if isinstance(self.trajectories, files.Recorded):
             self.trajectories.close()
 
@@ -218,6 +242,46 @@ class Dataset(Closing):
             raise StateError(f"trajectory {t}, frame {k}: {error}") from error
 
 
+def load(path: str | os.PathLike[str]) -> Dataset:
+    """The dataset in a file, all of it in memory.
+
+    Raises FileNotFoundError if there is none, and ValueError if it is not an HDF5 file, or a
+    truncated one, or holds something else than a dataset, or comes from a newer version.
+    """
+    with open(path) as dataset:
+        return Dataset(dataset.task, dataset.parameters, dataset.seed, list(dataset.trajectories))
+
+
+def open(path: str | os.PathLike[str]) -> Dataset:
+    """The dataset in a file, whose trajectories are read in blocks when they are asked for.
+
+    Memory stays flat however many there are, except for a file of the versions 1 and 2. Close it,
+    or use it in a `with` statement. Raises: as `load`, of what is damaged when that is read.
+    """
+    path = Path(path)
+    file = files.opened(path)
+    try:
+        return _read(path, file)
+    except BaseException:
+        file.close()
+        raise
+
+
+def _read(path: Path, file: h5py.File) -> Dataset:
+    with files.reading(path):
+        parameters = json.loads(file.attrs["parameters"])
+        if not isinstance(parameters, dict):
+            raise ValueError(f"its parameters are {parameters!r}")
+        task, seed = str(file.attrs["task"]), int(file.attrs["seed"])
+        older = int(file.attrs["version"]) < 3
+        trajectories: Sequence[Trajectory] = files.older_trajectories(file) if older else []
+    if older:
+        file.close()
+    else:
+        trajectories = files.Recorded(path, file)
+    return Dataset(task, parameters, seed, trajectories)
+
+
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
     """Of trajectories in any blocks: each column is a stream of bytes of its own."""
     streams = {name: hashlib.sha256() for name in _HASHED}
@@ -235,7 +299,7 @@ def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> s
 def _digest_of_version_2(
     task: str, parameters: dict[str, Any], trajectories: Iterable[Trajectory]
 ) -> str:
-    """The one of the formats 1 and 2, by which older files of scores name their dataset."""
+    """The digest of the formats 1 and 2."""
     sha = hashlib.sha256()
     sha.update(json.dumps([task, parameters], sort_keys=True).encode())
     for trajectory in trajectories:

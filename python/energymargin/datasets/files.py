@@ -8,6 +8,13 @@
 
 The same dataset makes the same bytes: blocks are cut, chunks written, and bodies numbered as the
 trajectories alone say.
+
+Files of the versions 1 and 2 have a group for each trajectory; they are read whole:
+
+    attributes          format, version, task, parameters (JSON), seed, count (of trajectories)
+    trajectories/0000/  times (K,), states (K, n), captured (K,), contacts (C,)
+                        attributes: success, seed, params (JSON)
+                        with several objects also captured_any (K,) and the attribute success_any
 """
 
 from __future__ import annotations
@@ -27,6 +34,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin._core import Contact
 from energymargin.datasets.columns import (
     BLOCK_STATES,
     COLUMNS,
@@ -43,7 +51,16 @@ from energymargin.errors import EnergyMarginError
 from energymargin.replacing import replaced
 from energymargin.trajectories import Trajectory
 
-__all__ = ["FORMAT", "VERSION", "FileError", "Recorded", "opened", "reading", "write"]
+__all__ = [
+    "FORMAT",
+    "VERSION",
+    "FileError",
+    "Recorded",
+    "older_trajectories",
+    "opened",
+    "reading",
+    "write",
+]
 
 FORMAT = "energymargin dataset"
 VERSION = 3  # 2 had a group for each trajectory; 1 no labels of at least one object
@@ -53,17 +70,25 @@ VERSION = 3  # 2 had a group for each trajectory; 1 no labels of at least one ob
 CHUNK_BYTES = 2**18
 _PACKED = {"shuffle": True, "compression": "gzip", "compression_opts": 1, "fletcher32": True}
 
-_BLOCKS_KEPT = 4  # of those that were read last
+_BLOCKS_CACHED = 4  # those that were read last
 
 _LIBRARY = ("v110", "v110")  # whose metadata has checksums
-_CACHE = 2**19  # bytes of chunks of a column that are not _written yet; two chunks
-# Room for what HDF5 still has to write when it gives up a file; without it, it says long words and
-# never closes it.
-_RESERVE = 2**22  # bytes
+_CACHE = 2**19  # bytes of chunks of a column that are not written yet; two chunks
+# bytes on disk, for what HDF5 still writes when it gives up a file; without them it never closes it
+_RESERVE = 2**22
+
+_CONTACT_NUMBERS = (
+    "position",
+    "normal",
+    "distance",
+    "normal_force",
+    "tangential_force",
+    "friction",
+)
 
 
 class FileError(EnergyMarginError, ValueError):
-    """A file that is whole, but not one that can be read here."""
+    """The file is whole, but not a dataset that can be read here."""
 
 
 def write(
@@ -71,7 +96,7 @@ def write(
 ) -> None:
     """Writes the file in one go: it is there whole, or as it was.
 
-    Raises OSError if it cannot be _written.
+    Raises OSError if it cannot be written.
     """
     with _written(path) as file:
         file.attrs.update(
@@ -102,7 +127,7 @@ def opened(path: Path) -> h5py.File:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Says of which file it is that something is missing, or odd."""
+    """Turns any error into a ValueError that names the file as damaged."""
     try:
         yield
     except FileError:
@@ -122,11 +147,11 @@ def reading(path: Path) -> Iterator[None]:
 class Recorded(Sequence[Trajectory]):
     """The trajectories of an open file, which are read in blocks when they are asked for.
 
-    What is in memory is a row for each trajectory, and the few blocks that were read last.
+    In memory are a row for each trajectory, and the few blocks that were read last.
     """
 
     def __init__(self, path: Path, file: h5py.File) -> None:
-        """Raises ValueError if the file has not what it should."""
+        """Raises ValueError on a damaged file."""
         self.path, self._file = path, file
         with reading(path):
             self.rows = _rows(file)
@@ -134,7 +159,7 @@ class Recorded(Sequence[Trajectory]):
             self._bodies = [str(name) for name in file["bodies"].asstr()[()]]
             _check_columns(file, self._starts)
         self._cuts = np.array(cuts(self.rows["frames"]))
-        self._block = lru_cache(_BLOCKS_KEPT)(self._read)
+        self._block = lru_cache(_BLOCKS_CACHED)(self._read)
 
     def __len__(self) -> int:
         """T, the number of trajectories."""
@@ -189,6 +214,42 @@ class Recorded(Sequence[Trajectory]):
             raise ValueError(f"{self.path} is closed: read from it before, or open it again")
 
 
+def older_trajectories(file: h5py.File) -> list[Trajectory]:
+    """All trajectories of a file of the versions 1 and 2. Raises an error of h5py's, or ValueError,
+    if something is missing or odd."""
+    groups = file["trajectories"]
+    if len(groups) != file.attrs["count"] or len(groups) == 0:
+        raise ValueError(f"it has {len(groups)} of {file.attrs['count']} trajectories")
+    return [_older_trajectory(groups[name]) for name in sorted(groups, key=int)]
+
+
+def _older_trajectory(group: h5py.Group) -> Trajectory:
+    times, states, captured = (group[name][()] for name in ("times", "states", "captured"))
+    success_any = group.attrs.get("success_any")
+    return Trajectory(
+        times=times,
+        states=states,
+        contacts=_older_contacts(group["contacts"][()], len(times)),
+        captured=captured,
+        success=bool(group.attrs["success"]),
+        params=json.loads(group.attrs["params"]),
+        seed=int(group.attrs["seed"]),
+        captured_any=group["captured_any"][()] if "captured_any" in group else None,
+        success_any=None if success_any is None else bool(success_any),
+    )
+
+
+def _older_contacts(rows: NDArray[np.void], frames: int) -> list[list[Contact]]:
+    contacts: list[list[Contact]] = [[] for _ in range(frames)]
+    for row in rows:
+        if not 0 <= row["frame"] < frames:
+            raise ValueError(f"a contact is of frame {row['frame']}, and there are {frames}")
+        values: dict[str, Any] = {name: row[name] for name in _CONTACT_NUMBERS}
+        bodies = {name: row[name].decode() for name in ("body_a", "body_b")}
+        contacts[row["frame"]].append(Contact(**bodies, **values))
+    return contacts
+
+
 class _Column:
     """A column of a file that grows by whole chunks, whatever pieces it gets."""
 
@@ -230,7 +291,7 @@ def _write_blocks(file: h5py.File, blocks: Iterable[Block]) -> None:
 
 
 def _cut(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The same trajectories, in the blocks in which they are always _written."""
+    """The same trajectories, cut into blocks by their lengths alone."""
     waiting: list[Block] = []
     for block in blocks:
         waiting.append(block)
@@ -293,7 +354,7 @@ def _one_line(error: BaseException) -> str:
 def _written(path: Path) -> Iterator[h5py.File]:
     """A new file, which is at `path` once the `with` block has ended well, whole.
 
-    Raises OSError if it cannot be _written; what is at `path` stays.
+    Raises OSError if it cannot be written; what is at `path` stays.
     """
     if not path.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))

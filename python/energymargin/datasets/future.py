@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,12 +11,13 @@ import numpy as np
 
 from energymargin._core import Plan, Problem
 from energymargin.checks import not_negative_number, positive_number, whole_number
-from energymargin.tasks.base import Following, ScriptedTask, Task
+from energymargin.tasks.base import Task
+from energymargin.tasks.scripted import Following, ScriptedTask
 from energymargin.trajectories import Trajectory
 
 __all__ = ["Future"]
 
-WHOLE = 1e-6  # of a step: as near a rollout's times are to whole steps
+WHOLE = 1e-6  # of a step; a rollout's times are so near to whole steps
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Future:
     """How long it has to be outside to be lost [s], as of a Problem."""
 
     def __post_init__(self) -> None:
-        """Checks each of them, and brings it to one type, so that a store knows equal ones."""
+        """Checks the fields, and gives each one type, so that a store recognizes equal futures."""
         object.__setattr__(self, "horizon", whole_number("horizon", self.horizon, 1))
         if self.plan not in ("script", "hold", None):
             raise ValueError(f"plan is {self.plan!r}, expected 'script', 'hold' or None")
@@ -57,16 +59,16 @@ class Future:
         return ", ".join(parts)
 
     def all(self) -> dict[str, Any]:
-        """What makes it, by name."""
+        """Its fields, by name."""
         return asdict(self)
 
     def to_json(self) -> str:
-        """The same text for equal ones."""
+        """JSON; equal futures give the same text."""
         return json.dumps(self.all(), sort_keys=True)
 
     @staticmethod
     def from_json(text: str) -> Future:
-        """What `to_json` wrote."""
+        """The future that `to_json` wrote."""
         return Future(**json.loads(text))
 
     def seconds(self, trajectory: Trajectory, frame: int) -> float:
@@ -110,7 +112,7 @@ class Future:
         return posed.replace(**changed) if changed else posed
 
     def _posed(self, task: Task, trajectory: Trajectory, frame: int, seconds: float) -> Problem:
-        """Of a task that is no ScriptedTask."""
+        """The question about a frame of a task that is no ScriptedTask."""
         state, params = trajectory.states[frame], trajectory.params
         problem = task.problem(state, params, trajectory.contacts[frame])
         horizon = _whole_steps(seconds, problem.scene.step)
@@ -129,9 +131,9 @@ def _whole_steps(seconds: float, step: float) -> float:
     return max(1, round(seconds / step)) * step
 
 
-def _script_of(task: Task) -> Any:
+def _script_of(task: Task) -> Callable[..., Plan]:
     """A task's `plan`; ValueError if it has none."""
-    plan = getattr(task, "plan", None)
+    plan: Callable[..., Plan] | None = getattr(task, "plan", None)
     if callable(plan):
         return plan
     raise ValueError(

@@ -1,34 +1,32 @@
-"""How well the scores tell robust states from fragile ones, and successes from failures (Section
-VI-E, Table I).
+"""How well scores tell robust states from fragile ones, and successes from failures (Section VI-E,
+Table I).
 
 State level: capture, effort and force against the label "captured over a horizon of h frames", by
 AUC and AP for each h. Trajectory level: the success score of the last frames against the
 trajectory's success. Every cell has a bootstrap interval in which whole trajectories are drawn, for
 the states of one trajectory are alike.
 
-With several objects there are two labels, "all are captured" and "at least one is", and a score
-whose name ends in "/any" is held against the second. The force score, one number for both, is held
-against each.
+With several objects there are two labels, "all are captured" and "at least one is". A score whose
+name ends in "/any" is compared with the second. The force score, one number for both, is compared
+with each.
 """
 
 from typing import TYPE_CHECKING
 
 from energymargin.deprecations import moved_names
-from energymargin.evaluation.cells import Cell
 from energymargin.evaluation.labelled import Among, LabelledScores
-from energymargin.evaluation.table import Evaluation, evaluate
+from energymargin.evaluation.table import Cell, Evaluation, evaluate
 
 __all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
 
 MOVED = {
     "bootstrap": ("DRAWS", "auc_ap", "ranked"),
-    "cells": ("DASH", "PAPER", "csv_fields", "paper_text"),
     "labelled": (
         *("AMONG", "FORCE", "HORIZON", "HORIZONS", "LAST_FRAMES", "PAPER_HORIZON", "SUCCESS"),
         *("SUCCESSES", "Compared", "captured_labels", "compared_states", "compared_trajectories"),
         *("state_metrics", "trajectory_score"),
     ),
-    "table": ("ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS"),
+    "table": ("ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS", "DASH", "PAPER", "csv_fields", "paper_text"),
 }
 
 if not TYPE_CHECKING:
@@ -36,6 +34,6 @@ if not TYPE_CHECKING:
         __name__,
         {
             **{name: f"{__name__}.{home}.{name}" for home in MOVED for name in MOVED[home]},
-            "short": "energymargin.shares.short",
+            "short": "energymargin.table_text.short",
         },
     )

@@ -1,4 +1,4 @@
-"""AUC and AP, and how far they would move with other trajectories."""
+"""AUC and AP, with bootstrap intervals over trajectories."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = [
 ]
 
 DRAWS = 1000  # bootstrap draws
-MOST_WEIGHTS = 2**18  # at once: what a cache holds
+MOST_WEIGHTS = 2**18  # at a time, which fit into a cache
 CONFIDENCE = 0.95
 
 Interval = tuple[float, float]
@@ -35,7 +35,7 @@ def auc_ap(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> tuple[floa
 
 
 def ranked(scores: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The same order in whole numbers from 0, shape (N,): scikit-learn refuses inf."""
+    """Ranks of the scores from 0, shape (N,); scikit-learn refuses inf."""
     return np.asarray(np.unique(scores, return_inverse=True)[1])
 
 
@@ -47,9 +47,9 @@ def intervals(
 ) -> tuple[Interval | None, Interval | None]:
     """Bootstrap intervals of AUC and AP; arguments as of `auc_ap_draws`.
 
-    None if there are not two trajectories to draw from, or no draw has both labels. Where no draw
-    has an error, as of a perfect score, draws say nothing of how rare errors are: then the other
-    end is the least share that so many trajectories without an error leave possible
+    None if there are fewer than two trajectories, or no draw has both labels. If no draw has an
+    error, as of a perfect score, draws do not tell how rare errors are: then the other end is the
+    least share of successes that is still likely with so many trajectories without an error
     (`_error_free`).
     """
     if len(np.unique(trajectory)) < 2:
@@ -110,7 +110,7 @@ def weighted_auc_ap(
     """AUC and AP for each row of `weights`, (draws, N), the number of times each of N samples
     counts; labels (N,) and weights from the best score down, as `thresholds` orders them.
 
-    The numbers of scikit-learn with `sample_weight`, for all draws at once: one by one they take a
+    The values of scikit-learn with `sample_weight`, for all draws at once; one by one they take a
     minute for a table. NaN for draws in which only one label is left.
     """
     positive, every = weights * labels, weights
@@ -136,7 +136,7 @@ def bootstrap_weights(trajectories: int, draws: int, seed: int) -> NDArray[np.in
 
 
 def _interval(values: NDArray[np.float64], trials: int) -> Interval | None:
-    """Of the draws, or one-sided from `trials` trajectories if none of these has an error."""
+    """Quantiles of the draws; one-sided, from `trials` trajectories, if no draw has an error."""
     if len(values) == 0:
         return None
     if (values == 1.0).all():
@@ -149,5 +149,5 @@ def _interval(values: NDArray[np.float64], trials: int) -> Interval | None:
 
 
 def _error_free(trials: int) -> float:
-    """The share of successes of which so many in a row are still likely, at CONFIDENCE."""
+    """The least share of successes with which `trials` in a row are still likely, at CONFIDENCE."""
     return float((1 - CONFIDENCE) ** (1 / trials))

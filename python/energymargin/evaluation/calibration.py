@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.deprecations import once_positional
+
 __all__ = ["BINS", "Reliability", "brier", "calibration_error", "reliability"]
 
 BINS = 10
@@ -23,8 +25,9 @@ class Reliability(NamedTuple):
     """How many are in it."""
 
 
+@once_positional("bins", after=2)
 def reliability(
-    probabilities: NDArray[np.float64], outcomes: NDArray[np.float64], bins: int = BINS
+    probabilities: NDArray[np.float64], outcomes: NDArray[np.float64], *, bins: int = BINS
 ) -> Reliability:
     """Probabilities, shape (N,), and outcomes from 0 to 1, shape (N,), in up to `bins` bins.
 
@@ -40,12 +43,13 @@ def reliability(
     )
 
 
+@once_positional("bins", after=2)
 def calibration_error(
-    probabilities: NDArray[np.float64], outcomes: NDArray[np.float64], bins: int = BINS
+    probabilities: NDArray[np.float64], outcomes: NDArray[np.float64], *, bins: int = BINS
 ) -> float:
     """Expected calibration error: the mean over the bins of `reliability` of how far the mean
     probability is from what happened, each by its size. Arguments: as `reliability`."""
-    found = reliability(probabilities, outcomes, bins)
+    found = reliability(probabilities, outcomes, bins=bins)
     return float(np.average(np.abs(found.predicted - found.happened), weights=found.size))
 
 

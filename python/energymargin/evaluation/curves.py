@@ -45,8 +45,8 @@ Target = Literal["captured", "success"]
 CAPTURED: Target = "captured"
 SUCCESS: Target = "success"
 TARGETS: tuple[Target, ...] = (CAPTURED, SUCCESS)
-"""What a score can be held against: that a state stays captured over a horizon of frames, or that
-its trajectory succeeds."""
+"""The labels of a score: that a state stays captured over a horizon of frames, or that its
+trajectory succeeds."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def roc(
 
     `target`: "captured", over a `horizon` of frames after a state's own, or "success" of a whole
     trajectory, against the weighted mean of its `last` frames' scores. A metric that ends in "/any"
-    is held against the label of at least one object, "force/any" is the force score against that.
+    is compared with the label of at least one object; "force/any" is the force score.
     States without a score, or with fewer frames left than the horizon, are left out, and with
     `among` "captured" those that are not captured now. Raises ValueError on a metric that has no
     scores, another word, a negative horizon, `last` below 1; OneLabelError if all labels are alike.
@@ -170,7 +170,7 @@ def precision_recall(
 
 
 def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list[str]:
-    """The metrics that `evaluate` holds against a target; ValueError on another target."""
+    """The metrics that `evaluate` compares with a target; ValueError on another target."""
     if one_of("target", target, TARGETS) == CAPTURED:
         return state_metrics(labelled)
     return [metric for metric in SUCCESSES if metric in labelled.scores]

@@ -1,5 +1,4 @@
-"""Scores with what happened: which states and trajectories are held against which label (Section
-VI-D)."""
+"""Scores with labels: which states and trajectories are compared with which one (Section VI-D)."""
 
 from __future__ import annotations
 
@@ -36,7 +35,7 @@ __all__ = [
 
 HORIZONS = range(6)  # frames
 PAPER_HORIZON = 0  # frames; Tables I and II of the paper come out of its authors' data so
-HORIZON = 2  # frames; where one is needed
+HORIZON = 2  # frames; the default of curves
 LAST_FRAMES = 5  # frames, k-bar of Section VI-D
 SUCCESS, FORCE = "success", "force"
 PROBABLE_SUCCESS = "probability/success"
@@ -54,7 +53,7 @@ class LabelledScores:
     Raises ValueError on arrays of other lengths, and on a trajectory whose states are not in a row.
     """
 
-    _repr_html_ = shown_by("data.labelled_scores")
+    _repr_html_ = shown_by("labelled_scores")
     __repr__ = short_repr
 
     task: str
@@ -65,7 +64,7 @@ class LabelledScores:
     success: NDArray[np.bool_]
     """Whether the state's trajectory succeeded, shape (N,)."""
     scores: dict[str, NDArray[np.float64]]
-    """By metric, shape (N,): inf ranks above all else, NaN is a score that is not there."""
+    """By metric, shape (N,): inf ranks above all else, NaN is a missing score."""
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one object lies in its capture set, shape (N,); None: one set for all."""
     success_any: NDArray[np.bool_] | None = None
@@ -102,16 +101,16 @@ class LabelledScores:
 
 
 class Compared(NamedTuple):
-    """Scores that are there, and what they are held against: N states, or trajectories."""
+    """Scores and the labels with which they are compared: N states, or trajectories."""
 
     scores: NDArray[np.float64]
     """Shape (N,); inf ranks above all else."""
     labels: NDArray[np.bool_]
     """Shape (N,)."""
     trajectory: NDArray[np.int64]
-    """Which one it is of, counted from 0, shape (N,)."""
+    """The trajectory of each, counted from 0, shape (N,)."""
     number: NDArray[np.int64]
-    """Which of all states, or trajectories, it is, shape (N,), rising."""
+    """Its number among all states, or trajectories, shape (N,), rising."""
 
     @property
     def of_both_kinds(self) -> bool:
@@ -140,7 +139,7 @@ def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> fl
 
 
 def state_metrics(labelled: LabelledScores) -> list[str]:
-    """The metrics that `evaluate` holds against the label "captured"."""
+    """The metrics that `evaluate` compares with the label "captured"."""
     metrics = [metric for metric in labelled.scores if metric not in SUCCESSES]
     if labelled.captured_any is not None and FORCE in metrics:
         metrics.append(FORCE + ANY)
@@ -159,11 +158,12 @@ def compared_states(
 
     Only states that have as many frames after them, unless `clipped`: then a horizon that runs past
     the last frame ends there, which asks less of the last states than of others. `among`
-    "captured": only states that are captured now; that others are lost needs no foresight.
+    "captured": only states that are captured now; to say that others are lost takes no foresight.
 
-    A metric that ends in "/any" is held against the label of at least one object, and "force/any"
-    is the force score against it. Raises ValueError if there is no such metric, or no such label,
-    and on `clipped` of scores with a clock: theirs does not end where the trajectory does.
+    A metric that ends in "/any" is compared with the label of at least one object; "force/any" is
+    the force score compared with that label. Raises ValueError if there is no such metric, or no
+    such label, and on `clipped` of scores with a clock: theirs does not end where the trajectory
+    does.
     """
     whole_number("horizon", horizon, 0)
     one_of("among", among, AMONG)
@@ -203,7 +203,7 @@ def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> C
 
 
 def _scores(labelled: LabelledScores, metric: str) -> NDArray[np.float64]:
-    """What has the name of a metric; the force score is one for all objects and for any."""
+    """The scores of a metric; the force score is the same for all objects and for any."""
     name = FORCE if metric == FORCE + ANY else metric
     if name not in labelled.scores:
         there = ", ".join(labelled.scores) or "none"
@@ -225,6 +225,6 @@ def _label(
 def _there(
     scores: NDArray[np.float64], labels: NDArray[np.bool_], trajectory: NDArray[np.int64]
 ) -> Compared:
-    """Those that have a score."""
+    """Only those that have a score."""
     there = ~np.isnan(scores)
     return Compared(scores[there], labels[there], trajectory[there], np.flatnonzero(there))

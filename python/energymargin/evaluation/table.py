@@ -1,4 +1,4 @@
-"""Compares every score with its label: the table of Section VI-E, as text, Markdown and CSV."""
+"""Every score beside its label: the table of Section VI-E, as text, Markdown and CSV."""
 
 from __future__ import annotations
 
@@ -10,32 +10,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import whole_number
-from energymargin.csv_text import csv_text
 from energymargin.deprecations import once_positional
-from energymargin.evaluation.bootstrap import DRAWS, bootstrap_weights
-from energymargin.evaluation.cells import DASH, PAPER, Cell, cell_of, csv_fields, paper_text
+from energymargin.evaluation.bootstrap import DRAWS, auc_ap, bootstrap_weights, intervals, ranked
 from energymargin.evaluation.labelled import (
     HORIZONS,
     LAST_FRAMES,
     PAPER_HORIZON,
     PROBABLE_SUCCESS,
     SUCCESS,
+    SUCCESSES,
     Among,
+    Compared,
     LabelledScores,
     compared_states,
     compared_trajectories,
     state_metrics,
 )
-from energymargin.markdown import markdown_table
 from energymargin.metrics import ANY
 from energymargin.notebook import shown_by
 from energymargin.reprs import short_repr
+from energymargin.table_text import csv_text, markdown_table, short
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-__all__ = ["ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS", "Evaluation", "evaluate"]
+__all__ = [
+    "ALL_TITLE",
+    "ANY_TITLE",
+    "CSV_COLUMNS",
+    "DASH",
+    "PAPER",
+    "Cell",
+    "Evaluation",
+    "cell_of",
+    "csv_fields",
+    "evaluate",
+    "paper_text",
+]
 
 ALL_TITLE = "All objects: captured together, and successful together"
 ANY_TITLE = "At least one object: captured, and successful"
@@ -43,13 +55,106 @@ CSV_COLUMNS = (
     *("score", "among", "horizon", "count", "positives"),
     *("auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high", "paper_auc", "paper_ap"),
 )
+DASH = "—"
+
+# AUC and AP of the paper's Table I.
+PAPER: dict[str, dict[str, tuple[float, float]]] = {
+    "push": {
+        "capture": (0.97, 0.99),
+        "effort/est": (0.92, 0.98),
+        "effort/rrt": (0.92, 0.99),
+        "force": (0.86, 0.95),
+        "success": (0.98, 0.98),
+    },
+    "balance": {
+        "capture": (0.98, 0.99),
+        "effort/est": (0.93, 0.98),
+        "effort/rrt": (0.94, 0.98),
+        "force": (0.94, 0.96),
+        "success": (0.93, 0.95),
+    },
+    "topple": {
+        "capture": (0.94, 0.93),
+        "effort/est": (0.93, 0.91),
+        "effort/rrt": (0.93, 0.92),
+        "force": (0.77, 0.62),
+        "success": (0.89, 0.92),
+    },
+    "grasp": {
+        "capture": (1.00, 1.00),
+        "effort/est": (0.99, 0.99),
+        "effort/rrt": (0.97, 0.99),
+        "force": (0.73, 0.88),
+        "success": (0.99, 0.99),
+    },
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One comparison of a score with a label."""
+
+    auc: float
+    ap: float
+    auc_interval: tuple[float, float] | None
+    """95 % bootstrap interval; None if there are not two trajectories to draw from."""
+    ap_interval: tuple[float, float] | None
+    count: int
+    """How many states, or trajectories."""
+    positives: int
+    """How many of them have the label 1."""
+
+    def value(self) -> str:
+        """AUC/AP, such as ".981/.992"."""
+        return f"{short(self.auc)}/{short(self.ap)}"
+
+    def intervals(self) -> tuple[str, str]:
+        """Of AUC and of AP, such as ".96-.99"; a dash if there is none."""
+        return _span(self.auc_interval), _span(self.ap_interval)
+
+
+def cell_of(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
+    """AUC and AP, with intervals of the (draws, T) weights of the trajectories."""
+    scores, labels, trajectory, _ = compared
+    if not compared.of_both_kinds:
+        return None
+    auc, ap = auc_ap(scores, labels)
+    auc_interval, ap_interval = intervals(ranked(scores), labels, trajectory, weights)
+    return Cell(
+        auc=auc,
+        ap=ap,
+        auc_interval=auc_interval,
+        ap_interval=ap_interval,
+        count=len(labels),
+        positives=int(labels.sum()),
+    )
+
+
+def csv_fields(cell: Cell | None) -> list[float | str]:
+    """Its columns of a CSV file, from count to ap_high; empty without a cell."""
+    if cell is None:
+        return [""] * 8
+    return [
+        *(cell.count, cell.positives),
+        *(cell.auc, *(cell.auc_interval or ("", ""))),
+        *(cell.ap, *(cell.ap_interval or ("", ""))),
+    ]
+
+
+def _span(interval: tuple[float, float] | None) -> str:
+    return DASH if interval is None else f"{short(interval[0])}-{short(interval[1])}"
+
+
+def paper_text(value: tuple[float, float] | None) -> str:
+    """AUC/AP as it is shown; a dash for None."""
+    return DASH if value is None else "/".join(short(one, decimals=2) for one in value)
 
 
 @dataclass(frozen=True)
 class Evaluation:
     """AUC and AP of every score. A cell is None if there is one label alone."""
 
-    _repr_html_ = shown_by("data.evaluation")
+    _repr_html_ = shown_by("evaluation")
     __repr__ = short_repr
 
     task: str
@@ -141,12 +246,12 @@ class Evaluation:
         if self.success_any is not None or (self._several() and self.among == "all"):
             cells.append((SUCCESS + ANY, "", self.success_any))
         return [
-            [score, self.among, horizon, *csv_fields(cell), *self._told(score, horizon)]
+            [score, self.among, horizon, *csv_fields(cell), *self._paper_fields(score, horizon)]
             for score, horizon, cell in cells
         ]
 
-    def _told(self, score: str, horizon: int | str) -> tuple[float | str, ...]:
-        """AUC and AP of the paper, empty but at its horizon; nothing if it lacks the task."""
+    def _paper_fields(self, score: str, horizon: int | str) -> tuple[float | str, ...]:
+        """AUC and AP of the paper, empty but at its horizon; no fields if it lacks the task."""
         if not self.has_paper:
             return ()
         at_its_horizon = horizon in (PAPER_HORIZON, "")
@@ -263,19 +368,17 @@ def evaluate(
             progress(done, len(cells))
         compared = compared_states(labelled, metric, horizon, among=among, clipped=clipped)
         states[metric][horizon] = cell_of(compared, weights)
+    successes = _success_cells(labelled, weights, last) if among == "all" else {}
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
-    of_all = among == "all"
     return Evaluation(
         task=labelled.task,
         horizons=tuple(horizons),
         states=states,
-        success=_success_cell(labelled, SUCCESS, weights, last) if of_all else None,
+        success=successes.get(SUCCESS),
         missing=int(missing.sum()),
-        success_any=_success_cell(labelled, SUCCESS + ANY, weights, last) if of_all else None,
+        success_any=successes.get(SUCCESS + ANY),
         last=last,
-        probable_success=(
-            _success_cell(labelled, PROBABLE_SUCCESS, weights, last) if of_all else None
-        ),
+        probable_success=successes.get(PROBABLE_SUCCESS),
         asks=labelled.asks,
         search=labelled.search,
         among=among,
@@ -283,9 +386,12 @@ def evaluate(
     )
 
 
-def _success_cell(
-    labelled: LabelledScores, metric: str, weights: NDArray[np.int64], last: int
-) -> Cell | None:
-    if metric not in labelled.scores:
-        return None
-    return cell_of(compared_trajectories(labelled, metric, last), weights)
+def _success_cells(
+    labelled: LabelledScores, weights: NDArray[np.int64], last: int
+) -> dict[str, Cell | None]:
+    """By metric of whole trajectories that has scores."""
+    return {
+        metric: cell_of(compared_trajectories(labelled, metric, last), weights)
+        for metric in SUCCESSES
+        if metric in labelled.scores
+    }

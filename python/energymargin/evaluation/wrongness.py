@@ -1,8 +1,8 @@
-"""How wrong a score is about a state: the share of the states with the other label that it ranks
-on the wrong side, where one that is level with it counts half.
+"""Wrongness of a score about a state: the share of the states with the other label that it ranks on
+the wrong side; one with an equal score counts half.
 
-Over all captured states its mean is 1 - AUC, and so it is over all lost ones: the states that are
-most wrong are those that cost the AUC most, whatever the score's unit.
+Its mean over all captured states is 1 - AUC, and so is its mean over all lost ones. So the most
+wrong states cost the AUC most, whatever the score's unit.
 """
 
 from __future__ import annotations
@@ -78,13 +78,13 @@ class Wrongness:
     ranks: Ranks
 
     def words(self, label: bool) -> Words:
-        """What a label says."""
+        """A label in words."""
         words = _WORDS_ANY if self.metric.endswith(ANY) else _WORDS
         return words[self.target][label]
 
     def worst(self, label: bool, count: int) -> list[int]:
-        """Of those with this label the most wrong ones, at most one of a trajectory: their places
-        in `compared`. None that is right, or at most level."""
+        """Places in `compared` of the most wrong ones with this label, at most one of a trajectory;
+        only such that another is on the wrong side of."""
         order = np.argsort(-self.ranks.wrong, kind="stable")
         order = order[(self.compared.labels[order] == label) & (self.ranks.beyond[order] > 0)]
         _, first = np.unique(self.compared.trajectory[order], return_index=True)
@@ -92,7 +92,7 @@ class Wrongness:
 
 
 def wrongness(labelled: LabelledScores, horizon: int, last: int) -> list[Wrongness]:
-    """Every metric against its label, as `evaluate` holds them against each other."""
+    """Every metric compared with its label, as `evaluate` does."""
     of_states = [
         (metric, CAPTURED, compared_states(labelled, metric, horizon))
         for metric in metrics_against(labelled, CAPTURED)

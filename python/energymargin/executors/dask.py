@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from energymargin.executors.chunks import PoolSession
-from energymargin.settings import SearchSettings, algorithm
+from energymargin.executors.pool import PoolSession
+from energymargin.scoring.settings import SearchSettings, algorithm
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -29,10 +29,10 @@ class Dask:
     scheduler: str | Client
     """Its address, such as tcp://127.0.0.1:8786, or a Client."""
     notice: Callable[[str], None] | None = None
-    """Is told in a line what a person wants to know: no workers, one died, no scheduler."""
+    """Called with a line of text if there are no workers, one died, or the scheduler is away."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError on what is no address."""
+        """Raises ValueError on a string that is no address."""
         if isinstance(self.scheduler, str) and not re.search(r"[\w\]]:\d+$", self.scheduler):
             raise ValueError(
                 f"scheduler is {self.scheduler!r}, expected an address such as tcp://127.0.0.1:8786"

@@ -1,4 +1,8 @@
-"""The workers of a Dask cluster, which come and go; so may its scheduler, for a while."""
+"""The workers of a Dask cluster, which come and go; so may its scheduler, for a while.
+
+Jobs and answers travel as pickled bytes: Dask's scheduler needs no energymargin, and where a worker
+lacks it the error comes back to the driver. `work` and what it calls run on the workers.
+"""
 
 from __future__ import annotations
 
@@ -12,24 +16,26 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from functools import cache
+from importlib.metadata import version
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from energymargin.closing import Closing
-from energymargin.executors.dask_worker import Answer, Task, installed_release, stop_pool
-from energymargin.executors.jobs import Job, Outcome
+from energymargin.executors.pool import Job, Outcome
+from energymargin.executors.worker import sendable
 
 if TYPE_CHECKING:
     import distributed
 
-__all__ = ["DaskPool"]
+__all__ = ["Answer", "DaskPool", "installed_release", "stop_pool", "work"]
 
 CONNECT = 5.0  # [s] for the first connection, during which Dask tries again and again
 ANSWER = 2.0  # [s] until a scheduler that is asked for its workers is asked another time
 POLL = 0.5  # [s] between two questions for the workers
 CLOSE = 1.0  # [s] to leave the cluster
 
-# Who reports of the connection in Dask's thread, which the pool's notices say better.
+# Loggers that report on the connection from Dask's thread; the pool's notices say it better.
 _NOISY = (
     "asyncio",
     "distributed.batched",
@@ -42,6 +48,76 @@ _NOISY = (
     "tornado.application",
 )
 _DASKS_THREAD = "IO loop"
+
+Answer = tuple[Literal["value", "error", "stopped", "skipped", "refused"], bytes]
+"""How a job ended on a worker, and its pickled value, error or message. A job that was `stopped`
+has a value too, one that was `skipped` has none."""
+
+# States of a Dask task whose result is still wanted: not those after a cancel or a release.
+_WANTED = ("executing", "long-running")
+_ENDING = ("closing", "closed", "failed")
+_stopped_pools: set[str] = set()
+
+
+@cache
+def installed_release() -> str:
+    """The version of energymargin that is installed here."""
+    return version("energymargin")
+
+
+def stop_pool(pool: str) -> None:
+    """On a worker: the jobs of a pool that run here return, and those that come do not start."""
+    _stopped_pools.add(pool)
+
+
+class _RemoteCall:
+    """A call of `work` on a worker: `pickle.loads` runs it there, and gives the Answer."""
+
+    def __init__(self, pool: str, release: str, release_of: Callable[[], str], job: bytes) -> None:
+        """`release` is what `release_of` must say on the worker; `job` as in `work`."""
+        self._arguments = (pool, release, release_of, job)
+
+    def __reduce__(self) -> tuple[Callable[..., Answer], tuple[Any, ...]]:
+        """What to call where it is unpickled."""
+        return work, self._arguments
+
+
+def work(pool: str, release: str, release_of: Callable[[], str], job: bytes) -> Answer:
+    """On a worker: runs a job, a pickled pair of function and payload."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    if release_of() != release:
+        words = f"the worker {worker.address} has release {release_of()}, and this is {release}"
+        return "refused", pickle.dumps(words)
+    if pool in _stopped_pools:
+        return "skipped", b""
+    stopped = _Stopped(pool, worker)
+    try:
+        function: Job
+        function, payload = pickle.loads(job)
+        value = pickle.dumps(function(payload, stopped))
+    except Exception as error:
+        return "error", pickle.dumps(sendable(error))
+    return "stopped" if stopped.seen else "value", value
+
+
+class _Stopped:
+    """Whether nobody waits for the job that runs in this thread of a worker: a Stopped."""
+
+    def __init__(self, pool: str, worker: distributed.Worker) -> None:
+        self.seen = False
+        self._pool = pool
+        self._worker = worker
+        self._task = worker.state.tasks[worker.get_current_task()]
+
+    def __call__(self) -> bool:
+        self.seen = self.seen or (
+            self._pool in _stopped_pools
+            or self._task.state not in _WANTED
+            or self._worker.status.name in _ENDING
+        )
+        return self.seen
 
 
 class DaskPool(Closing):
@@ -66,9 +142,9 @@ class DaskPool(Closing):
             cluster: The scheduler's address, as tcp://127.0.0.1:8786, or a Client of it, which is
                 asked for the address and for its security alone.
             release: What workers must have; None for what `release_of` says here.
-            release_of: How a worker finds what it has: a function of a module.
-            notice: Hears one line of words when workers or the scheduler come or go. It is called
-                in `take` and `stop`.
+            release_of: How a worker finds its release: a function of a module.
+            notice: Gets a line of text when workers or the scheduler come or go, in `take` and
+                `stop`.
             patience: How long a scheduler may be away [s].
 
         Raises:
@@ -82,7 +158,7 @@ class DaskPool(Closing):
         warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
         self._name = uuid.uuid4().hex
         self._release, self._release_of = release or release_of(), release_of
-        self._notice = notice or (lambda _words: None)
+        self._notice = (lambda _words: None) if notice is None else notice
         self._patience = patience
         self._jobs: dict[int, bytes] = {}  # all that have not ended
         self._waiting: deque[int] = deque()
@@ -139,7 +215,7 @@ class DaskPool(Closing):
         """Cancels what has not come, and leaves the cluster; a Client that was given stays."""
         self._stopping = True
         self._cancel()
-        with contextlib.suppress(Exception):  # what goes wrong with it is no concern any more
+        with contextlib.suppress(Exception):  # its errors matter to nobody any more
             self._client.close(timeout=CLOSE)
         self._quiet.close()
 
@@ -192,11 +268,11 @@ class DaskPool(Closing):
         if over and self._failure is None:
             self._failure = ConnectionError(
                 f"the Dask scheduler at {self._address} has been away for {self._patience:g} s; "
-                "what is done is kept: when it is back, the same command goes on"
+                "what is done is not lost: when it is back, the same command goes on"
             )
 
     def _count(self, workers: dict[str, int]) -> None:
-        """Takes note of the workers' threads, and says what a person wants to know of it."""
+        """Notes the workers' threads, and gives notice of workers that are gone, or of none."""
         before, self._workers = self._workers, dict(workers)
         for address in set(before or ()) - set(workers):
             self._notice(
@@ -221,7 +297,7 @@ class DaskPool(Closing):
             self._start(self._suspects[0])
 
     def _start(self, job: int) -> None:
-        task = Task(self._name, self._release, self._release_of, self._jobs[job])
+        task = _RemoteCall(self._name, self._release, self._release_of, self._jobs[job])
         answer = asyncio.run_coroutine_threadsafe(self._answer(pickle.dumps(task)), self._loop)
         self._running[answer] = job
         answer.add_done_callback(self._answers.put)
@@ -242,7 +318,7 @@ class DaskPool(Closing):
 
     async def _tell_workers(self) -> None:
         """In Dask's thread: jobs that run return what they have, and the others do not start."""
-        with contextlib.suppress(Exception):  # whoever does not hear it is cancelled later
+        with contextlib.suppress(Exception):  # jobs that do not hear it are cancelled later
             await self._client.run(stop_pool, self._name, on_error="ignore")
 
     def _cancel(self) -> None:
@@ -263,7 +339,7 @@ class DaskPool(Closing):
             self._answered(job, answer)
 
     def _killed(self, job: int, killed: distributed.KilledWorker) -> None:
-        """Dask blames all that its dead workers had at hand; guilty is who kills them alone."""
+        """Dask blames each job of a dead worker; guilty is one that kills a worker on its own."""
         if job in self._suspects:
             worker = killed.last_worker.address
             self._end(Outcome(job, died=f"its worker died each time, the last one {worker}"))
@@ -304,8 +380,8 @@ class DaskPool(Closing):
             self._suspects.remove(job)
 
 
-def _scheduler(cluster: str | distributed.Client) -> tuple[str, Any]:
-    """Its address, and how to talk to it safely."""
+def _scheduler(cluster: str | distributed.Client) -> tuple[str, distributed.Security | None]:
+    """The address of a scheduler, and the security of connections to it."""
     try:
         from distributed import Client
     except ImportError as error:
@@ -322,7 +398,9 @@ def _scheduler(cluster: str | distributed.Client) -> tuple[str, Any]:
     )
 
 
-def _connected(address: str, security: Any, patience: float) -> Any:
+def _connected(
+    address: str, security: distributed.Security | None, patience: float
+) -> Any:  # a Client, whose own types say that it may not be connected
     """A Client that, once it was connected, looks for a lost scheduler as long as the patience."""
     from distributed import Client
 

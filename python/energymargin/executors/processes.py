@@ -16,17 +16,14 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from energymargin.closing import Closing
-from energymargin.executors.chunks import PoolSession
-from energymargin.executors.jobs import STOP, Job, Outcome
+from energymargin.executors.pool import STOP, Job, Outcome, PoolSession
 from energymargin.executors.threads import core_count
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["ProcessPool", "Processes"]
 
-# Jobs that a worker has at hand, so that it need not wait for the next.
-DEPTH = 2
-# Workers in a row that may die before one of them has finished a job.
-MOST_DEATHS = 30
+DEPTH = 2  # jobs that each worker has, so that it never waits for the next
+MOST_DEATHS = 30  # of workers in a row, before one of them has finished a job
 
 
 class _Worker:
@@ -45,7 +42,7 @@ class _Worker:
         self.jobs: deque[tuple[int, bytes]] = deque()
 
     def send(self, job: int, pickled: bytes) -> None:
-        """Of a worker that has died, `received` tells."""
+        """Adds a job; if the worker has died, `received` says so."""
         self.jobs.append((job, pickled))
         self._try_to_send(job, pickled)
 
@@ -54,7 +51,7 @@ class _Worker:
         self._try_to_send(STOP, b"")
 
     def received(self) -> tuple[int, Any, Exception | None] | None:
-        """What became of its first job; None if the worker has died."""
+        """Number, value and error of its first job; None if the worker has died."""
         try:
             answer: tuple[int, Any, Exception | None] = self.connection.recv()
         except (EOFError, OSError):
@@ -63,7 +60,7 @@ class _Worker:
         return answer
 
     def end(self) -> str:
-        """Ends the process; says how it died if it had."""
+        """Ends the process; returns how it ended."""
         self.connection.close()
         try:
             code = self.process.wait(0.05 if self.jobs else 0)
@@ -80,7 +77,7 @@ class _Worker:
 class ProcessPool(Closing):
     """A number of worker processes; a Pool.
 
-    They know nothing of this process but what a job tells them, and end with it.
+    They get nothing from this process but jobs, and end with it.
     """
 
     def __init__(self, processes: int) -> None:

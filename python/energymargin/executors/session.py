@@ -1,4 +1,4 @@
-"""What scores problems somewhere: it is given work, and hands back rows as they are done."""
+"""What an executor is: it takes problems on, and gives their scores as they are done."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["Executor", "Failed", "Pace", "Row", "Session", "Work"]
 
@@ -75,14 +75,14 @@ class Failed:
 
 @dataclass(frozen=True)
 class Work:
-    """One problem, and what is asked of it."""
+    """One problem, and the metrics that are asked for."""
 
     index: int
     """The problem's stream index."""
     problem: Problem
     metrics: tuple[str, ...]
     written: str | None = None
-    """The problem as JSON, if somebody has already written it."""
+    """The problem as JSON, if it is known already."""
 
     @property
     def text(self) -> str:
@@ -94,7 +94,7 @@ class Session(Protocol):
     """An executor at work. Use it in a `with` statement, at whose end all that runs is dropped."""
 
     def room(self) -> int:
-        """How many more problems it wants now, so that its workers never wait; 0: it has enough."""
+        """How many more problems keep its workers busy; 0 if it has enough."""
         ...
 
     def add(self, work: Sequence[Work]) -> None:
@@ -103,7 +103,7 @@ class Session(Protocol):
 
     @property
     def pending(self) -> int:
-        """Problems that were added and whose rows are not taken yet."""
+        """Problems that were added and whose rows were not taken yet."""
         ...
 
     def take(self, timeout: float) -> Sequence[Row]:
@@ -124,7 +124,7 @@ class Session(Protocol):
 
 
 class Executor(Protocol):
-    """Where problems are scored: of `Threads`, `Processes` and `Dask` each is one."""
+    """Where problems are scored: `Threads`, `Processes` or `Dask`."""
 
     def session(self, settings: SearchSettings) -> Session:
         """Starts its workers."""
@@ -141,15 +141,15 @@ class Pace:
         self._seconds: float | None = None
 
     def saw(self, problems: int, seconds: float) -> None:
-        """So many problems took one worker so long [s]."""
+        """One worker took `seconds` for so many problems."""
         if problems > 0:
             newest = seconds / problems
             old = newest if self._seconds is None else self._seconds
             self._seconds = old + self._WEIGHT * (newest - old)
 
     def problems(self, seconds: float, most: int) -> int:
-        """How many one worker does in this time [s]: from 1, which is said before anything is
-        known, to `most`."""
+        """How many problems one worker scores in this time [s], from 1 (before anything is known)
+        to `most`."""
         if self._seconds is None:
             return 1
         return max(1, min(most, int(seconds / max(self._seconds, 1e-9))))

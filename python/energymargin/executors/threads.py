@@ -12,7 +12,7 @@ from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.executors.session import Executor, Pace, Row, Work
 from energymargin.metrics import METRICS
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["Threads", "add_to_run", "chosen_executor", "core_count", "thread_count"]
 

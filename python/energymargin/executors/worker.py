@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import Any
 
-from energymargin.executors.jobs import STOP
+from energymargin.executors.pool import STOP
 
 __all__ = ["sendable"]
 
@@ -51,7 +51,7 @@ def _read(connection: Connection[Any, Any], jobs: Jobs, stop: threading.Event) -
 
 
 def _result(pickled: bytes, stop: threading.Event) -> tuple[Any, Exception | None]:
-    """What the job returned, and what it raised."""
+    """The job's value, and its error."""
     try:
         function, payload = pickle.loads(pickled)
         return function(payload, stop.is_set), None
@@ -60,7 +60,7 @@ def _result(pickled: bytes, stop: threading.Event) -> tuple[Any, Exception | Non
 
 
 def sendable(error: Exception) -> Exception:
-    """The error, or its words if it cannot be pickled."""
+    """The error, or a RuntimeError with its text if it cannot be pickled."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

@@ -1,7 +1,7 @@
 """Convex parts of a solid that is not convex, by approximate decomposition (coacd).
 
-Hulls have few corners, for a collision costs time for each. What took long is kept on disk, by what
-it was computed from.
+Hulls have few corners, since each costs time in a collision. Parts are cached on disk, under a
+digest of the mesh and the settings.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ log = logging.getLogger("energymargin")
 
 # A fifth of coacd's own effort in the search for cuts: parts as good, in a quarter of the time.
 SEARCH = {"mcts_iterations": 30, "mcts_max_depth": 2}
-PATIENCE = 5.0  # s; a longer wait is told of
+PATIENCE = 5.0  # s; a longer wait is logged
 POLL = 0.02  # s; Ctrl-C is answered within it
 # Parts with less than this share of the whole hull's volume are flat but for rounding.
 NOTHING = 1e-9
@@ -57,7 +57,7 @@ def decomposed(
 ) -> list[NDArray[np.float64]]:
     """Points of convex parts of a mesh, shapes (k, 3) with k up to `max_points`.
 
-    A mesh that is not `closed` is made so first. `threshold`: the concavity that a part may keep,
+    A mesh that is not `closed` is made so first. `threshold`: the concavity that a part may have,
     as a share of the mesh's size. `name` is for messages. Raises RuntimeError if coacd fails,
     and TimeoutError or Cancelled if it reaches the limit.
     """
@@ -67,12 +67,12 @@ def decomposed(
         "seed": seed,
         "preprocess_mode": "off" if closed else "on",
     }
-    kept = _key(
+    key = _key(
         np.ascontiguousarray(vertices, float).tobytes(),
         np.ascontiguousarray(faces, np.int64).tobytes(),
         json.dumps([settings, max_points, version("coacd")]).encode(),
     )
-    parts = _load(kept)
+    parts = _load(key)
     if parts is None:
         log.info("decomposing %s into convex parts", name)
         raw = _run(vertices, faces, settings, name, limit)
@@ -80,7 +80,7 @@ def decomposed(
         parts = [corners(points, max_points) for points in raw if hull_volume(points) > least]
         if not parts:
             raise RuntimeError(f"coacd found no part in {name}; decompose=False takes its hull")
-        _store(kept, parts)
+        _store(key, parts)
     return parts
 
 
@@ -115,28 +115,28 @@ def _run(
                 process.wait()
                 raise
         if process.returncode != 0:
-            said = (folder / "messages").read_text(errors="replace").strip().splitlines()
-            why = said[-1] if said else f"it ended with {process.returncode}"
+            lines = (folder / "messages").read_text(errors="replace").strip().splitlines()
+            why = lines[-1] if lines else f"it ended with {process.returncode}"
             raise RuntimeError(f"coacd fails on {name}: {why}; decompose=False takes its hull")
         with np.load(folder / "parts.npz") as parts:
             return [np.asarray(parts[f"arr_{i}"], float) for i in range(len(parts.files))]
 
 
 def _wait(process: subprocess.Popen[bytes], name: str, limit: Limit) -> None:
-    """Until the process ends; says so if that takes long."""
+    """Until the process ends; logs a warning if that takes long."""
     start = time.monotonic()
-    told = False
+    warned = False
     while process.poll() is None:
         time.sleep(POLL)
         limit.require(f"{name} was decomposed")
-        if not told and time.monotonic() - start > PATIENCE:
+        if not warned and time.monotonic() - start > PATIENCE:
             log.warning(
-                "%s is still being decomposed into convex parts, once: they are kept in %s. A "
+                "%s is still being decomposed into convex parts, once: they are cached in %s. A "
                 "greater threshold is faster, and decompose=False takes the hull at once",
                 name,
                 cache_folder(),
             )
-            told = True
+            warned = True
 
 
 def hull_volume(points: NDArray[np.float64]) -> float:
@@ -205,8 +205,8 @@ def _key(*contents: bytes) -> str:
 def _load(name: str) -> list[NDArray[np.float64]] | None:
     """The point sets of a name, each (k, 3); None if there are none, or the file is damaged."""
     try:
-        with np.load(_file(name), allow_pickle=False) as kept:
-            found = [np.asarray(kept[f"arr_{i}"], float) for i in range(len(kept.files))]
+        with np.load(_file(name), allow_pickle=False) as file:
+            found = [np.asarray(file[f"arr_{i}"], float) for i in range(len(file.files))]
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         return None
     whole = all(p.ndim == 2 and p.shape[1] == 3 and np.isfinite(p).all() for p in found)
@@ -214,14 +214,14 @@ def _load(name: str) -> list[NDArray[np.float64]] | None:
 
 
 def _store(name: str, points: Sequence[NDArray[np.float64]]) -> None:
-    """Keeps point sets; a folder that cannot be written to is no error, only slow next time."""
+    """Caches point sets; a folder that cannot be written to is no error."""
     file = _file(name)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with replaced(file) as new, new.open("wb") as stream:
             np.savez(stream, *points)
     except OSError as error:
-        log.warning("convex parts are not kept for next time: %s", error)
+        log.warning("convex parts are not cached: %s", error)
 
 
 def _file(name: str) -> Path:

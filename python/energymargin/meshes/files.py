@@ -52,25 +52,37 @@ def mesh(
 ) -> Compound:
     """A solid from a mesh file (STL, OBJ, DAE), as convex parts that move as one.
 
-    The file's numbers are metres, times `scale`, one number or one for each axis; a DAE file's own
-    unit is applied, and its up axis is not. Several geometries in a file are joined. A closed
-    surface that is convex within 1 % of its volume becomes one part, any other is decomposed with
-    coacd: `threshold` is the concavity that a part may keep, as a share of the mesh's size, and
-    `seed` that of coacd's search. `decompose=False` takes the convex hull of it all instead. A part
-    has `max_points` corners at most.
+    The file's numbers are metres; a DAE file's own unit is applied, its up axis is not. Several
+    geometries in a file are joined. A closed surface that is convex within 1 % of its volume
+    becomes one part; any other is decomposed with coacd.
 
-    `solid` has the exact mass properties of the mesh if it is closed; otherwise it is None, and
-    those of the parts together count. Holes of one or two triangles are filled. Greater ones make
-    a mesh a shell, which has many parts and takes coacd a minute.
+    `solid` of the result has the exact mass properties of the mesh if it is closed. Otherwise it is
+    None, and the parts' own mass properties count. Holes of one or two triangles are filled. Larger
+    ones make a mesh a shell, which has many parts and takes coacd a minute.
 
-    A closed surface within another that faces the other way bounds a cavity. The parts leave nine
-    tenths of it empty at least, with a lesser threshold than the given one if need be. It is an
-    error if even the least threshold fills a cavity, or if a surface may be one or not.
+    A closed surface within another that faces the other way bounds a cavity. The parts leave at
+    least nine tenths of it empty, if need be with a smaller threshold than the given one. It is an
+    error if the smallest threshold fills a cavity too, or if a surface may be a cavity or not.
 
-    Parts are kept in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so that
-    the same mesh is decomposed once. Raises FileNotFoundError; ValueError that names what is wrong
-    with the file or an argument; RuntimeError if coacd fails; ImportError without the extra [urdf];
-    TimeoutError if it takes longer than `timeout` [s], and Cancelled once `cancel` is set.
+    Parts are cached in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so
+    that a mesh is decomposed once.
+
+    Args:
+        path: the mesh file.
+        scale: a factor, or one for each axis, shape (3,).
+        decompose: False takes the convex hull of the whole mesh.
+        threshold: the concavity that a part may have, as a share of the mesh's size.
+        max_points: corners of a part at most.
+        seed: of coacd's search.
+        timeout: [s].
+        cancel: ends it once it is set.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        ValueError: that names what is wrong with the file or an argument.
+        RuntimeError: if coacd fails.
+        ImportError: without the extra [urdf].
+        TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
     """
     limit = Limit(timeout, cancel)
     sizes = _scale(scale)
@@ -225,7 +237,7 @@ def _dae_corner_counts(path: Path) -> Iterator[int]:
                 in_polygons = len((element.text or "").split()) // max(inputs, 1)
                 yield in_polygons if primitive == "polygons" else 0
     except (ET.ParseError, LookupError, ValueError):
-        return  # what reads the mesh says what is wrong
+        return  # the reader of the mesh raises the error
 
 
 def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Trimesh:

@@ -18,7 +18,7 @@ __all__ = ["Solid", "solids", "winding_numbers"]
 
 Points = NDArray[np.float64]
 
-SAMPLES = 64  # faces of a surface that say where it lies
+SAMPLES = 64  # faces of a surface by which it is located
 DEPTH = 1e-4  # of these samples below the surface, as a share of its size
 CHUNK = 1_000_000  # solid angles at a time: some 100 MB
 WAY_OUT = "decompose=False takes the convex hull of it all"
@@ -69,7 +69,7 @@ def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
     around: list[list[int]] = []
     for i, shell in enumerate(shells):
         meets = (lows <= highs[i]).all(axis=1) & (highs >= lows[i]).all(axis=1)
-        # Of two equal ones the later lies within the earlier.
+        # Of two equal surfaces the later one counts as within the earlier.
         smaller = np.abs(volumes) >= np.abs(volumes[i])
         smaller[i:] &= np.abs(volumes[i:]) > np.abs(volumes[i])
         around.append([])

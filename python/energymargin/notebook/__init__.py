@@ -1,7 +1,6 @@
-"""What results look like in a notebook: a small table in HTML, of a problem with its
-picture and of a probability with its curve.
+"""What results look like in a notebook: a small table in HTML, for some beside a picture.
 
-Nothing here is in the way of a cell: what cannot be shown is shown as text.
+A result that cannot be shown so is shown as text: no cell of a notebook fails for its picture.
 """
 
 from __future__ import annotations
@@ -26,40 +25,39 @@ from energymargin._core import (
 __all__ = ["attach", "shown_by"]
 
 METHOD = "_repr_html_"  # which a notebook asks for
-OF_CORE: dict[type, str] = {
-    CaptureProbability: "results.capture_probability",
-    CaptureScore: "results.capture_score",
-    EscapeEffort: "results.escape_effort",
-    EscapeEnergy: "results.escape_energy",
-    ForceScore: "results.force_score",
-    Tree: "results.tree",
-    Plan: "problems.plan",
-    Problem: "problems.problem",
-    Scene: "problems.scene",
+VIEWS: dict[type, str] = {
+    CaptureProbability: "capture_probability",
+    CaptureScore: "capture_score",
+    EscapeEffort: "escape_effort",
+    EscapeEnergy: "escape_energy",
+    ForceScore: "force_score",
+    Tree: "tree",
+    Plan: "plan",
+    Problem: "problem",
+    Scene: "scene",
 }
 
 
 def attach() -> None:
     """Lets notebooks show the classes of the compiled module."""
-    for kind, function in OF_CORE.items():
-        setattr(kind, METHOD, shown_by(function))
+    for kind, view in VIEWS.items():
+        setattr(kind, METHOD, shown_by(view))
 
 
-def shown_by(function: str) -> Callable[[Any], str]:
-    """The method `_repr_html_` of a class, from "module.function" of this package.
+def shown_by(view: str) -> Callable[[Any], str]:
+    """The method `_repr_html_` of a class, which calls a function of `notebook.views`.
 
-    The module is imported when a notebook first asks. What raises is shown as text.
+    That module is imported when a notebook first asks. If the function raises, there is text.
     """
-    module, _, name = function.partition(".")
 
-    def shown_or_text(self: Any) -> str:
+    def html_or_text(self: Any) -> str:
         try:
-            shown: str = getattr(import_module(f"{__name__}.{module}"), name)(self)
-            return shown
+            html: str = getattr(import_module(f"{__name__}.views"), view)(self)
+            return html
         except Exception as error:  # a damaged thing is shown as far as it can be
             return f"<pre>{escape(_plain(self))}\ncannot be shown: {escape(_plain(error))}</pre>"
 
-    return shown_or_text
+    return html_or_text
 
 
 def _plain(thing: object) -> str:

@@ -11,16 +11,13 @@ try:
 except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
+from energymargin.plots.beliefs import figure_belief
 from energymargin.plots.curves import plot_precision_recall, plot_roc
-from energymargin.plots.efforts import plot_effort
-from energymargin.plots.futures import plot_future
-from energymargin.plots.legends import state_legend
-from energymargin.plots.probability import plot_probability
-from energymargin.plots.qualitative import figure_qualitative
-from energymargin.plots.series import Along, along
-from energymargin.plots.states import plot_state
+from energymargin.plots.datasets import figure_qualitative
+from energymargin.plots.results import plot_effort, plot_future, plot_probability
+from energymargin.plots.states import plot_state, state_legend
 from energymargin.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
-from energymargin.plots.trajectories import figure_scores, plot_scores
+from energymargin.plots.trajectories import Along, along, figure_scores, plot_scores
 
 __all__ = [
     "CAPTURED_COLOR",
@@ -28,6 +25,7 @@ __all__ = [
     "SUCCEEDED_COLOR",
     "Along",
     "along",
+    "figure_belief",
     "figure_qualitative",
     "figure_scores",
     "plot_effort",

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from energymargin.checks import yes_or_no
+from energymargin.deprecations import once_positional
 from energymargin.evaluation import Among, LabelledScores, curves
 from energymargin.evaluation.curves import (
     CAPTURED,
@@ -20,7 +21,6 @@ from energymargin.evaluation.curves import (
 )
 from energymargin.evaluation.labelled import HORIZON, LAST_FRAMES
 from energymargin.metrics import ANY
-from energymargin.plots.series import Scores, labelled_scores
 from energymargin.plots.styles import (
     CHANCE_COLOR,
     axes_or_new,
@@ -28,7 +28,8 @@ from energymargin.plots.styles import (
     light_grid,
     metric_style,
 )
-from energymargin.shares import short
+from energymargin.plots.trajectories import Scores, labelled_scores
+from energymargin.table_text import short
 
 __all__ = ["plot_precision_recall", "plot_roc"]
 
@@ -36,11 +37,12 @@ Curve = TypeVar("Curve", curves.Roc, curves.PrecisionRecall)
 SIZE = (6.0, 4.0)  # inch
 
 
+@once_positional("ax", "metrics", after=1)
 def plot_roc(
     scores: Scores,
+    *,
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
-    *,
     target: Target = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
@@ -49,16 +51,26 @@ def plot_roc(
 ) -> Axes:
     """ROC of several metrics, with AUC as of `evaluate` in the legend, and the line of chance.
 
-    `metrics`: None takes all that `evaluate` holds against the target. `target`: "captured", over a
-    `horizon` of frames, or "success" of whole trajectories by their `last` frames. `among`: "all"
-    states, or those that are "captured" now. A metric whose
-    labels are all alike, or that has no scores yet, has no curve: the legend says so. It is inside
-    of `ax`, or beside the axes of a new figure.
+    A metric without scores, or with one label alone, has no curve: the legend says so.
 
-    `scores` may be those of a run, or a file of scores, or its path, that has one run alone.
+    Args:
+        scores: with their labels: in memory, of a run of a store, or a file of scores that has one
+            run, open or by its path.
+        ax: the axes. None makes a figure.
+        metrics: None takes all that `evaluate` compares with the target.
+        target: "captured", over a `horizon` of frames, or "success" of whole trajectories by their
+            `last` frames.
+        horizon: frames that the label "captured" looks ahead.
+        last: frames at the end of a trajectory whose scores count for "success".
+        among: "all" states, or those that are "captured" now.
+        legend: whether there is a legend: inside `ax`, or beside the axes of a new figure.
 
-    Returns `ax`, or the axes of a new figure. Raises ValueError as `curves.roc` does, or if the
-    file has several runs; FileNotFoundError if there is none.
+    Returns:
+        `ax`, or the axes of a new figure.
+
+    Raises:
+        ValueError: as `curves.roc` does, or if the file has several runs.
+        FileNotFoundError: if there is no such file.
     """
     labelled = labelled_scores(scores)
     yes_or_no("legend", legend)
@@ -83,11 +95,12 @@ def plot_roc(
     return ax
 
 
+@once_positional("ax", "metrics", after=1)
 def plot_precision_recall(
     scores: Scores,
+    *,
     ax: Axes | None = None,
     metrics: Sequence[str] | None = None,
-    *,
     target: Target = CAPTURED,
     horizon: int = HORIZON,
     last: int = LAST_FRAMES,
@@ -96,7 +109,27 @@ def plot_precision_recall(
 ) -> Axes:
     """Precision over recall of several metrics, with AP in the legend, and the line of chance.
 
-    It is drawn as steps, below which the area is AP. Arguments, result and errors as of `plot_roc`.
+    The curve is drawn as steps, so that the area below it is AP. A metric without scores, or with
+    one label alone, has no curve: the legend says so.
+
+    Args:
+        scores: with their labels: in memory, of a run of a store, or a file of scores that has one
+            run, open or by its path.
+        ax: the axes. None makes a figure.
+        metrics: None takes all that `evaluate` compares with the target.
+        target: "captured", over a `horizon` of frames, or "success" of whole trajectories by their
+            `last` frames.
+        horizon: frames that the label "captured" looks ahead.
+        last: frames at the end of a trajectory whose scores count for "success".
+        among: "all" states, or those that are "captured" now.
+        legend: whether there is a legend: inside `ax`, or beside the axes of a new figure.
+
+    Returns:
+        `ax`, or the axes of a new figure.
+
+    Raises:
+        ValueError: as `curves.precision_recall` does, or if the file has several runs.
+        FileNotFoundError: if there is no such file.
     """
     labelled = labelled_scores(scores)
     yes_or_no("legend", legend)

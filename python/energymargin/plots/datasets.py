@@ -1,20 +1,31 @@
-"""Pictures of a dataset: what its trajectories look like, and what the scores say along them."""
+"""Pictures of trajectories of a task: their search trees, and the scores along them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 
 from energymargin import tasks
+from energymargin._core import CaptureScore, Problem, capture_score, stream
+from energymargin.checks import whole_number
 from energymargin.datasets import Dataset
 from energymargin.evaluation import LabelledScores
-from energymargin.plots.qualitative import figure_qualitative
-from energymargin.plots.series import along
-from energymargin.plots.trajectories import figure_scores
+from energymargin.outlines import Limits, Plan, view_of
+from energymargin.plots.scenes import lost_objects
+from energymargin.plots.states import plot_state, score_title, state_legend
+from energymargin.plots.trajectories import along, figure_scores
+from energymargin.plots.trees import draw_color_bar, most_cost
+from energymargin.tasks.base import Task, plane_of
+from energymargin.trajectories import Trajectory
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+__all__ = ["figure_along", "figure_qualitative", "figure_trees", "one_of_each"]
 
-__all__ = ["figure_along", "figure_trees", "one_of_each"]
+LINE = 0.15  # inch, of a title
 
 
 def one_of_each(dataset: Dataset) -> dict[str, int]:
@@ -52,5 +63,138 @@ def figure_along(dataset: Dataset, labelled: LabelledScores) -> Figure:
     columns = {}
     for name, t in one_of_each(dataset).items():
         times = dataset.trajectories[t].times
-        columns[f"{name} trajectory"] = along(labelled, t, times)
+        columns[f"{name} trajectory"] = along(labelled, t, times=times)
     return figure_scores(columns)
+
+
+def figure_qualitative(
+    task: Task,
+    trajectories: Mapping[str, Trajectory],
+    *,
+    frames: Sequence[int] | None = None,
+    nodes: int = 100,
+    seed: int = 0,
+    first_states: Mapping[str, int] | None = None,
+    pairs: bool = False,
+) -> Figure:
+    """Search trees in some frames of each trajectory: a row a trajectory, with its name.
+
+    Args:
+        task: of the trajectories.
+        trajectories: by name.
+        frames: their numbers. None takes three, from the first on, a third of the trajectory apart.
+        nodes: of each search tree.
+        seed: of the searches.
+        first_states: the numbers of the trajectories' first states in their dataset. With them the
+            trees, and so the scores, are those that the dataset gets from these nodes and seed.
+        pairs: writes the scores as (success, capture) under each frame, as the paper does, instead
+            of above it.
+
+    Raises:
+        ValueError: for what is no task or no trajectory, a frame that a trajectory does not have,
+            or first states that lack a trajectory.
+    """
+    chosen = _checked(task, trajectories, frames)
+    numbers = dict.fromkeys(trajectories, 0) if first_states is None else first_states
+    lacking = [name for name in trajectories if name not in numbers]
+    if lacking:
+        raise ValueError(f"first_states is {first_states!r}, expected {lacking[0]!r} in it, too")
+    rows = {
+        name: [
+            _panel(task, trajectory, k, nodes, stream(seed, numbers[name] + k))
+            for k in chosen[name]
+        ]
+        for name, trajectory in trajectories.items()
+    }
+    scene = next(iter(rows.values()))[0].problem.scene
+    plane = plane_of(task)
+    states = np.concatenate([trajectory.states for trajectory in trajectories.values()])
+    return _figure(rows, plane, view_of(scene, states, plane), pairs=pairs)
+
+
+def _figure(
+    rows: Mapping[str, Sequence[_Panel]], plane: Plan, limits: Limits, *, pairs: bool
+) -> Figure:
+    panels = [panel for row in rows.values() for panel in row]
+    most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
+    lines = max(score_title(panel.score).count("\n") + 2 for panel in panels)
+    columns = max(len(row) for row in rows.values())
+    figure, axes = _grid(len(rows), columns, limits, LINE * (lines + 1))
+    look: dict[str, Any] = {"plane": plane, "limits": limits, "most": most, "path": False}
+    for (name, row), row_axes in zip(rows.items(), axes, strict=True):
+        for panel, ax in zip(row, row_axes, strict=False):
+            plot_state(panel.problem, panel.score, ax=ax, color_bar=False, ghosts=3, **look)
+            _write_scores(ax, panel, pairs=pairs)
+        row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
+    _explain(figure, axes, most, panels)
+    return figure
+
+
+def _checked(
+    task: Task, trajectories: Mapping[str, Trajectory], frames: Sequence[int] | None
+) -> dict[str, list[int]]:
+    """The numbers of the frames of each trajectory."""
+    if not callable(getattr(task, "problem", None)):
+        raise ValueError(f"task is {task!r}, expected a Task such as tasks.make('push')")
+    if not (isinstance(trajectories, Mapping) and trajectories):
+        kind = "empty" if isinstance(trajectories, Mapping) else f"a {type(trajectories).__name__}"
+        raise ValueError(f"trajectories is {kind}, expected some by name: {{'failed': ...}}")
+    for name, trajectory in trajectories.items():
+        if not isinstance(trajectory, Trajectory):
+            found = type(trajectory).__name__
+            raise ValueError(f"trajectories has a {found} as {name!r}, expected a Trajectory")
+    if frames is None:
+        return {name: _three(len(trajectory)) for name, trajectory in trajectories.items()}
+    if not (isinstance(frames, (Sequence, np.ndarray)) and len(frames)):
+        raise ValueError(f"frames is {frames!r}, expected some numbers of frames, or None")
+    return {
+        name: [whole_number("frame", k, 0, len(trajectory) - 1) for k in frames]
+        for name, trajectory in trajectories.items()
+    }
+
+
+class _Panel(NamedTuple):
+    time: float
+    problem: Problem
+    score: CaptureScore
+
+
+def _panel(task: Task, trajectory: Trajectory, k: int, nodes: int, seed: int) -> _Panel:
+    problem = task.problem(trajectory.states[k], trajectory.params, trajectory.contacts[k])
+    score = capture_score(problem, nodes=nodes, seed=seed, warn=False)
+    return _Panel(float(trajectory.times[k]), problem, score)
+
+
+def _write_scores(ax: Axes, panel: _Panel, *, pairs: bool) -> None:
+    """Beside the time of a frame: under it as a pair, or above it by their names."""
+    time, score = f"t = {panel.time:.2f} s", panel.score
+    ax.set_title(time if pairs else f"{time}\n{score_title(score)}", fontsize=9)
+    ax.label_outer()
+    if pairs:
+        success = "-" if score.success is None else f"{score.success:.2f}"
+        ax.set_xlabel(f"{ax.get_xlabel()}\n({success}, {score.capture:.2f})".lstrip())
+
+
+def _explain(figure: Figure, axes: Any, most: float, panels: Sequence[_Panel]) -> None:
+    """A colour bar and a legend for all panels."""
+    highest = max(float(panel.score.tree.costs.max()) for panel in panels)
+    draw_color_bar(figure, axes, Normalize(0.0, most), highest, shrink=0.7, pad=0.015)
+    crosses = any(lost_objects(panel.problem, panel.score.tree.states).any() for panel in panels)
+    handles = state_legend(panels[0].problem, tree=crosses)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8
+    )
+
+
+def _three(frames: int) -> list[int]:
+    """The first frame, and those at one and two thirds, each once."""
+    return sorted({0, frames // 3, 2 * frames // 3})
+
+
+def _grid(rows: int, columns: int, limits: Limits, title: float) -> tuple[Figure, Any]:
+    """A figure whose panels leave no gaps between them, and its axes; `title` [inch] is above."""
+    (x0, x1), (y0, y1) = limits
+    panel = 2.9  # width [inch]
+    size = (panel * columns + 1.2, (panel * (y1 - y0) / (x1 - x0) + title) * rows + 0.7)
+    figure = Figure(figsize=size, dpi=200, layout="constrained")
+    return figure, figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)

@@ -1,26 +1,32 @@
-"""A state, and the search tree that breaks out of its capture set."""
+"""A state with the search tree that leaves its capture set; its title and its legend."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgba
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from energymargin._core import EscapeEffort, Problem, Tree
+from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene, Tree
 from energymargin.checks import positive_number, whole_number, yes_or_no
+from energymargin.deprecations import once_positional
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
-from energymargin.plots.bodies import draw_bodies, draw_ghost
-from energymargin.plots.legends import draw_state_legend, state_legend, state_title
-from energymargin.plots.sets import draw_set, sets_of
+from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, sets_of
 from energymargin.plots.styles import (
+    BODY_COLORS,
     CAPTURED_COLOR,
+    LEGEND_SIZE,
+    LOST_COLOR,
     SUCCEEDED_COLOR,
     axes_or_new,
     nodes_in_words,
@@ -31,26 +37,32 @@ from energymargin.plots.trees import (
     draw_color_bar,
     draw_escape,
     draw_tree,
+    escape_in_words,
+    escape_line,
     escape_of,
     in_view,
     most_cost,
 )
 from energymargin.regions import Region
 
-__all__ = ["plot_state"]
+__all__ = ["AROUND", "draw_state_legend", "plot_state", "score_title", "state_legend"]
 
 AROUND = 0.25  # of the view's longer side, around what moves
 WIDTH = 6.0  # inch, of a figure made here
 DETAIL = 400  # cells of the sets
 SAME = 1e-9  # of the numbers of two states that are the same
 PLANES = [(a, b) for a in "xyz" for b in "xyz" if a != b]
+MOST_NAMES = 3  # of bodies without a role
+NAMES = 30  # points that the numbers and the name of the x axis are high
+Notes = tuple[str, str, str]
 
 
+@once_positional("ax", after=2)
 def plot_state(
     problem: Problem,
     result: Result | None = None,
-    ax: Axes | None = None,
     *,
+    ax: Axes | None = None,
     escape: EscapeEffort | None = None,
     plane: Plan | None = None,
     limits: Limits | None = None,
@@ -64,51 +76,56 @@ def plot_state(
 ) -> Axes:
     """A state, the search tree of a result from there, and the cheapest escape on top.
 
-    The nodes are where the objects' centres got, coloured by cost [J] from 0 to `most`, with a
-    cross where a node left the capture set. `most=None` takes the cost of the costliest node in the
-    capture set, or the effort of the escape if that is more; other nodes may cost more. Capture set
-    light blue with a solid edge, success set grey with a dashed one: where the objects may be while
-    all else stays as in the state. What does not depend on the place, such as a bound on a speed,
-    is not filled; the crosses show it. Of several objects each has its dots and crosses, and what
-    is filled are the sets of all.
+    Nodes are drawn at the objects' centres, coloured by cost [J]; a cross marks a node outside of
+    the capture set. The capture set is light blue with a solid edge, the success set grey with a
+    dashed one: the positions of the objects for which the state, otherwise unchanged, is in the
+    set. A set that does not depend on the position, such as a bound on a speed, is not filled; the
+    crosses show it. Of several objects each has its nodes and crosses, and the sets are those of
+    all.
 
-    The escape is that of an `EscapeEffort`, given as result or, beside a `CaptureScore`, as
-    `escape`; else it is the cheapest node of the capture score's first tree outside of the capture
-    set. Its end is drawn as the dashed outlines of the objects that have left. `path=False` leaves
-    it away. With neither, the state alone is drawn.
+    Args:
+        problem: its state is drawn.
+        result: its tree is drawn. None draws the state alone.
+        ax: the axes. None makes a figure.
+        escape: the escape to draw beside the tree of a `CaptureScore`. None takes that of the
+            result: of an `EscapeEffort` its own, of a `CaptureScore` the cheapest node of its
+            first tree outside of the capture set.
+        plane: the two axes of the picture, such as ("x", "z"). None takes the plane across the axis
+            along which nothing can move, else the two axes along which the objects of the tree move
+            most, or along which the moving bodies are longest. `tasks.base.plane_of(task)` is a
+            task's own.
+        limits: (low, high) of both axes [m]. None shows where the bodies move.
+        most: the cost at the end of the colours [J]. None takes that of the costliest node in the
+            capture set or, if it is more, the effort of the escape.
+        path: whether the escape is drawn, and dashed outlines of the objects that leave at its end.
+        color_bar: whether costs have a colour bar.
+        legend: whether there is a legend, below the axes. None draws one if `ax` is None.
+            `state_legend` has its entries, for another place.
+        ghosts: how many random nodes have their bodies drawn, half transparent.
+        seed: of these random nodes.
+        detail: cells of the sets along the view's longer side.
 
-    `plane` is looked at along the third axis. None takes the one across the axis along which
-    nothing can move, else the two axes along which the objects of the tree get about most, or along
-    which the moving bodies are longest; a task's own is `tasks.base.plane_of(task)`. `limits` are
-    the ranges of the plane's axes [m]. `legend` is below; None draws one if there is no `ax`, and
-    `state_legend` has what it shows, for another place. The bodies of `ghosts` random nodes are
-    drawn half transparent, chosen by `seed`. `detail` is how many cells the sets have along the
-    view's longer side.
+    Returns:
+        `ax`, or the axes of a new figure.
 
-    Returns `ax`, or the axes of a new figure. Raises ValueError on a result of another problem.
+    Raises:
+        ValueError: for a result of another problem, and arguments out of range.
     """
     result, escaping = _checked(problem, result, escape)
     way = escape_of(problem, escaping) if escaping is not None and path else None
     view = _view(problem, None if result is None else result.tree, way, plane, limits)
     _check_looks(view.limits, most, ghosts, seed, detail)
-    legend = ax is None if legend is None else yes_or_no("legend", legend)
-    title = state_title(result, escaping, way)
     own_figure = ax is None
+    legend = own_figure if legend is None else yes_or_no("legend", legend)
+    title = state_title(result, escaping, way)
     ax = axes_or_new(ax, WIDTH, _height(view.limits, title))
-
-    costs = Normalize(0.0, view.most_cost if most is None else most)
     notes = _draw_sets(ax, view, detail)
-    draw_bodies(ax, problem.scene, problem.state, view.plane, view.limits)
-    for node in _some(len(view.states), ghosts, seed):
-        draw_ghost(ax, problem.scene, view.states[node], view.plane)
+    _draw_bodies(ax, view, _random_nodes(len(view.states), ghosts, seed))
+    costs = Normalize(0.0, view.most_cost if most is None else most)
     crosses = _draw_tree(ax, view, costs)
-    if way is not None:
-        draw_escape(ax, problem, way, view.plane)
-    _draw_centers(ax, view)
-    _name_axes(ax, view)
-    ax.set_title(title, fontsize=10)
+    _finish_axes(ax, view, title)
     if legend:
-        handles = state_legend(problem, (*notes, view.unseen), tree=crosses, escape=way)
+        handles = state_legend(problem, notes=(*notes, view.unseen), tree=crosses, escape=way)
         draw_state_legend(ax, handles, own_figure=own_figure)
     if color_bar and view.tree is not None:
         _draw_color_bar(ax, view.tree, costs)
@@ -138,7 +155,7 @@ class _View:
 
     @property
     def unseen(self) -> str:
-        """What a legend says of the nodes that are not in view; the root is one of them."""
+        """A note on the nodes out of view, for the legend; the root counts as a node."""
         nodes = len(self.states)
         unseen = nodes - int(self.inside.sum())
         return f"{unseen} of {nodes_in_words(nodes)} out of view" if unseen else ""
@@ -243,8 +260,7 @@ def _telling(
 
 
 def _draw_sets(ax: Axes, view: _View, detail: int) -> tuple[str, str]:
-    """Success set below capture set; returns what a legend says of where capture and success set
-    are."""
+    """Success set below capture set; returns a note on each for the legend."""
     captured, succeeded = sets_of(view.problem)
     shown: dict[str, Any] = {"detail": detail, "seen": view.states[view.inside]}
 
@@ -258,12 +274,25 @@ def _draw_sets(ax: Axes, view: _View, detail: int) -> tuple[str, str]:
     return of_captured, of_succeeded
 
 
+def _draw_bodies(ax: Axes, view: _View, ghosts: Sequence[int]) -> None:
+    """The bodies in the state and, half transparent, in some nodes; a mark at each object."""
+    problem = view.problem
+    draw_bodies(ax, problem.scene, problem.state, view.plane, view.limits)
+    for node in ghosts:
+        draw_ghost(ax, problem.scene, view.states[node], view.plane)
+    centers = problem.state[object_centers(problem.scene, view.plane)]
+    ax.plot(*centers.T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7.2)
+
+
 def _draw_tree(ax: Axes, view: _View, costs: Normalize) -> bool:
-    """Returns whether a cross is in view."""
-    if view.tree is None:
-        return False
-    lost = draw_tree(ax, view.problem, view.tree, view.plane, costs)
-    return bool(in_view(lost, view.limits).any())
+    """The tree and the escape; returns whether a cross is in view."""
+    crosses = False
+    if view.tree is not None:
+        lost = draw_tree(ax, view.problem, view.tree, view.plane, costs)
+        crosses = bool(in_view(lost, view.limits).any())
+    if view.escape is not None:
+        draw_escape(ax, view.problem, view.escape, view.plane)
+    return crosses
 
 
 def _draw_color_bar(ax: Axes, tree: Tree, costs: Normalize) -> None:
@@ -273,23 +302,17 @@ def _draw_color_bar(ax: Axes, tree: Tree, costs: Normalize) -> None:
         draw_color_bar(ax.figure, ax, costs, highest, shrink=0.85)
 
 
-def _some(nodes: int, number: int, seed: int) -> list[int]:
+def _random_nodes(nodes: int, number: int, seed: int) -> list[int]:
     """Rows of random nodes, without the root."""
     return [int(row) for row in np.random.default_rng(seed).permutation(nodes - 1)[:number] + 1]
 
 
-def _draw_centers(ax: Axes, view: _View) -> None:
-    """Where the objects are."""
-    problem = view.problem
-    starts = problem.state[object_centers(problem.scene, view.plane)]
-    ax.plot(*starts.T, "+", color="black", markersize=7, markeredgewidth=1.2, zorder=7)
-
-
-def _name_axes(ax: Axes, view: _View) -> None:
+def _finish_axes(ax: Axes, view: _View, title: str) -> None:
     ax.set(xlim=view.limits[0], ylim=view.limits[1], aspect="equal")
     ax.set(xlabel=f"{view.plane[0]} [m]", ylabel=f"{view.plane[1]} [m]")
     ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.yaxis.set_major_locator(MaxNLocator(5))
+    ax.set_title(title, fontsize=10)
 
 
 def _height(limits: Limits, title: str) -> float:
@@ -297,3 +320,113 @@ def _height(limits: Limits, title: str) -> float:
     (x0, x1), (y0, y1) = limits
     axes = float(np.clip(0.72 * WIDTH * (y1 - y0) / (x1 - x0), 1.5, 5.0))
     return axes + 1.4 + 0.2 * (title.count("\n") + 1)
+
+
+@once_positional("notes", after=1)
+def state_legend(
+    problem: Problem,
+    *,
+    notes: Notes = ("", "", ""),
+    tree: bool = True,
+    escape: Escape | EscapeEffort | None = None,
+) -> list[Patch | Line2D]:
+    """The entries of a legend of `plot_state`, with or without those of a tree and an escape.
+
+    `notes` follow the names of the capture set and of the success set; the last one is an entry of
+    its own.
+    """
+    handles: list[Patch | Line2D] = [
+        Patch(color=BODY_COLORS[role], alpha=0.7, label=label)
+        for role, label in _bodies_by_role(problem.scene).items()
+    ]
+    handles.append(_set_patch(CAPTURED_COLOR, "-", "capture set" + notes[0]))
+    if problem.succeeded is not None:
+        handles.append(_set_patch(SUCCEEDED_COLOR, "--", "success set" + notes[1]))
+    if tree:
+        left = "outside of the capture set"
+        cross = Line2D([], [], color=LOST_COLOR, marker="x", linestyle="", markersize=4, label=left)
+        handles.append(cross)
+    way = escape.path if isinstance(escape, EscapeEffort) else escape.states if escape else ()
+    if len(way) > 1:
+        handles.append(escape_line("cheapest escape"))
+    if notes[2]:
+        handles.append(Line2D([], [], linestyle="", label=notes[2]))
+    return handles
+
+
+def score_title(score: CaptureScore) -> str:
+    """The scores; with several objects those of all and of at least one, a line each."""
+    lines = {"all": (score.capture, score.success), "any": (score.capture_any, score.success_any)}
+    several = score.capture_any is not None or score.success_any is not None
+    return "\n".join(
+        (f"{which}:   " if several else "")
+        + "   ".join(
+            f"{name} {value:.2f}"
+            for name, value in zip(("capture", "success"), values, strict=True)
+            if value is not None
+        )
+        for which, values in lines.items()
+        if values != (None, None)
+    )
+
+
+def state_title(result: Result | None, escaping: Result | None, escape: Escape | None) -> str:
+    """The scores of a capture score, and what is known of the escape."""
+    lines = []
+    if isinstance(result, CaptureScore):
+        lines.append(score_title(result) + _unfinished(result))
+    if escaping is not None and (escape is not None or not lines):
+        known = _unfinished(escaping) if isinstance(escaping, EscapeEffort) else ""
+        lines.append(escape_in_words(escaping, escape) + known)
+    return "\n".join(lines)
+
+
+def _bodies_by_role(scene: Scene) -> dict[str, str]:
+    """The names of the bodies that are drawn, by role."""
+    names: dict[str, list[str]] = {}
+    for body in scene.bodies:
+        if not isinstance(body.shape, Plane):
+            names.setdefault(body.role, []).append(body.name)
+    several = {"object": "objects", "effector": "effector"}
+    labels = {}
+    for role, of_role in names.items():
+        if role == "none":
+            more = ", ..." if len(of_role) > MOST_NAMES else ""
+            labels[role] = ", ".join(of_role[:MOST_NAMES]) + more
+        else:
+            labels[role] = several[role] if len(of_role) > 1 else role
+    return labels
+
+
+def _set_patch(color: str, line: Literal["-", "--"], label: str) -> Patch:
+    face, edge = to_rgba(color, 0.35), to_rgba(color)
+    return Patch(facecolor=face, edgecolor=edge, linestyle=line, linewidth=0.9, label=label)
+
+
+def _unfinished(result: Result) -> str:
+    return "" if result.complete else "   (not complete)"
+
+
+def draw_state_legend(ax: Axes, handles: list[Patch | Line2D], *, own_figure: bool) -> None:
+    """Draws a legend below the axes. A caller's own axes do not move: their layout engine or the
+    caller makes room."""
+    figure = ax.get_figure()
+    assert figure is not None
+    options: dict[str, Any] = {"handles": handles, "frameon": False, "fontsize": LEGEND_SIZE}
+    if own_figure:
+        outside = partial(figure.legend, loc="outside lower center", **options)
+        _as_wide_as(figure.bbox.width, outside)
+    else:
+        below = ax.transAxes + ScaledTranslation(0.0, -NAMES / 72, figure.dpi_scale_trans)
+        options |= {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
+        ax.legend(loc="upper center", ncols=2, **options)
+
+
+def _as_wide_as(width: float, make: Callable[..., Legend]) -> Legend:
+    """A legend in as many columns as fit a width [pixels], three at most and one at least."""
+    for columns in (3, 2):
+        legend = make(ncols=columns)
+        if legend.get_window_extent().width <= width:
+            return legend
+        legend.remove()
+    return make(ncols=1)

@@ -1,7 +1,7 @@
 """What all pictures share: colours, lines, and where a legend goes.
 
-The colours tell the same without colour vision: cividis for costs, Okabe and Ito's palette for the
-rest, and no two things differ in colour alone.
+The colours can be told apart without colour vision: cividis for costs, Okabe and Ito's palette for
+the rest. No two things differ in colour alone.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Dashes = tuple[int, tuple[float, ...]]
 
 
 class LineStyle(NamedTuple):
-    """How a line looks, so that it is told from others without its colour."""
+    """How a line looks; it differs from others without its colour too."""
 
     color: str
     dashes: str | Dashes

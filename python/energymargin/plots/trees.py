@@ -1,4 +1,4 @@
-"""A search tree over the workspace, and the cheapest way out of the capture set in it."""
+"""A search tree in a plane, and its cheapest escape from the capture set."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
 from energymargin.outlines import Limits, Plan, object_centers
-from energymargin.plots.bodies import draw_lost
-from energymargin.plots.sets import lost_objects, sets_of
+from energymargin.plots.scenes import draw_lost, lost_objects, sets_of
 from energymargin.plots.styles import COSTS, LOST_COLOR, joules, nodes_in_words
 
 __all__ = [
@@ -81,7 +80,7 @@ def in_view(points: NDArray[np.float64], limits: Limits) -> NDArray[np.bool_]:
 
 
 def most_cost(problem: Problem, tree: Tree) -> float:
-    """That of the costliest node in the capture set [J]: what lies beyond may cost much more."""
+    """The highest cost of a node in the capture set [J]; nodes outside may cost much more."""
     captured, _ = sets_of(problem)
     inside = np.asarray(captured.contains(problem.scene, tree.states))
     costs = tree.costs[inside] if inside.any() else tree.costs

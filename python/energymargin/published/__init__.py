@@ -2,7 +2,7 @@
 
 A folder holds the recordings of Table II and the simulated trajectories of Table I, with labels and
 the authors' own scores. The data are not part of this library: a user clones them, and gives the
-folder. docs/results/published.md says what was read how.
+folder. docs/results/published.md has the details.
 
 Each part, of `parts(folder)`, becomes a dataset of a task at the authors' parameters (`dataset`),
 which is scored, evaluated, viewed and reported as any other, and labelled scores of theirs

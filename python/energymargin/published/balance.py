@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Region, Scene
-from energymargin.published.planar import COLUMNS, Sweep, SweptTask, placed
-from energymargin.published.task import SimulatedTask, Vector
+from energymargin.published.task import COLUMNS, SimulatedTask, Sweep, SweptTask, Vector, placed
 from energymargin.tasks.base import STEP, Params
 
 __all__ = ["PublishedBalance"]

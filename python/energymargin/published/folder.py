@@ -1,4 +1,4 @@
-"""What a folder of published data holds, and its tables of numbers."""
+"""The folder of the published data: its parts, and its tables of numbers."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ Columns = dict[str, NDArray[np.float64]]
 
 
 def parts(folder: str | os.PathLike[str]) -> list[str]:
-    """The names of what there is, simulated first: "push", ..., "jaw-pushes-rectangle", ...
+    """The names of the parts, simulated first: "push", ..., "jaw-pushes-rectangle", ...
 
-    Raises ValueError if there is nothing.
+    Raises ValueError if there is none.
     """
     root = Path(folder)
     found = [name for name in SIMULATED if (root / "simulated" / name).is_dir()]
@@ -53,7 +53,7 @@ def of_part(folder: str | os.PathLike[str], part: str) -> Path:
 def read_columns(path: Path, names: Sequence[str], *, optional: Sequence[str] = ()) -> Columns:
     """The columns of these names, shape (R,) each, and those of `optional` that there are.
 
-    A row may have more cells than the header, as remarks. "inf" is a number here, "nan" is none.
+    A row may have more cells than the header: remarks. "inf" is a number, "nan" is not.
     Raises OSError, and ValueError that names the file, the line and what was expected there.
     """
     with path.open(newline="", encoding="utf-8") as file:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Region, Scene, World
 from energymargin.published.task import DEEPEST, SimulatedTask, Vector
-from energymargin.tasks.base import STEP, Params, drawn
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import drawn
 
 __all__ = ["PublishedGrasp"]
 
@@ -76,41 +77,14 @@ class PublishedGrasp(SimulatedTask):
         from energymargin.scenes import from_urdf
 
         friction = drawn("friction", params, None)
-        made = Scene(gravity=GRAVITY, step=STEP)
-        made.add_body(
-            "table",
-            Box(TABLE_SIZE),
-            mass=TABLE_MASS,
-            position=(0.0, 0.0, TABLE_TOP - TABLE_SIZE[2] / 2),
-            friction=friction,
-            linear_factor=(0.0, 0.0, 1.0),
-            angular_factor=(0.0, 0.0, 0.0),
-            force=(0.0, 0.0, -TABLE_MASS * GRAVITY[2]),
-        )
-        made.add_body(
-            "object",
-            Box((OBJECT_EDGE,) * 3),
-            mass=drawn("mass", params, None),
-            position=(-0.9, 0.0, TABLE_TOP + OBJECT_EDGE / 2),
-            friction=friction,
-            role="object",
-        )
-        control: dict[str, dict[str, Any]] = {joint: {"held": True} for joint in SPREADING}
-        for number, joint in enumerate(BENDING):
-            control[joint] = {
-                "target": TARGETS[number % 3],
-                "stiffness": STIFFNESS,
-                "damping": DAMPING,
-                "torque_limit": TORQUE,
-            }
         with_hand = from_urdf(
             Path(self.data) / "robotiq" / "robotiq10.urdf",
-            made,
+            _table_and_box(friction, drawn("mass", params, None)),
             position=HAND,
             orientation=_orientation(ROLL, PITCH, 0.0),
             friction=friction,
             role="effector",
-            joints=control,
+            joints=_finger_control(),
             inertia="shapes",
             self_collision=False,
             decompose=False,  # the authors' simulator takes the hull of each link's mesh
@@ -176,6 +150,42 @@ class PublishedGrasp(SimulatedTask):
         """On x and z, no torque."""
         force = ACCELERATION * drawn("mass", params, None)
         return (force, 0.0, force), (0.0, 0.0, 0.0)
+
+
+def _table_and_box(friction: float, mass: float) -> Scene:
+    made = Scene(gravity=GRAVITY, step=STEP)
+    made.add_body(
+        "table",
+        Box(TABLE_SIZE),
+        mass=TABLE_MASS,
+        position=(0.0, 0.0, TABLE_TOP - TABLE_SIZE[2] / 2),
+        friction=friction,
+        linear_factor=(0.0, 0.0, 1.0),
+        angular_factor=(0.0, 0.0, 0.0),
+        force=(0.0, 0.0, -TABLE_MASS * GRAVITY[2]),
+    )
+    made.add_body(
+        "object",
+        Box((OBJECT_EDGE,) * 3),
+        mass=mass,
+        position=(-0.9, 0.0, TABLE_TOP + OBJECT_EDGE / 2),
+        friction=friction,
+        role="object",
+    )
+    return made
+
+
+def _finger_control() -> dict[str, dict[str, Any]]:
+    """By joint, as `from_urdf` takes it: drives close the fingers, which do not spread."""
+    control: dict[str, dict[str, Any]] = {joint: {"held": True} for joint in SPREADING}
+    for number, joint in enumerate(BENDING):
+        control[joint] = {
+            "target": TARGETS[number % 3],
+            "stiffness": STIFFNESS,
+            "damping": DAMPING,
+            "torque_limit": TORQUE,
+        }
+    return control
 
 
 def _orientation(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:

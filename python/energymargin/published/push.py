@@ -6,8 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Box, Cylinder, Region, Scene
-from energymargin.published.planar import COLUMNS, Sweep, SweptTask, between, placed
-from energymargin.published.task import SimulatedTask, Vector
+from energymargin.published.task import (
+    COLUMNS,
+    SimulatedTask,
+    Sweep,
+    SweptTask,
+    Vector,
+    between,
+    placed,
+)
 from energymargin.tasks.base import STEP, Params
 
 __all__ = ["PublishedPush"]

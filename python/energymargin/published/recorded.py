@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Compound, ConvexHull, Part, Region, Scene
 from energymargin.checks import one_of
-from energymargin.published.planar import Sweep, SweptTask
-from energymargin.published.task import Vector
+from energymargin.published.task import Sweep, SweptTask, Vector
 from energymargin.tasks.base import STEP, Params
 
 __all__ = ["OBJECTS", "TOOLS", "PublishedRecorded", "outlines", "prism"]

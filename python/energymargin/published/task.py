@@ -1,20 +1,32 @@
-"""What the tasks of the published data share: their trajectories are read, not made."""
+"""Base classes of the tasks of the published data, whose trajectories are read, not made."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin import regions
 from energymargin._core import Contact, Plan, Problem, Region, Scene, World
 from energymargin.scenes import moved_apart
 from energymargin.tasks.base import STEP, Params
 from energymargin.trajectories import Trajectory
 
-__all__ = ["DEEPEST", "PublishedTask", "SimulatedTask", "Vector"]
+__all__ = [
+    "COLUMNS",
+    "DEEPEST",
+    "PublishedTask",
+    "SimulatedTask",
+    "Sweep",
+    "SweptTask",
+    "Vector",
+    "between",
+    "placed",
+]
 
 DEEPEST = 0.01  # m; in the authors' simulator bodies sink into each other at impacts
 
@@ -41,7 +53,7 @@ class PublishedTask(ABC):
         return {}
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:
-        """Raises ValueError: there are the authors' trajectories alone."""
+        """Raises ValueError: there are only the authors' trajectories."""
         raise ValueError(
             f"task {self.name!r} makes no trajectories: it has those that its authors published, "
             "which `energymargin import --published DIR` reads"
@@ -104,7 +116,8 @@ class SimulatedTask(PublishedTask):
     interval: ClassVar[float | None]
     """Between frames [s]; None: each trajectory has one of its own, which is not recorded."""
     drawn: ClassVar[dict[str, str]] = {}
-    """What was drawn for each trajectory: our name, and the column of maneuver_labels.csv."""
+    """Parameters that were drawn for each trajectory: by our name, the column of
+    maneuver_labels.csv."""
 
     @abstractmethod
     def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -126,3 +139,79 @@ class SimulatedTask(PublishedTask):
         steps = round(horizon / self.step)
         wrenches = {body: np.tile(row, (steps, 1)) for body, row in self.script(params).items()}
         return Plan(self.step, wrenches=wrenches)
+
+
+COLUMNS = (
+    *("xo", "yo", "thetao", "vxo", "vyo", "omegao"),
+    *("xg", "yg", "thetag", "vxg", "vyg", "omegag"),
+)
+"""Of object and effector: position [m], yaw [rad], and their rates."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The dimensions of a swept capture set."""
+
+    half_width: float
+    """On both sides of the effector's path [m]."""
+    ahead: float
+    """Of its motion [s]."""
+    ends: float
+    """Length that is added at both ends of its path [m]."""
+    least_speed: float
+    """Below it the set is a disc [m/s]."""
+    disc_radius: float
+    """[m]"""
+
+    def region(self, at: dict[str, Any] | None) -> Region:
+        """The capture set of a fixed motion of the effector; for None, of its own at each state."""
+        return regions.Swept(
+            "object",
+            by="effector",
+            half_width=self.half_width,
+            behind=self.ends,
+            ahead=self.ahead,
+            beyond=self.ends,
+            least_speed=self.least_speed,
+            disc_radius=self.disc_radius,
+            at=at,
+        )
+
+
+class SweptTask(PublishedTask):
+    """The object is captured in what the effector is about to sweep."""
+
+    sweep: ClassVar[Sweep]
+
+    def captured(self, state: NDArray[np.float64], params: Params) -> Region:
+        """What the effector is about to sweep from where it is at this state, shape (26,)."""
+        effector = self.scene(params).unpack(state)["effector"]
+        return self.sweep.region(
+            {
+                "position": effector["position"][:2],
+                "velocity": effector["velocity"][:2],
+                "yaw_rate": effector["angular_velocity"][2],
+            }
+        )
+
+    def captured_throughout(self, params: Params) -> Region:
+        """What the effector is about to sweep from where it has come to."""
+        return self.sweep.region(None)
+
+
+def placed(row: NDArray[np.float64], height: float) -> dict[str, Any]:
+    """Keywords of `Scene.pack` for a body with x, y, yaw and their rates, shape (6,), at this
+    height of its centre [m]."""
+    x, y, yaw, vx, vy, yaw_rate = row.tolist()
+    return {
+        "position": (x, y, height),
+        "yaw": yaw,
+        "velocity": (vx, vy, 0.0),
+        "angular_velocity": (0.0, 0.0, yaw_rate),
+    }
+
+
+def between(axis: tuple[float, float, float], low: float, high: float) -> Region:
+    """The object's centre between two planes across an axis [m]."""
+    normal = np.array(axis)
+    return regions.HalfSpace("object", normal, high) & regions.HalfSpace("object", -normal, -low)

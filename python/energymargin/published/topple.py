@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Region, Scene, Sphere
 from energymargin.published.task import SimulatedTask, Vector
-from energymargin.tasks.base import STEP, Params, drawn
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import drawn
 
 __all__ = ["PublishedTopple"]
 

@@ -1,4 +1,4 @@
-"""What no camera sees: signs that a unit is wrong, or that columns are swapped."""
+"""Signs that a unit is wrong, or that columns are swapped: motions that no camera sees."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.columns import of_body
-from energymargin.recordings.table import FrameTable, SourceFile
+from energymargin.recordings.csv_files import FrameTable, SourceFile, of_body
 
 __all__ = ["require_agreement", "require_clock", "require_units"]
 
@@ -25,7 +24,7 @@ LEAST_DISAGREEMENT = (0.01, 0.2)  # m/s, rad/s; three times what noise makes of 
 
 
 def require_clock(table: FrameTable) -> None:
-    """Frames and times rise, and the time is in its unit."""
+    """Raises ValueError unless frames and times rise, and the time step is plausible."""
     for name in ("frame", "time"):
         values = table.values[name]
         falls = np.flatnonzero(np.diff(values) <= 0)
@@ -45,7 +44,7 @@ def require_clock(table: FrameTable) -> None:
 
 
 def require_units(table: FrameTable, body: str) -> None:
-    """Positions, angles and their changes are those of something on a table."""
+    """Raises ValueError unless positions, angles and their rates are plausible on a table."""
     poses, _ = of_body(body)
     for name in poses:
         angle = name.endswith("yaw")
@@ -89,9 +88,9 @@ def require_agreement(
     derived: NDArray[np.float64],
     of_other: NDArray[np.float64] | None,
 ) -> None:
-    """A file's velocities, shape (N, 3), are those of its poses.
+    """Raises ValueError if a file's velocities, shape (N, 3), contradict those of its poses.
 
-    Their difference (its root mean square) is at most half of the larger of both, and a bit.
+    The root mean square of their difference may be half of the larger one's, and a bit more.
     `of_other`: the file's velocities of the other body.
     """
     poses, rates = of_body(body)
@@ -127,7 +126,7 @@ def _explanation(
     columns: slice,
     least: float,
 ) -> str:
-    """The change that makes the file's velocities most alike, if they then agree."""
+    """The change that makes both velocities agree best, if they then agree."""
     changed = {reason: change(given)[:, columns] for reason, change in _CHANGES.items()}
     if of_other is not None:
         changed["they are those of the other body"] = of_other[:, columns]

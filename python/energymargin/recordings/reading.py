@@ -1,11 +1,11 @@
-"""A camera's recording, from its CSV file: read, checked, mended by stated rules."""
+"""A camera's recording from its CSV file: checked, and gaps and outliers interpolated."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +13,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import positive_number, yes_or_no
-from energymargin.recordings import columns as layouts
-from energymargin.recordings.columns import BODIES, Columns, of_body
-from energymargin.recordings.gaps import Clock, filled_clock, require_short_gaps
-from energymargin.recordings.outliers import LEAST_JUMP, LEAST_TURN, jumps
+from energymargin.deprecations import warn_deprecated
+from energymargin.recordings.cleaning import (
+    LEAST_FRAMES,
+    LEAST_JUMP,
+    LEAST_TURN,
+    SMOOTHING,
+    Clock,
+    diagonal,
+    filled_clock,
+    jumps,
+    require_short_gaps,
+    smoothed,
+)
+from energymargin.recordings.csv_files import (
+    BODIES,
+    Columns,
+    FrameTable,
+    frame_origin,
+    of_body,
+    read_table,
+)
 from energymargin.recordings.plausible import require_agreement, require_clock, require_units
-from energymargin.recordings.recording import Mended, Motion, Recording
-from energymargin.recordings.smoothing import LEAST_FRAMES, SMOOTHING, smoothed
-from energymargin.recordings.table import FrameTable, read_table
+from energymargin.recordings.recording import Motion, Recording, Repairs
 
 __all__ = ["LONGEST_GAP", "read_csv"]
 
 LONGEST_GAP = 0.1  # s; three frames at 33 Hz, in which a push of 5 cm/s goes 5 mm
-MOST_MENDED = 0.25  # of the frames
+MOST_REPAIRED = 0.25  # of the frames
 
 
 @dataclass(frozen=True)
@@ -64,7 +79,7 @@ class _Sightings:
     tracks: tuple[_Track, ...]
 
     def between_ends(self) -> _Sightings:
-        """Without the frames before both bodies are first seen, or after they are last seen."""
+        """Without the frames before both bodies are first seen, or after either is last seen."""
         ends = [np.flatnonzero(track.good)[[0, -1]] for track in self.tracks]
         first, last = max(first for first, _ in ends), min(last for _, last in ends)
         rows = slice(first, last + 1)
@@ -83,63 +98,68 @@ def read_csv(
     path: str | os.PathLike[str],
     columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     *,
-    mend: bool = True,
+    repair: bool = True,
     longest_gap: float = LONGEST_GAP,
     least_jump: float = LEAST_JUMP,
     least_turn: float = LEAST_TURN,
     smoothing: float = SMOOTHING,
     smooth_poses: bool = True,
     origin: Sequence[float] | None = None,
+    mend: bool | None = None,
 ) -> Recording:
     """The recording in a CSV file: a row a frame, with the poses of two bodies in a plane.
 
-    `columns`: a JSON file that says which column is what, and the units; None: the header is
-    frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate, and the same of the
-    effector [m, rad, s]; the velocities may be missing. `docs/guides/recordings.md` has the rules:
+    Missing frames, frames in which a body was not seen, and outliers are interpolated.
+    `docs/guides/recordings.md` has the rules.
 
-    Frames that are missing, or in which a body was not seen, are interpolated over at most
-    `longest_gap` [s]; so are outliers, that jump by at least `least_jump` [m] or `least_turn`
-    [rad]. `mend=False` makes each of them an error. Velocities that the file does not have are
-    those of a smoothing spline of at most the time scale `smoothing` [s], and so are that body's
-    poses, unless `smooth_poses=False`. `origin`: of the camera's frame in the scene's, x, y [m] and
-    yaw [rad], instead of the one of `columns`.
+    Args:
+        path: the CSV file.
+        columns: which column is what, and the units: Columns, or a JSON file of them. None: the
+            header is frame,time,object_x,object_y,object_yaw,object_vx,object_vy,object_yaw_rate,
+            and the same of the effector [m, rad, s]; velocities may be missing.
+        repair: False makes each frame that would be interpolated an error.
+        longest_gap: the longest time over which poses are interpolated [s].
+        least_jump: an outlier jumps by so much at least [m].
+        least_turn: the same of its yaw [rad].
+        smoothing: the largest time scale of the smoothing spline [s], which gives the velocities
+            that the file does not have.
+        smooth_poses: whether the spline gives the poses of such a body, too.
+        origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
+            `columns`.
+        mend: the former name of `repair`.
 
     Raises OSError, and ValueError that names the file, the line and what was expected there.
     """
-    for name, value in (
-        ("longest_gap", longest_gap),
-        ("least_jump", least_jump),
-        ("least_turn", least_turn),
-        ("smoothing", smoothing),
-    ):
-        positive_number(name, value)
-    yes_or_no("mend", mend)
+    positive_number("longest_gap", longest_gap)
+    positive_number("least_jump", least_jump)
+    positive_number("least_turn", least_turn)
+    positive_number("smoothing", smoothing)
+    if mend is not None:
+        warn_deprecated("read_csv with mend", "repair=...")
+        repair = mend
+    yes_or_no("repair", repair)
     layout = Columns.of(columns)
     table = _with_frames(read_table(path, layout))
     _require_enough(table, len(table.lines), "rows")
     require_clock(table)
-    length = float(np.ptp(table.values["time"]))
-    if smoothing > length:
-        raise ValueError(
-            f"smoothing is {smoothing:g}, expected at most the recording's {length:g} s"
-        )
+    _require_longer(table, smoothing)
     tracks = tuple(_track(table, body, (least_jump, least_turn)) for body in BODIES)
     sightings = _Sightings(table, tracks).between_ends()
     for track in sightings.tracks:
         require_short_gaps(sightings.table, track.body, track.good, longest_gap)
     clock = filled_clock(sightings.table)
-    mended = _mended(table, sightings, clock)
-    _require_little(table, mended, len(clock.times), mend=mend)
+    repairs = _repairs(table, sightings, clock)
+    _require_few(table, repairs, len(clock.times), repair=repair)
     motions = _motions(sightings, clock, smoothing, smooth_poses=smooth_poses)
-    place = layouts.origin(layout.origin if origin is None else origin)
+    place = frame_origin(layout.origin if origin is None else origin)
     object_motion, effector_motion = (_moved(motion, place) for motion in motions)
     return Recording(
-        Path(path).name, clock.frames, clock.times, object_motion, effector_motion, mended
+        Path(path).name, clock.frames, clock.times, object_motion, effector_motion, repairs
     )
 
 
 def _with_frames(table: FrameTable) -> FrameTable:
-    """A file without numbers of frames has none missing."""
+    """The table with numbers of frames; those of a file without them have no gap."""
     if "frame" in table.values:
         return table
     numbers = np.arange(len(table.lines), dtype=float)
@@ -147,7 +167,7 @@ def _with_frames(table: FrameTable) -> FrameTable:
 
 
 def _track(table: FrameTable, body: str, least: tuple[float, float]) -> _Track:
-    """Checked for units; outliers are known."""
+    """One body's poses and velocities in the rows of a file, with outliers marked."""
     require_units(table, body)
     of_pose, of_velocity = of_body(body)
     poses = np.stack([table.values[name] for name in of_pose], axis=1)
@@ -170,14 +190,22 @@ def _require_enough(table: FrameTable, count: int, what: str) -> None:
         raise table.source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
 
 
-def _mended(table: FrameTable, sightings: _Sightings, clock: Clock) -> Mended:
-    """What becomes of the frames of a file, of which those between the ends are kept."""
-    kept, tracks = sightings.table, sightings.tracks
-    return Mended(
+def _require_longer(table: FrameTable, smoothing: float) -> None:
+    length = float(np.ptp(table.values["time"]))
+    if smoothing > length:
+        raise ValueError(
+            f"smoothing is {smoothing:g}, expected at most the recording's {length:g} s"
+        )
+
+
+def _repairs(table: FrameTable, sightings: _Sightings, clock: Clock) -> Repairs:
+    """Which frames are interpolated or left out; `sightings` are those between the ends."""
+    between, tracks = sightings.table, sightings.tracks
+    return Repairs(
         clock.missing,
-        {t.body: _frames(kept, ~t.seen) for t in tracks if not t.seen.all()},
-        {t.body: _frames(kept, t.jumped) for t in tracks if t.jumped.any()},
-        _frames(table, ~np.isin(table.lines, kept.lines)),
+        {t.body: _frames(between, ~t.seen) for t in tracks if not t.seen.all()},
+        {t.body: _frames(between, t.jumped) for t in tracks if t.jumped.any()},
+        _frames(table, ~np.isin(table.lines, between.lines)),
     )
 
 
@@ -185,19 +213,19 @@ def _frames(table: FrameTable, rows: NDArray[np.bool_]) -> tuple[int, ...]:
     return tuple(int(number) for number in table.values["frame"][rows])
 
 
-def _require_little(table: FrameTable, mended: Mended, frames: int, *, mend: bool) -> None:
-    """Raises ValueError if more was mended than may be."""
-    wrong = sorted({*mended.frames, *mended.left_out})
-    if wrong and not mend:
+def _require_few(table: FrameTable, repairs: Repairs, frames: int, *, repair: bool) -> None:
+    """Raises ValueError if too many frames are repaired, or any with `repair` False."""
+    wrong = sorted({*repairs.frames, *repairs.left_out})
+    if wrong and not repair:
         after = min(int(np.searchsorted(table.values["frame"], wrong[0])), len(table.lines) - 1)
         raise table.source.error(
-            f"frame {wrong[0]} is to be mended ({mended}), which mend=False forbids",
+            f"frame {wrong[0]} needs repair ({repairs}), which repair=False forbids",
             int(table.lines[after]),
         )
-    if len(mended.frames) > MOST_MENDED * frames:
+    if len(repairs.frames) > MOST_REPAIRED * frames:
         raise table.source.error(
-            f"{len(mended.frames)} of {frames} frames would be mended ({mended}), "
-            f"expected at most {MOST_MENDED:.0%}"
+            f"{len(repairs.frames)} of {frames} frames need repair ({repairs}), "
+            f"expected at most {MOST_REPAIRED:.0%}"
         )
 
 
@@ -208,23 +236,25 @@ def _motions(
     *,
     smooth_poses: bool,
 ) -> list[Motion]:
-    """Of each body at all frames; the velocities of a file agree with its poses."""
+    """Of each body at all frames. Raises ValueError if velocities of the file contradict poses."""
     table, tracks = sightings.table, sightings.tracks
     times = table.values["time"]
     motions = []
     for track, other in zip(tracks, reversed(tracks), strict=True):
         good = track.good
-        smooth = smoothed(times[good], track.poses[good], clock.times, time_scale)
+        smooth, errors = smoothed(times[good], track.poses[good], clock.times, time_scale)
         measured = _interpolated(clock.times, times[good], track.poses[good])
+        of_measured = diagonal(np.tile(errors, (len(measured), 1)))
         if track.velocities is None:
-            motions.append(Motion(smooth.poses if smooth_poses else measured, smooth.velocities))
+            as_seen = replace(smooth, poses=measured, pose_covariances=of_measured)
+            motions.append(smooth if smooth_poses else as_seen)
             continue
         velocities = _interpolated(clock.times, times[good], track.velocities[good])
         of_other = None
         if other.velocities is not None:
             of_other = _interpolated(clock.times, times[other.good], other.velocities[other.good])
         require_agreement(table.source, track.body, velocities, smooth.velocities, of_other)
-        motions.append(Motion(measured, velocities))
+        motions.append(Motion(measured, velocities, of_measured))
     return motions
 
 
@@ -244,4 +274,10 @@ def _moved(motion: Motion, origin: tuple[float, float, float]) -> Motion:
             [0.0, 0.0, 1.0],
         ]
     )
-    return Motion(motion.poses @ turn.T + [x, y, yaw], motion.velocities @ turn.T)
+    poses, velocities = motion.pose_covariances, motion.velocity_covariances
+    return Motion(
+        motion.poses @ turn.T + [x, y, yaw],
+        motion.velocities @ turn.T,
+        None if poses is None else turn @ poses @ turn.T,
+        None if velocities is None else turn @ velocities @ turn.T,
+    )

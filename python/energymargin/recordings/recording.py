@@ -1,24 +1,25 @@
-"""A recording: when, where two bodies were and how they moved, and what was mended; and its frames
-as states of a scene, without overlaps by errors of measurement."""
+"""A recording of two bodies, and its frames as states of a scene without overlaps."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Scene, World
-from energymargin.checks import positive_number
+from energymargin.beliefs.uncertainty import Uncertainty
+from energymargin.checks import positive_number, whole_number
+from energymargin.deprecations import once_positional, warn_deprecated
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 
-__all__ = ["MOST_OVERLAP", "Mended", "Motion", "Placed", "Recording", "placed"]
+__all__ = ["MOST_OVERLAP", "Motion", "Placed", "Recording", "Repairs", "placed"]
 
 MOST_OVERLAP = 0.01  # m; an arm's error of 5 to 8 mm, and a camera's
 UPRIGHT = 1e-6
+PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,16 @@ class Motion:
     """x, y [m] and yaw [rad, without jumps], shape (K, 3)."""
     velocities: NDArray[np.float64]
     """Their rates [m/s, rad/s], shape (K, 3)."""
+    pose_covariances: NDArray[np.float64] | None = None
+    """Of the poses' errors, shape (K, 3, 3), from the residuals of a smoothing spline; None: they
+    are not known."""
+    velocity_covariances: NDArray[np.float64] | None = None
+    """The same of the rates; None also of rates that were measured."""
 
 
 @dataclass(frozen=True)
-class Mended:
-    """What was not as the camera saw it, by the numbers of the frames."""
+class Repairs:
+    """Frames whose poses are interpolated or left out, by the camera's numbers."""
 
     __repr__ = short_repr
 
@@ -50,21 +56,21 @@ class Mended:
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """All frames with a pose that was not seen so."""
+        """All frames with an interpolated pose."""
         numbers = {*self.missing}
         for by_body in (self.unseen, self.outliers):
             numbers.update(number for body in by_body.values() for number in body)
         return tuple(sorted(numbers))
 
     def __str__(self) -> str:
-        """The counts, in words."""
+        """The counts, as text."""
         counts = [
             (len(self.missing), "missing frames filled"),
             *((len(n), f"poses of the {body} not seen, filled") for body, n in self.unseen.items()),
             *((len(n), f"outliers of the {body} replaced") for body, n in self.outliers.items()),
             (len(self.left_out), "frames at its ends left out"),
         ]
-        return ", ".join(f"{count} {what}" for count, what in counts if count) or "nothing mended"
+        return ", ".join(f"{count} {what}" for count, what in counts if count) or "nothing repaired"
 
 
 @dataclass(frozen=True)
@@ -81,15 +87,51 @@ class Recording:
     """[s], shape (K,); they rise, not always by the same step."""
     object: Motion
     effector: Motion
-    mended: Mended
+    repairs: Repairs
 
     def __len__(self) -> int:
         """K, the number of frames."""
         return len(self.times)
 
-    def states(self, scene: Scene, **options: Any) -> NDArray[np.float64]:
-        """The states of these frames in a scene, shape (K, n); options, errors: as of `placed`."""
-        return placed(self, scene, **options).states
+    def uncertainty(
+        self, frame: int, object: str = "object", effector: str = "effector"
+    ) -> Uncertainty:
+        """How well a frame, from 0 to K - 1, is known, for a belief about its state.
+
+        The covariances of both bodies' poses and velocities in the plane, as the spline's residuals
+        tell them; with the names of the bodies in a scene. Raises ValueError on another frame, and
+        on a recording with velocities of its own, whose errors nothing tells.
+        """
+        frame = whole_number("frame", frame, 0, len(self) - 1)
+        given: dict[str, dict[str, NDArray[np.float64]]] = {"pose": {}, "velocity": {}}
+        for name, motion in ((object, self.object), (effector, self.effector)):
+            if motion.pose_covariances is None or motion.velocity_covariances is None:
+                raise ValueError(
+                    f"{self.name} has velocities of {name!r}, whose errors nothing tells, expected "
+                    "poses alone; em.beliefs.Uncertainty(pose=..., velocity=...) takes your own"
+                )
+            given["pose"][name] = _in_space(motion.pose_covariances[frame])
+            given["velocity"][name] = _in_space(motion.velocity_covariances[frame])
+        return Uncertainty(**given)
+
+    @property
+    def mended(self) -> Repairs:
+        """The former name of `repairs`."""
+        warn_deprecated("Recording.mended", "Recording.repairs", stacklevel=3)
+        return self.repairs
+
+    def states(
+        self,
+        scene: Scene,
+        *,
+        object: str = "object",
+        effector: str = "effector",
+        part: bool = True,
+        most_overlap: float = MOST_OVERLAP,
+    ) -> NDArray[np.float64]:
+        """States of these frames in a scene, shape (K, n). Arguments and errors: as `placed`."""
+        names = {"object": object, "effector": effector}
+        return placed(self, scene, part=part, most_overlap=most_overlap, **names).states
 
 
 @dataclass(frozen=True)
@@ -101,24 +143,26 @@ class Placed:
     states: NDArray[np.float64]
     """State vector of each frame, shape (K, n)."""
     moved: NDArray[np.float64]
-    """How far object and effector were moved out of an overlap [m], shape (K, 2)."""
+    """Distances by which object and effector were moved out of an overlap [m], shape (K, 2)."""
 
 
+@once_positional("object", "effector", after=2)
 def placed(
     recording: Recording,
     scene: Scene,
+    *,
     object: str = "object",
     effector: str = "effector",
-    *,
     part: bool = True,
     most_overlap: float = MOST_OVERLAP,
 ) -> Placed:
     """The recording's frames as states of a scene.
 
-    x, y, yaw and their rates are the recording's, all else, as heights, is the scene's own. With
-    `part`, bodies that overlap are moved until they touch: the object out of what stands in the
-    scene, the effector out of the object. Raises ValueError on a body that is unknown, fixed or
-    tilted in the scene, and with the frame where a body would be moved by more than `most_overlap`
+    x, y, yaw and their rates are those of the recording, all else, as heights, is that of the
+    scene. With `part`, bodies that overlap are moved until they touch: the object out of what
+    stands in the scene, the effector out of the object. Raises ValueError on a body that is
+    unknown, fixed or tilted in the scene, and where a body would be moved by more than
+    `most_overlap`
     [m].
     """
     most_overlap = positive_number("most_overlap", most_overlap)
@@ -167,6 +211,13 @@ def _keywords(scene: Scene, body: str, motion: Motion, k: int) -> dict[str, obje
         "velocity": (vx, vy, 0.0),
         "angular_velocity": (0.0, 0.0, yaw_rate),
     }
+
+
+def _in_space(planar: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A covariance (6, 6) from that of x, y and yaw: all else is known."""
+    whole = np.zeros((6, 6))
+    whole[np.ix_(PLANE, PLANE)] = planar
+    return whole
 
 
 def _require_upright(scene: Scene, name: str) -> None:

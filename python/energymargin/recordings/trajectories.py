@@ -1,8 +1,10 @@
-"""From recordings to a dataset, which is scored, evaluated and exported as any other."""
+"""Recordings and their labels as a dataset, which is scored and evaluated as any other."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Protocol, cast
 
 import numpy as np
@@ -11,15 +13,21 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Region, Scene, World
 from energymargin.datasets import Dataset
+from energymargin.recordings.csv_files import SourceFile, lines_of
 from energymargin.recordings.recording import MOST_OVERLAP, Placed, Recording, placed
-from energymargin.tasks.base import Params, Regions, Task, parameters_of
+from energymargin.tasks.base import Params, Task, parameters_of
+from energymargin.tasks.object_sets import Regions
 from energymargin.trajectories import Trajectory
 
-__all__ = ["RecordedTask", "dataset"]
+__all__ = ["RecordedTask", "dataset", "read_frame_labels", "read_labels"]
+
+
+MOST_DIGITS = 15  # of a frame's number
+WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
 class RecordedTask(Task, Protocol):
-    """What a task needs beside, for recordings to be scored; each ScriptedTask has it."""
+    """What a task needs in addition, for recordings to be scored; each ScriptedTask has it."""
 
     def scene(self, params: Params) -> Scene:
         """The scene in which the bodies were recorded."""
@@ -45,13 +53,22 @@ def dataset(
 ) -> Dataset:
     """Recordings as trajectories of a task, in their order; a trajectory's seed is its number.
 
-    `task`: a name, or a task from `tasks.make`; it has to be a RecordedTask. `labels`: whether each
-    ended well, by its name (`read_labels`). `captured`: whether the object was captured in each
-    frame (`read_frame_labels`); a frame that was missing is as the one before. If not given, a
-    state is captured that lies in the task's own capture set. `params`: what the
-    task draws for a trajectory, as its friction; by default its parameters that are numbers.
-    `object`, `effector`, `part` and `most_overlap`: as of `placed`; `notice` is told of each
-    recording in which bodies were moved. The contacts are those that the scene has at each state.
+    The contacts are those that the scene has at each state.
+
+    Args:
+        task: a name, or a task from `tasks.make`; it has to be a RecordedTask.
+        recordings: as `read_csv` gives them.
+        labels: by recording, whether it succeeded (`read_labels`).
+        captured: by recording and frame, whether the object was captured (`read_frame_labels`); a
+            frame that was missing has the label of the one before. None: a state is captured that
+            lies in the task's own capture set.
+        params: what the task draws for a trajectory, as its friction; None: the task's parameters
+            that are numbers.
+        object: its body in the scene.
+        effector: the same.
+        part: as of `placed`.
+        most_overlap: as of `placed` [m].
+        notice: called with a line of text for each recording in which bodies were moved.
 
     Raises ValueError on labels that lack a recording or name another one, and all that `placed`
     does.
@@ -66,10 +83,17 @@ def dataset(
     world = World(scene)
     trajectories = []
     for number, recording in enumerate(recordings):
-        found = placed(recording, scene, object, effector, part=part, most_overlap=most_overlap)
-        if found.moved.any() and notice is not None:
-            notice(f"{recording.name}: {_moved(found)}")
-        states = found.states
+        in_scene = placed(
+            recording,
+            scene,
+            object=object,
+            effector=effector,
+            part=part,
+            most_overlap=most_overlap,
+        )
+        if in_scene.moved.any() and notice is not None:
+            notice(f"{recording.name}: {_moved(in_scene)}")
+        states = in_scene.states
         trajectories.append(
             Trajectory(
                 times=recording.times,
@@ -86,11 +110,11 @@ def dataset(
     return Dataset(made.name, parameters_of(made), 0, trajectories)
 
 
-def _moved(found: Placed) -> str:
-    frames = int(found.moved.any(axis=1).sum())
+def _moved(in_scene: Placed) -> str:
+    frames = int(in_scene.moved.any(axis=1).sum())
     return (
-        f"in {frames} of {len(found.states)} frames bodies overlapped and were moved apart, by at "
-        f"most {1e3 * found.moved.max():.2g} mm"
+        f"in {frames} of {len(in_scene.states)} frames bodies overlapped and were moved apart, by "
+        f"at most {1e3 * in_scene.moved.max():.2g} mm"
     )
 
 
@@ -140,11 +164,11 @@ def _labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bo
     for k, number in enumerate(numbers):
         if number in captured:
             labels[k] = captured[number]
-        elif number in recording.mended.missing:
+        elif number in recording.repairs.missing:
             labels[k] = labels[k - 1]
         else:
             raise ValueError(f"captured lacks frame {number} of {recording.name!r}")
-    unknown = sorted(set(captured) - set(numbers) - set(recording.mended.left_out))
+    unknown = sorted(set(captured) - set(numbers) - set(recording.repairs.left_out))
     if unknown:
         raise ValueError(f"captured has frame {unknown[0]} of {recording.name!r}, which it has not")
     return labels
@@ -162,3 +186,59 @@ def _require_same(what: str, names: Sequence[str], given: Mapping[str, object]) 
     others = [name for name in given if name not in names]
     if others:
         raise ValueError(f"{what} names {others[0]!r}, which is none of the recordings")
+
+
+def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
+    """Whether each recording succeeded, by its file's name.
+
+    The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
+    Raises OSError, and ValueError with the line that is something else or names a recording again.
+    """
+    source = SourceFile(Path(path))
+    labels: dict[str, bool] = {}
+    for line, (name, word) in _label_rows(path, ("recording", "success")):
+        if name in labels:
+            raise source.error(f"{name!r} has a label already", line)
+        labels[name] = _label(source, line, "success", word)
+    return labels
+
+
+def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
+    """Whether the object was captured in each frame, by the file's name and the frame's number.
+
+    The file has the columns recording,frame,captured. Raises as `read_labels`.
+    """
+    source = SourceFile(Path(path))
+    labels: dict[str, dict[int, bool]] = {}
+    for line, (name, number, word) in _label_rows(path, ("recording", "frame", "captured")):
+        of_recording = labels.setdefault(name, {})
+        if not (number.isascii() and number.isdecimal() and len(number) <= MOST_DIGITS):
+            raise source.error(f"frame is {number!r}, expected a whole number", line)
+        if int(number) in of_recording:
+            raise source.error(f"frame {number} of {name!r} has a label already", line)
+        of_recording[int(number)] = _label(source, line, "captured", word)
+    return labels
+
+
+def _label_rows(
+    path: str | os.PathLike[str], header: tuple[str, ...]
+) -> list[tuple[int, list[str]]]:
+    """Raises ValueError on another header, and on rows that are not as long."""
+    source = SourceFile(Path(path))
+    (first, names), *rows = lines_of(path)
+    if tuple(names) != header:
+        raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
+    for line, cells in rows:
+        if len(cells) != len(header):
+            raise source.error(f"has {len(cells)} cells, expected {len(header)}", line)
+        if not cells[0]:
+            raise source.error("has no name, expected that of a recording's file", line)
+    if not rows:
+        raise source.error("has no labels")
+    return rows
+
+
+def _label(source: SourceFile, line: int, name: str, word: str) -> bool:
+    if word.lower() not in WORDS:
+        raise source.error(f"{name} is {word!r}, expected one of {', '.join(WORDS)}", line)
+    return WORDS[word.lower()]

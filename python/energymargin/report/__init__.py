@@ -11,7 +11,6 @@ try:
 except ImportError as error:
     raise ImportError(f"a report needs {error.name}: pip install 'energymargin[report]'") from error
 
-from energymargin.report.subject import Options
-from energymargin.report.writing import write
+from energymargin.report.page import Options, write
 
 __all__ = ["Options", "write"]

@@ -232,7 +232,7 @@ def _time_axis(course: _Course, rows: int) -> dict[str, Any]:
 
 
 def _traces(course: _Course, metric: str, axis: str, top: float) -> Iterator[go.Scatter]:
-    """A line, with what the pointer says of each frame; marks at `top` stand for infinity."""
+    """A line, with a tip for each frame; marks at `top` stand for infinity."""
     values, (color, symbol, dash, width) = course.scores[metric], look(metric)
     labels = course.labels()
     about = [[frame, label] for frame, label in enumerate(labels)]

@@ -38,10 +38,10 @@ from energymargin.report.plots import (
     round_numbers,
 )
 
-__all__ = ["curves", "distributions", "seen"]
+__all__ = ["curves", "distributions", "visible"]
 
 FEW = 400  # points of a curve that are all drawn
-FINE = 1 / 400  # of an axis; what moves by less cannot be told apart
+FINE = 1 / 400  # of an axis; smaller differences cannot be seen
 MARKED = 60  # points of a curve that are drawn as such
 HEIGHT = 500  # px
 GUESSING = {"color": GUIDE_COLOR, "dash": "dot", "width": 1}
@@ -141,8 +141,8 @@ def _line(
     y: NDArray[np.float64],
     threshold: NDArray[np.float64],
 ) -> go.Scatter:
-    """A curve, of which the pointer tells the threshold."""
-    kept = seen(x, y)
+    """A curve, whose tips have the threshold."""
+    shown = visible(x, y)
     color, symbol, dash, width = look(metric)
     axes = (
         ("false positives", "true positives")
@@ -150,11 +150,11 @@ def _line(
         else ("recall", "precision")
     )
     return go.Scatter(
-        x=x[kept],
-        y=y[kept],
-        customdata=[_at_least(one, unit(metric)) for one in threshold[kept]],
+        x=x[shown],
+        y=y[shown],
+        customdata=[_at_least(one, unit(metric)) for one in threshold[shown]],
         name=f"{metric} ({value})",
-        mode="lines+markers" if len(kept) <= MARKED else "lines",
+        mode="lines+markers" if len(shown) <= MARKED else "lines",
         line={"color": color, "dash": dash, "width": width},
         marker={"symbol": symbol, "size": 4, "color": color},
         hovertemplate=f"<b>{metric}</b> %{{customdata}}<br>{axes[0]} %{{x:.3f}}<br>"
@@ -162,17 +162,19 @@ def _line(
     )
 
 
-def seen(x: NDArray[np.float64], y: NDArray[np.float64]) -> list[int]:
-    """The points of a curve within 0 to 1 that the eye can tell apart: each that is away from the
-    one kept before, and the one that it came from; all, if they are few."""
+def visible(x: NDArray[np.float64], y: NDArray[np.float64]) -> list[int]:
+    """The points of a curve within 0 to 1 that the eye can tell apart.
+
+    Each point that is away from the last visible one, and the point before it; all, if few.
+    """
     if len(x) <= FEW:
         return list(range(len(x)))
-    kept, (x0, y0) = [0], (x[0], y[0])
+    shown, (x0, y0) = [0], (x[0], y[0])
     for k, (x1, y1) in enumerate(zip(x.tolist(), y.tolist(), strict=True)):
         if abs(x1 - x0) >= FINE or abs(y1 - y0) >= FINE:
-            kept += [k - 1, k] if kept[-1] < k - 1 else [k]
+            shown += [k - 1, k] if shown[-1] < k - 1 else [k]
             x0, y0 = x1, y1
-    return kept if kept[-1] == len(x) - 1 else [*kept, len(x) - 1]
+    return shown if shown[-1] == len(x) - 1 else [*shown, len(x) - 1]
 
 
 def _at_least(threshold: float, unit: str) -> str:

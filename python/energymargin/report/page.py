@@ -1,27 +1,229 @@
-"""The page: its template, filled, with all that it needs inside; and its tables of AUC and AP."""
+"""A report: its choices, what it computes, its tables of AUC and AP, and the page as one file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import errno
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, StrictUndefined
 from plotly.offline import get_plotlyjs
 
-from energymargin.evaluation import Cell, Evaluation
-from energymargin.evaluation.cells import DASH, paper_text
-from energymargin.evaluation.labelled import PAPER_HORIZON
-from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE
-from energymargin.metrics import ANY
-from energymargin.report.about import Fact, Notice
-from energymargin.report.along import Along
+from energymargin.checks import whole_number
+from energymargin.deprecations import once_positional
+from energymargin.evaluation import Among, Cell, Evaluation, LabelledScores, evaluate
+from energymargin.evaluation.bootstrap import DRAWS
+from energymargin.evaluation.curves import target_name
+from energymargin.evaluation.labelled import AMONG, HORIZON, LAST_FRAMES, PAPER_HORIZON
+from energymargin.evaluation.table import ALL_TITLE, ANY_TITLE, DASH, paper_text
+from energymargin.evaluation.wrongness import by_trajectory, wrongness
+from energymargin.interrupts import raise_if_interrupted, remembered_interrupts
+from energymargin.metrics import ANY, TIMED
+from energymargin.replacing import replaced
+from energymargin.report.along import Along, along
+from energymargin.report.curves import curves, distributions
 from energymargin.report.plots import Plot
-from energymargin.report.worst import Worst
+from energymargin.report.subject import (
+    Data,
+    Fact,
+    Notice,
+    Subject,
+    facts,
+    notices,
+    read_data,
+    read_subject,
+    time_facts,
+    version_facts,
+)
+from energymargin.report.worst import Worst, worst
 
-__all__ = ["EvaluationTable", "ReportPage", "rendered", "tables"]
+__all__ = ["EvaluationTable", "Options", "ReportPage", "write"]
 
+SUFFIXES = (".html", ".htm")
+READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
+ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow
+
+Progress = Callable[[str, float], None]
+_LEAST = {"trajectories": 1, "pictures": 0, "last": 1, "draws": 1, "seed": 0}
 _AMONG = {"all": "all states", "captured": "states that are captured now"}
+
+
+@dataclass(frozen=True)
+class Options:
+    """The choices of who writes a report. Raises ValueError on what cannot be."""
+
+    trajectories: int = 30
+    """At most so many are shown, half of them those that the scores get most wrong."""
+    pictures: int = 2
+    """So many states of each score and label have a picture, for which their search is repeated."""
+    horizon: int | None = None
+    """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
+    as far as the scores do, which is HORIZON for those without one of their own, or as far as the
+    longest trajectory goes."""
+    last: int = LAST_FRAMES
+    """As of `evaluate`; so are the next two."""
+    draws: int = DRAWS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Checks each of them."""
+        for name, least in _LEAST.items():
+            whole_number(name, getattr(self, name), least)
+        if self.horizon is not None:
+            whole_number("horizon", self.horizon, 0)
+
+    def horizon_of(self, ahead: int, scored: int | None = None) -> int:
+        """The horizon, where no state has more than `ahead` frames after its own, of scores that
+        look `scored` frames ahead. Raises ValueError if it is longer than that."""
+        if self.horizon is None:
+            return min(HORIZON if scored is None else scored, ahead)
+        if self.horizon > ahead:
+            raise ValueError(
+                f"horizon is {self.horizon}, expected 0 to {ahead}: the longest trajectory has "
+                f"{ahead + 1} frames"
+            )
+        return self.horizon
+
+
+@once_positional("run", "options", after=2)
+def write(
+    scores: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    run: int | None = None,
+    options: Options | None = None,
+    data: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> list[str]:
+    """Writes a report of a file of scores: one HTML file that needs no network.
+
+    The same files with the same names give the same bytes. On an error, `output` is as it was.
+
+    Args:
+        scores: the file of scores.
+        output: the page, a path that ends in .html or .htm.
+        run: the number of the run. None takes the only one.
+        options: None is Options().
+        data: the dataset of the run, for times and pictures. None takes the one beside the scores
+            (push.h5 of push-scores.db); without a dataset the page notes what is missing.
+        progress: progress(what, share) is called with what is done now, and the share that is done.
+
+    Returns:
+        What the page lacks, a text each, as at its top.
+
+    Raises:
+        ValueError: if `scores` is no file of scores or has no run, or several and none is chosen;
+            if `options` are not Options, or their horizon is longer than any trajectory; if `data`
+            is another dataset; if `output` has another suffix or is one of these files.
+        OSError: if a file cannot be read or written.
+    """
+    chosen = Options() if options is None else options
+    if not isinstance(chosen, Options):
+        raise ValueError(f"options is {options!r}, expected a report.Options")
+    output = Path(output)
+    _check_place(output, {"scores": scores, "data": data})
+    with remembered_interrupts(), replaced(output) as file:
+
+        def tell(what: str, share: float) -> None:
+            raise_if_interrupted()
+            if progress is not None:
+                progress(what, share)
+
+        subject = read_subject(scores, run)
+        with read_data(subject, data) as found:
+            page = _page(subject, found, chosen, output, tell)
+        file.write_text(rendered(page), encoding="utf-8")
+        raise_if_interrupted()
+    return [" ".join(filter(None, (n.text, n.command))) for n in page.notices]
+
+
+def _page(
+    subject: Subject, data: Data, options: Options, output: Path, tell: Progress
+) -> ReportPage:
+    """Computes the content of the page."""
+    labelled, last = subject.labelled, options.last
+    future = subject.future
+    horizon = options.horizon_of(
+        int(subject.ahead.max()), None if future is None else future.horizon
+    )
+    result, of_captured = (
+        _evaluated(labelled, options, among, place, tell) for place, among in enumerate(AMONG)
+    )
+    every = wrongness(subject.labelled, horizon, last)
+    wrong = by_trajectory(every, len(subject.members))
+    lacking = {metric: int(np.isnan(own).sum()) for metric, own in labelled.scores.items()}
+    return ReportPage(
+        title=f"Scores of {labelled.task}",
+        notices=notices(subject, data, result, output),
+        facts=facts(subject, data),
+        times=time_facts(subject),
+        versions=version_facts(subject),
+        result=result,
+        draws=options.draws,
+        enough=ENOUGH,
+        target=target_name(horizon=horizon),
+        tables=tables((result, of_captured)),
+        along=along(subject, data, wrong, options.trajectories),
+        curves=curves(labelled, horizon, last),
+        distributions=distributions(every),
+        pictures=options.pictures,
+        worst=worst(
+            *(subject, data, every),
+            each=options.pictures,
+            progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
+        ),
+        several=labelled.captured_any is not None,
+        timed=any(metric in TIMED for metric in subject.metrics),
+        asks=None if future is None else str(future),
+        states=len(labelled.captured),
+        unscored={metric: count for metric, count in lacking.items() if count},
+    )
+
+
+def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
+    """Checks the output before anything is computed; it must not replace the files in `read`."""
+    if output.suffix not in SUFFIXES:
+        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    if output.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(output))
+    if not output.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
+    for name, path in read.items():
+        if path is not None and _same(output, Path(path)):
+            raise ValueError(
+                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
+                "expected another place for the page"
+            )
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether both are one file, be it by a link."""
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()
+
+
+def _evaluated(
+    labelled: LabelledScores, options: Options, among: Among, place: int, tell: Progress
+) -> Evaluation:
+    """The tables of some of the states, which is the part number `place` of that work."""
+
+    def progress(done: int, total: int) -> None:
+        share = (place + done / total) / len(AMONG)
+        tell("AUC and AP", READ + (DRAWN - READ) * share)
+
+    return evaluate(
+        labelled,
+        draws=options.draws,
+        seed=options.seed,
+        last=options.last,
+        among=among,
+        progress=progress,
+    )
 
 
 @dataclass(frozen=True)
@@ -83,7 +285,7 @@ def _paper(result: Evaluation, score: str, paper: bool) -> list[Entry]:
 
 @dataclass(frozen=True)
 class ReportPage:
-    """What the page says."""
+    """The content of the page."""
 
     title: str
     notices: Sequence[Notice]

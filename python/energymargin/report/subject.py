@@ -1,11 +1,16 @@
-"""What a report is about: a run of a file of scores, read once, its dataset, and what is shown."""
+"""The subject of a report: a run of a file of scores and its dataset, the facts about them, and
+what is missing with the command that adds it."""
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+import platform
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +21,35 @@ from energymargin import datasets
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.evaluation import LabelledScores
-from energymargin.evaluation.bootstrap import DRAWS
-from energymargin.evaluation.labelled import FORCE, HORIZON, LAST_FRAMES
-from energymargin.metrics import ANY
+from energymargin.evaluation import Evaluation, LabelledScores
+from energymargin.evaluation.curves import SUCCESS, target_name
+from energymargin.evaluation.labelled import FORCE, SUCCESSES
+from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
+from energymargin.scoring.future_text import disturbance_in_words
+from energymargin.scoring.settings import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 
-__all__ = ["Data", "Options", "Subject", "read_data", "read_subject"]
+__all__ = [
+    "Data",
+    "Fact",
+    "Notice",
+    "Subject",
+    "facts",
+    "notices",
+    "read_data",
+    "read_subject",
+    "time_facts",
+    "version_facts",
+]
 
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
+Fact = tuple[str, str]
+"""What it is, and its value."""
 
-_LEAST = {"trajectories": 1, "pictures": 0, "last": 1, "draws": 1, "seed": 0}
+PACKAGES = ("numpy", "scikit-learn", "matplotlib", "plotly")
+
+# Of `energymargin score`, where they are not the names of the settings.
+OPTIONS = {"common_random_numbers": "--common"}
 
 
 @dataclass(frozen=True)
@@ -163,38 +186,180 @@ def _other(dataset: Dataset, subject: Subject, path: Path) -> str:
     return f"{path} is not the dataset that run {subject.number} of {subject.path.name} scored"
 
 
+def facts(subject: Subject, data: Data) -> list[Fact]:
+    """Which run it is, of which states, with which settings."""
+    return list(_facts(subject, data))
+
+
+def time_facts(subject: Subject) -> list[Fact]:
+    """The mean computing time of a state, by metric."""
+    found, total = [], 0.0
+    for metric, seconds in subject.seconds.items():
+        scored = int((~np.isnan(subject.labelled.scores[metric])).sum())
+        if scored:
+            mean = seconds / scored
+            found.append((metric, _duration(mean) if mean else "from a search above"))
+            total += mean
+    return [*found, ("all of them", _duration(total))] if found else []
+
+
+def version_facts(subject: Subject) -> list[Fact]:
+    """Of the scores, and of what made this page."""
+    packages = [f"{name} {version(name)}" for name in PACKAGES]
+    page = [f"energymargin {version('energymargin')}", f"Python {platform.python_version()}"]
+    return [
+        ("Scores", f"algorithm {subject.algorithm} (the version since which they have these bits)"),
+        ("This page", ", ".join([*page, *packages])),
+    ]
+
+
+def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
+    labelled = subject.labelled
+    yield "Task", labelled.task
+    if subject.parameters is not None:
+        yield "Parameters", ", ".join(map(_parameter, subject.parameters.items())) or "none"
+    last = [states[-1] for states in subject.members]
+    won = int(labelled.success[last].sum())
+    yield "Trajectories", f"{len(last)}, of which {won} are successful"
+    captured = int(labelled.captured.sum())
+    yield "States", f"{len(labelled.captured)}, of which {captured} lie in their capture set"
+    if labelled.captured_any is not None:
+        yield "At least one object", f"is captured in {int(labelled.captured_any.sum())} states"
+    yield "Scores", ", ".join(subject.metrics)
+    if subject.future is not None:
+        yield "Asked about", f"the frames to come: {subject.future}"
+    if any(metric in TIMED for metric in subject.metrics):
+        yield "Probabilities", disturbance_in_words(subject.settings)
+    yield "Settings", ", ".join(map(_setting, subject.settings.items()))
+    yield "Run", f"{subject.number} of {subject.path.name}"
+    if data.path is not None:
+        yield "Dataset", data.path.name
+
+
+def _parameter(named: tuple[str, object]) -> str:
+    """Of a task; what it has not, is drawn for each trajectory."""
+    name, value = named
+    return _setting(named) if value is not None else f"{name} drawn at random"
+
+
+def _setting(named: tuple[str, object]) -> str:
+    name, value = named
+    return f"{name} = {json.dumps(value)}"
+
+
+def _duration(seconds: float) -> str:
+    """ "1.03 s", "12.5 ms"; never as a power of ten."""
+    value, unit = (seconds, "s") if seconds >= 1 else (1e3 * seconds, "ms")
+    return f"{value:.3g} {unit}" if value < 999.5 else f"{value:.0f} {unit}"
+
+
 @dataclass(frozen=True)
-class Options:
-    """The choices of who writes a report. Raises ValueError on what cannot be."""
+class Notice:
+    """One thing that is not there."""
 
-    trajectories: int = 30
-    """At most so many are shown, half of them those that the scores get most wrong."""
-    pictures: int = 2
-    """So many states of each score and label, whose searches are grown again."""
-    horizon: int | None = None
-    """Frames that the label "captured" of curves, histograms and pictures looks ahead; None looks
-    as far as the scores do, which is HORIZON for those without one of their own, or as far as the
-    longest trajectory goes."""
-    last: int = LAST_FRAMES
-    """As of `evaluate`; so are the next two."""
-    draws: int = DRAWS
-    seed: int = 0
+    text: str
+    command: str | None = None
+    """What would put it there."""
 
-    def __post_init__(self) -> None:
-        """Checks each of them."""
-        for name, least in _LEAST.items():
-            whole_number(name, getattr(self, name), least)
-        if self.horizon is not None:
-            whole_number("horizon", self.horizon, 0)
 
-    def horizon_of(self, ahead: int, scored: int | None = None) -> int:
-        """The horizon, where no state has more than `ahead` frames after its own, of scores that
-        look `scored` frames ahead. Raises ValueError if it is longer than that."""
-        if self.horizon is None:
-            return min(HORIZON if scored is None else scored, ahead)
-        if self.horizon > ahead:
-            raise ValueError(
-                f"horizon is {self.horizon}, expected 0 to {ahead}: the longest trajectory has "
-                f"{ahead + 1} frames"
-            )
-        return self.horizon
+def notices(subject: Subject, data: Data, result: Evaluation, output: Path) -> list[Notice]:
+    """All that is missing, for the top of the page, which will be at `output`."""
+    return [
+        *_unscored(subject, data),
+        *_unasked(subject, data),
+        *_one_label(subject, result),
+        *_no_dataset(subject, data, output),
+        *_other_algorithm(subject),
+    ]
+
+
+def _unscored(subject: Subject, data: Data) -> Iterator[Notice]:
+    missing = {m: int(np.isnan(values).sum()) for m, values in subject.labelled.scores.items()}
+    lacking = np.any([np.isnan(values) for values in subject.labelled.scores.values()], axis=0)
+    if not lacking.any():
+        return
+    text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
+    if len(set(missing.values())) > 1:
+        by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
+        text += f", or not in full: {by_metric}"
+    yield Notice(
+        f"{text}. This command scores them, and of those that cannot be simulated it says why:",
+        _command(subject, data, subject.metrics),
+    )
+
+
+def _unasked(subject: Subject, data: Data) -> Iterator[Notice]:
+    """Metrics that the run was not asked for."""
+    others = TIMED if subject.future is None else CLOCKLESS
+    asked = [m for m in METRICS if m not in others]
+    there = [m for m in asked if subject.several or not m.endswith(ANY)]
+    unasked = [metric for metric in there if metric not in subject.metrics]
+    if unasked:
+        yield Notice(
+            f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
+            "this adds a run with all scores, and computes only what is new:",
+            _command(subject, data, None),
+        )
+
+
+def _one_label(subject: Subject, result: Evaluation) -> Iterator[Notice]:
+    """Scores that have no AUC, for want of a second label."""
+    cells = {(score, h): cell for score, of in result.states.items() for h, cell in of.items()}
+    without: dict[str, list[str]] = {}  # by label
+    for (score, horizon), cell in cells.items():
+        if cell is None and not np.isnan(subject.scores(score)).all():
+            without.setdefault(target_name(horizon=horizon), []).append(score)
+    for score in SUCCESSES:
+        lacks = score in subject.metrics and score not in result.trajectories
+        if lacks and not np.isnan(subject.scores(score)).all():
+            without.setdefault(target_name(SUCCESS, last=result.last), []).append(score)
+    if without:
+        listed = "; ".join(f"{label}: {', '.join(scores)}" for label, scores in without.items())
+        yield Notice(
+            "No AUC and no AP where all that are scored are of one kind, for these compare two. "
+            f"So it is with {listed}."
+        )
+
+
+def _no_dataset(subject: Subject, data: Data, output: Path) -> Iterator[Notice]:
+    if data.dataset is None:
+        words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
+        if subject.runs > 1:
+            words += ["--run", str(subject.number)]
+        if output != subject.path.with_suffix(".html"):
+            words += ["-o", str(output)]
+        yield Notice(
+            f"Without the dataset there are no pictures of states, and frames instead of times: "
+            f"{data.lacking}. With it:",
+            shlex.join(words),
+        )
+
+
+def _other_algorithm(subject: Subject) -> Iterator[Notice]:
+    if not subject.up_to_date:
+        yield Notice(
+            f"The scores are of algorithm {subject.algorithm}, and this energymargin has "
+            f"{algorithm()}: the trees in the pictures are searched again and may differ."
+        )
+
+
+def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str | None:
+    """That scores the run's dataset with its settings; None if they are not of that command."""
+    known = {own.name: own.default for own in fields(SearchSettings)}
+    if not set(subject.settings) <= set(known):
+        return None
+    future = subject.future
+    if future is not None and future != Future(future.horizon, future.plan):
+        return None
+    words = ["energymargin", "score", str(data.path or "DATASET.h5"), "-o", str(subject.path)]
+    if metrics is not None:
+        words += ["--metrics", ",".join(metrics)]
+    if future is not None:
+        words += ["--horizon", str(future.horizon), "--plan", future.plan or "none"]
+    for name, value in subject.settings.items():
+        option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
+        if value is True:
+            words.append(option)
+        elif value != known[name]:
+            words += [option, str(value)]
+    return shlex.join(words)

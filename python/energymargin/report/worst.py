@@ -1,18 +1,52 @@
-"""The states that each score gets most wrong, as pictures."""
+"""The states that each score gets most wrong, as pictures of their search trees.
+
+A tree is searched again as it was for the score in the file: the same problem, nodes and seed give
+the same bits.
+"""
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from energymargin._core import CaptureScore
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from energymargin import plots, tasks
+from energymargin._core import (
+    CaptureProbability,
+    CaptureScore,
+    EscapeEffort,
+    Problem,
+    capture_probability,
+    capture_score,
+    disturbances,
+    escape_effort,
+    force_score,
+    stream,
+)
+from energymargin.datasets import Dataset, Future
 from energymargin.evaluation.curves import CAPTURED
 from energymargin.evaluation.wrongness import Wrongness
-from energymargin.metrics import with_unit
-from energymargin.report.pictures import RepeatedSearch, SearchRepeater, picture
+from energymargin.metrics import ANY, TIMED, with_unit
+from energymargin.outlines import Plan
+from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.report.subject import Data, Subject
+from energymargin.scoring.settings import SearchSettings
+from energymargin.tasks.base import plane_of
 
-__all__ = ["Card", "Mistakes", "Worst", "worst"]
+__all__ = ["Card", "Mistakes", "SearchRepeater", "Worst", "picture", "worst"]
+
+WIDTH = 5.4  # inch
+HEIGHTS = (3.0, 7.5)  # inch
+BESIDE, AROUND = 1.6, 1.7  # inch, that colour bar and legend take of the width and of the height
+CURVE = 2.4  # inch, of the height of a probability's curve
+RESOLUTION = 130  # dots an inch
+COLORS = 256
 
 
 @dataclass(frozen=True)
@@ -25,7 +59,7 @@ class Card:
     """A data URI; None if there is no picture."""
     why: str = ""
     """Why there is none of this state, why it is not that of the score in the file, or why the
-    score says less than it seems to."""
+    score is uncertain."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +89,7 @@ def worst(
     each: int,
     progress: Callable[[float], None],
 ) -> Worst:
-    """Of each metric and label up to `each` states; `progress` hears of the share that is done."""
+    """Of each metric and label up to `each` states; progress(share) has the share that is done."""
     chosen = [
         (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
     ]
@@ -77,12 +111,12 @@ class _Drawer:
 
     def __init__(self, subject: Subject, data: Data) -> None:
         self._subject, self._data = subject, data
-        self._grower: SearchRepeater | None = None
+        self._repeater: SearchRepeater | None = None
         self.lacking = data.lacking
         """Why it can draw no picture; empty if it can."""
         if data.dataset is not None:
             try:
-                self._grower = SearchRepeater(data.dataset, subject.settings, subject.future)
+                self._repeater = SearchRepeater(data.dataset, subject.settings, subject.future)
             except ValueError as error:
                 self.lacking = str(error)
 
@@ -91,14 +125,14 @@ class _Drawer:
         number = self._number(one, place)
         title = _title(one, place)
         text = f"{self._where(number)}. {_why(one, place)}"
-        if self._grower is None:
+        if self._repeater is None:
             return Card(title, text, None)
         try:
-            grown = self._grower.grow(number, one.metric)
-            image = picture(grown, self._grower.plane)
+            repeated = self._repeater.repeat(number, one.metric)
+            image = picture(repeated, self._repeater.plane)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
             return Card(title, text, None, f"No picture: {error}.")
-        return Card(title, text, image, self._notes(one, number, grown))
+        return Card(title, text, image, self._notes(one, number, repeated))
 
     def _number(self, one: Wrongness, place: int) -> int:
         """Of the state that stands for a place in what is compared."""
@@ -114,21 +148,22 @@ class _Drawer:
             time = f" ({self._data.dataset.trajectories[t].times[frame]:.3g} s)"
         return f"Trajectory {t}, frame {frame}{time}"
 
-    def _notes(self, one: Wrongness, number: int, grown: RepeatedSearch) -> str:
+    def _notes(self, one: Wrongness, number: int, repeated: RepeatedSearch) -> str:
         """What is to be known of the picture, and of the score."""
-        doubts = grown.search.doubts if isinstance(grown.search, CaptureScore) else ()
+        doubts = repeated.search.doubts if isinstance(repeated.search, CaptureScore) else ()
         notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts]
-        changed = self._changed(one, number, grown)
+        changed = self._changed(one, number, repeated)
         return " ".join([changed, *notes] if changed else notes)
 
-    def _changed(self, one: Wrongness, number: int, grown: RepeatedSearch) -> str:
+    def _changed(self, one: Wrongness, number: int, repeated: RepeatedSearch) -> str:
         """Whether the tree in the picture is another one than that of the score in the file."""
         stored = self._subject.scores(one.metric)[number]
-        if grown.score == stored:
+        if repeated.score == stored:
             return ""
         return (
-            f"Not the tree of the score in the file: grown again it gives {grown.score:.4g}, and "
-            f"the file says {stored:.4g}. The task or energymargin has changed since."
+            "Not the tree of the score in the file: searched again it gives "
+            f"{repeated.score:.4g}, and the file has {stored:.4g}. The task or energymargin has "
+            "changed since."
         )
 
 
@@ -154,8 +189,157 @@ def _none(one: Wrongness) -> str:
 
 
 def _percent(share: float) -> str:
-    """Of a share between 0 and 1; neither end is said unless it is meant."""
+    """Of a share between 0 and 1; 0 and 100 % are exact."""
     text = f"{100 * share:.0f}"
     if text == "100" and share < 1:
         return "more than 99 %"
     return "less than 1 %" if text == "0" else f"{text} %"
+
+
+@dataclass(frozen=True)
+class RepeatedSearch:
+    """A state's problem, the search for one of its scores, and that score."""
+
+    problem: Problem
+    search: CaptureScore | EscapeEffort | CaptureProbability | None
+    """None for the force score, which needs no search."""
+    score: float
+
+
+class SearchRepeater:
+    """Repeats the searches of a dataset's states, each once."""
+
+    def __init__(
+        self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
+    ) -> None:
+        """`settings` and `future`: of the run. Raises ValueError if the settings are not those of a
+        search, or if the task cannot be made."""
+        try:
+            self._settings = SearchSettings(**settings)
+        except TypeError:
+            raise ValueError(
+                f"the run's settings are those of another program: {settings}"
+            ) from None
+        self._dataset, self._future = dataset, future
+        self.plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
+        """In which pictures show the task."""
+        self._kept: dict[tuple[int, str], tuple[Problem, Any]] = {}
+
+    def repeat(self, number: int, metric: str) -> RepeatedSearch:
+        """The search behind a metric of the state of this number. Raises ValueError if its problem
+        cannot be made."""
+        kind = _kind(metric)
+        if (number, kind) not in self._kept:
+            (problem,) = self._dataset.problems([number], future=self._future)
+            self._kept[number, kind] = problem, self._search(problem, number, metric)
+        problem, found = self._kept[number, kind]
+        if kind in TIMED:
+            return RepeatedSearch(problem, found, _probability(found, metric))
+        if kind == "force":
+            return RepeatedSearch(problem, None, found.force)
+        if kind == "tree":
+            return RepeatedSearch(problem, found, getattr(found, metric.replace("/", "_")))
+        return RepeatedSearch(problem, found, found.effort)
+
+    def _search(self, problem: Problem, number: int, metric: str) -> Any:
+        """As a scorer of the file does it."""
+        settings = self._settings
+        repeated: dict[str, Any] = {"nodes": settings.nodes, "seed": stream(settings.seed, number)}
+        kind = _kind(metric)
+        if kind in TIMED:
+            return capture_probability(
+                problem,
+                disturbance=disturbances.Uniform(settings.strength, settings.objects),
+                rollouts=settings.rollouts,
+                seed=settings.seed if settings.common_random_numbers else repeated["seed"],
+                success=metric == "probability/success",
+                by_object=metric == "probability/any",
+            )
+        if kind == "force":
+            return force_score(problem)
+        if kind == "tree":
+            return capture_score(
+                problem,
+                **repeated,
+                nodes_per_edge=settings.nodes_per_edge,
+                least_likelihood=settings.least_likelihood,
+                warn=False,
+            )
+        return escape_effort(
+            problem,
+            planner=metric.split("/")[1],
+            **repeated,
+            captured="any" if metric.endswith(ANY) else "all",
+            search=settings.search,
+            stop_at_escape=settings.stop_at_escape,
+        )
+
+
+def _kind(metric: str) -> str:
+    """Metrics of one kind have one search."""
+    if metric.startswith("effort") or metric in TIMED:
+        return metric
+    return "force" if metric.startswith("force") else "tree"
+
+
+def _probability(found: CaptureProbability, metric: str) -> float:
+    """What a metric is of what `_search` found for it."""
+    if metric == "probability/success":
+        assert found.success is not None  # it was asked for
+        return found.success
+    survival = found.any if metric == "probability/any" else None
+    return found.captured if survival is None else survival.captured
+
+
+def picture(repeated: RepeatedSearch, plane: Plan) -> str:
+    """A data URI of a picture, with a legend. Of a probability it is the undisturbed future, and
+    the curve below it."""
+    if isinstance(repeated.search, CaptureProbability):
+        made = _of_probability(repeated.problem, repeated.search, plane)
+    else:
+        made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
+        ax = made.subplots()
+        plots.plot_state(repeated.problem, repeated.search, ax=ax, plane=plane, legend=True)
+        _move_legend_below(ax, made)
+        made.set_size_inches(WIDTH, _height(ax))
+    return f"data:image/png;base64,{base64.b64encode(_png(made)).decode()}"
+
+
+def _of_probability(problem: Problem, found: CaptureProbability, plane: Plan) -> Figure:
+    made = Figure(figsize=(WIDTH, HEIGHTS[1]), dpi=RESOLUTION, layout="constrained")
+    rows = made.add_gridspec(2)
+    ax, curve = made.add_subplot(rows[0]), made.add_subplot(rows[1])
+    plots.plot_future(problem, ax=ax, plane=plane, legend=True)
+    _move_legend_below(ax, made)
+    plots.plot_probability(found, ax=curve, which="captured" if found.any is None else "any")
+    height = _height(ax)
+    rows.set_height_ratios((height - AROUND, CURVE))
+    made.set_size_inches(WIDTH, height + CURVE)
+    return made
+
+
+def _move_legend_below(ax: Axes, figure: Figure) -> None:
+    """From the axes to the figure, which makes room for it."""
+    legend = ax.get_legend()
+    assert legend is not None  # it was asked for
+    names = [text.get_text() for text in legend.get_texts()]
+    handles = [handle for handle in legend.legend_handles if handle is not None]
+    legend.remove()
+    figure.legend(
+        handles, names, loc="outside lower center", ncols=3, frameon=False, fontsize=LEGEND_SIZE
+    )
+
+
+def _height(ax: Axes) -> float:
+    """Of a figure that leaves its axes, whose scales are equal, no room to spare."""
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    height = (WIDTH - BESIDE) * (y1 - y0) / (x1 - x0) + AROUND
+    return min(max(height, HEIGHTS[0]), HEIGHTS[1])
+
+
+def _png(figure: Figure) -> bytes:
+    """A third of the bytes of matplotlib's own: these pictures have few colours."""
+    drawn, small = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", bbox_inches="tight")
+    Image.open(drawn).convert("RGB").quantize(COLORS).save(small, format="png", optimize=True)
+    return small.getvalue()

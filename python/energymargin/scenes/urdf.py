@@ -16,14 +16,23 @@ from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene, World
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
 from energymargin.scenes.files import found
-from energymargin.scenes.poses import moved, place, pose
-from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
+from energymargin.scenes.urdf_model import (
+    Geometry,
+    Joint,
+    Link,
+    MeshFile,
+    Robot,
+    moved,
+    place,
+    pose,
+    read,
+)
 
 __all__ = ["from_urdf"]
 
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 Pair = tuple[str, str]
-# What the caller may say of a joint; the rest is the file's.
+# What `joints` may set; the rest is the file's.
 CONTROL = (
     "start",
     "start_velocity",
@@ -41,12 +50,12 @@ Control = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
-class _Plan:
-    """What is to be added to a scene."""
+class _Additions:
+    """Keywords of what is added to a scene."""
 
     bodies: list[dict[str, Any]]
     joints: list[dict[str, Any]]
-    disabled: list[tuple[str, str]]
+    disabled: list[Pair]
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -87,68 +96,104 @@ def from_urdf(
 ) -> Scene:
     """A robot, or an object, from a URDF file: a new scene with it, or the given one with it added.
 
-    The body of a link has the link's name, behind `prefix`, and the link's frame; so have joints.
-    Arguments that speak of links and joints name them as the file does.
+    The body of a link has the link's frame, and its name behind `prefix`; so have joints. Arguments
+    name links and joints as the file does.
 
-    position [m], orientation (unit quaternion x, y, z, w): of the root link's frame. base: "fixed",
-    whatever the root's mass, or "free" to move. role: of all links; `roles` of single ones.
-    friction: of links for which neither `frictions` nor the file (Bullet's <lateral_friction>) says
-    one.
+    A joint starts at 0, or at the nearer limit. A mimic joint of a mimic joint follows what that
+    one follows; its damping acts there, and its limits have to hold for all positions of the joint
+    that it follows. A link without mass is a frame: its shapes become part of the link that it is
+    fixed to, and it is no body. A root without mass is a body only if it is fixed.
 
-    joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness, which
-    go before what the file says: limits, effort as torque_limit, damping. A joint starts at 0, or
-    at the limit that is nearest. A mimic joint of a mimic joint follows what that one follows; its
-    damping acts there, and its limits have to hold wherever the other joint may go.
+    Links that a joint connects, or that fixed joints hold together, never collide.
 
-    inertia: "file", or "shapes" to spread the file's masses evenly over the collision shapes.
-    decompose, threshold, timeout, cancel: as in `em.mesh`. A link without mass is a frame: what it
-    carries is part of the link it is fixed to, and it is no body; a root without mass is a body
-    only if it is fixed.
+    Visual elements and velocity limits are not part of a scene. Anything else that is not simulated
+    is an error unless `ignore` names it. Elements in a namespace that the file does not declare are
+    left out with a warning.
 
-    Links that a joint connects, or that fixed joints hold together, never collide. Others do if
-    self_collision, but for the pairs `disable_collisions`; then none may overlap at the start.
+    Args:
+        path: the URDF file.
+        scene: the scene to add to. None makes a new one.
+        prefix: of the names of bodies and joints.
+        position: of the root link's frame, shape (3,) [m].
+        orientation: of the root link's frame, a unit quaternion (x, y, z, w).
+        base: "fixed", whatever the root's mass, or "free" to move.
+        role: of all links: "none", "effector" or "object".
+        roles: of single links, by name.
+        friction: of links for which neither `frictions` nor the file (Bullet's <lateral_friction>)
+            has a coefficient.
+        frictions: of single links, by name.
+        joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness.
+            They replace what the file has: limits, effort as torque_limit, damping.
+        inertia: "file", or "shapes" to distribute the file's masses evenly over the collision
+            shapes.
+        decompose: whether meshes become convex parts, as in `em.mesh`.
+        threshold: concavity of the parts, as in `em.mesh`.
+        self_collision: whether links can collide with each other. None may then overlap at the
+            start.
+        disable_collisions: pairs of links that never collide.
+        packages: folders in which package:// and relative paths are looked up, before
+            ROS_PACKAGE_PATH and the folders above the file.
+        ignore: what to leave out: elements by tag, attributes as "tag.attribute". What is simulated
+            in one parent and not in another is named with it, as "link/origin".
+        timeout: [s].
+        cancel: ends it once it is set.
 
-    packages: folders in which to look for package:// and relative paths, before ROS_PACKAGE_PATH
-    and the folders above the file. How links look, and how fast joints may be, is no part of a
-    scene. What else the library does not do is an error, unless `ignore` names it: elements by tag,
-    attributes as "tag.attribute", which are then left out everywhere. What is simulated in one
-    parent and not in another is named with it, as "link/origin", and left out there alone. What is
-    in a namespace that the file does not declare is left out with a warning.
+    Returns:
+        `scene`, or the new scene.
 
-    Raises FileNotFoundError, ValueError that names what is wrong, TimeoutError or Cancelled at the
-    limit, and for its meshes as `em.mesh` does, which need the extra [urdf]; a given scene is then
-    as it was.
+    Raises:
+        FileNotFoundError: if the file or a mesh is missing.
+        ValueError: that names what is wrong in the file or an argument.
+        TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
+        ImportError, RuntimeError: of meshes, as `em.mesh`.
+
+    On an error a given scene is as it was.
     """
     limit = Limit(timeout, cancel)
     _check_choices(base, inertia, ignore=ignore, packages=packages)
     root = pose(position, orientation)
     robot = read(Path(path), tuple(ignore), limit, free=base == "free")
-    roles, frictions, disabled = roles or {}, frictions or {}, _pairs(disable_collisions)
-    paired = [name for pair in disabled for name in pair]
+    roles, frictions, pairs = roles or {}, frictions or {}, _pairs(disable_collisions)
+    paired = [name for pair in pairs for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
     shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages), limit)
-    bodies = []
+    bodies = _bodies(robot, shaping, prefix, fixed=base == "fixed")
+    bodies[robot.root] |= place(root @ robot.base)
     for name, link in robot.links.items():
-        limit.require(f"link {name!r} was made a body")
-        fixed = base == "fixed" and name == robot.root
-        said = frictions.get(name, friction if link.friction is None else link.friction)
-        own = {"name": prefix + name, "role": roles.get(name, role), "friction": said}
-        where = place(root @ robot.base) if name == robot.root else {}
-        bodies.append({**own, **body(link, shaping, fixed=fixed), **where})
-    plan = _Plan(
-        bodies,
+        default = friction if link.friction is None else link.friction
+        bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
+    new = _Additions(
+        list(bodies.values()),
         joint_keywords(robot.joints, joints or {}, prefix),
-        _disabled_pairs(robot, disabled, prefix, self_collision=self_collision),
+        _disabled_pairs(robot, pairs, prefix, self_collision=self_collision),
     )
+    return _added(scene, new, prefix, limit, self_collision=self_collision)
+
+
+def _bodies(
+    robot: Robot, shaping: Shaping, prefix: str, *, fixed: bool
+) -> dict[str, dict[str, Any]]:
+    """Keywords of `Scene.add_body` by link, without role and friction; `fixed`: the root."""
+    bodies = {}
+    for name, link in robot.links.items():
+        shaping.limit.require(f"link {name!r} was made a body")
+        keywords = body(link, shaping, fixed=fixed and name == robot.root)
+        bodies[name] = {"name": prefix + name, **keywords}
+    return bodies
+
+
+def _added(
+    scene: Scene | None, new: _Additions, prefix: str, limit: Limit, *, self_collision: bool
+) -> Scene:
+    """The scene, or a new one, with a robot; an error leaves a given scene as it was."""
     if scene is not None:
-        _check_names(scene, plan)
-    made = plan.add_to(Scene() if scene is None else _empty(scene), limit)
+        _check_names(scene, new)
+    made = new.add_to(Scene() if scene is None else _empty(scene), limit)
     if self_collision:
         limit.require("links that overlap were looked for")
         require_no_overlap(made, prefix)
     limit.require("the scene was made")
-    # Only now, so that an error leaves the given scene as it was.
-    return made if scene is None else plan.add_to(scene, Limit())
+    return made if scene is None else new.add_to(scene, Limit())
 
 
 def _check_choices(base: str, inertia: str, **several: Any) -> None:
@@ -185,14 +230,14 @@ def _check_links(robot: Robot, **named: Iterable[str]) -> None:
                 raise ValueError(f"{argument} has {name!r}, expected one of {known}")
 
 
-def _check_names(scene: Scene, plan: _Plan) -> None:
+def _check_names(scene: Scene, new: _Additions) -> None:
     """No two bodies of a scene, and no two joints, have the same name."""
-    for what, there, new in (
-        ("body", scene.bodies, plan.bodies),
-        ("joint", scene.joints, plan.joints),
+    for what, there, added in (
+        ("body", scene.bodies, new.bodies),
+        ("joint", scene.joints, new.joints),
     ):
         taken = {item.name for item in there}
-        for name in (keywords["name"] for keywords in new):
+        for name in (keywords["name"] for keywords in added):
             if name in taken:
                 raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
 
@@ -321,13 +366,15 @@ def require_no_overlap(robot: Scene, prefix: str) -> None:
         )
 
 
-def joint_keywords(joints: Mapping[str, Joint], said: Control, prefix: str) -> list[dict[str, Any]]:
+def joint_keywords(
+    joints: Mapping[str, Joint], control: Control, prefix: str
+) -> list[dict[str, Any]]:
     """Keywords of `Scene.add_joint`, in an order in which joints may be added.
 
-    What is `said` of a joint goes before the file. Raises ValueError on unknown joints and
+    `control` of a joint replaces what the file has. Raises ValueError on unknown joints and
     keywords, and on limits that contradict each other.
     """
-    _check_control(joints, said)
+    _check_control(joints, control)
     moving = [joint for joint in joints.values() if joint.mimic is None]
     following = [joint for joint in joints.values() if joint.mimic is not None]
     followers: dict[str, list[Joint]] = {joint.name: [] for joint in moving}
@@ -336,19 +383,19 @@ def joint_keywords(joints: Mapping[str, Joint], said: Control, prefix: str) -> l
             followers[joint.mimic[0]].append(joint)
     keywords = {}
     for joint in moving:
-        own = said.get(joint.name, {})
+        own = control.get(joint.name, {})
         drive = _drive(joint, followers[joint.name], own)
         keywords[joint.name] = {**_joint_frames(joint, prefix), **drive, **own}
     for joint in following:
         source, multiplier, offset = joint.mimic or ("", 1.0, 0.0)
-        _check_reach(joint, said.get(joint.name, {}), keywords[source]["limits"])
+        _check_reach(joint, control.get(joint.name, {}), keywords[source]["limits"])
         mimic = Mimic(prefix + source, multiplier, offset)
         keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": mimic}
     return list(keywords.values())
 
 
-def _check_control(joints: Mapping[str, Joint], said: Control) -> None:
-    for name, own in said.items():
+def _check_control(joints: Mapping[str, Joint], control: Control) -> None:
+    for name, own in control.items():
         if name not in joints:
             raise ValueError(f"joints has {name!r}, expected one of {', '.join(joints)}")
         joint = joints[name]

@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING
 
 from energymargin.deprecations import moved_names
 from energymargin.store.export import export, load
-from energymargin.store.file import ScoreStore
-from energymargin.store.given import add_scores
+from energymargin.store.file import ScoreStore, add_scores
 from energymargin.store.run import Run
 from energymargin.store.scoring import score_dataset
 

@@ -1,8 +1,8 @@
-"""Who computes what: several scorers on one store share the work, and a dead one's is taken over.
+"""Claims: several scorers on one store share the work, and take over that of a dead one.
 
-A scorer claims what it is about to compute, and says from time to time that it is still there. If
-it has not for a minute, or if its process is gone from this machine, its claims count no more. That
-a scorer was only slow, and two have computed the same, does no harm: it is the same score.
+A scorer claims the scores that it is about to compute, and renews its lease from time to time. Its
+claims end with the lease, or with its process on this machine. If a scorer was only slow, two
+compute the same score, which does no harm.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.beliefs.gathering import BeliefRow
 from energymargin.closing import Closing
 from energymargin.executors import Row
 from energymargin.processes import is_running
@@ -26,54 +27,54 @@ from energymargin.store.run import FLOATS, Run
 
 __all__ = ["Claim", "Scorer"]
 
-LEASE = 60.0  # s; how long a scorer is believed in that says nothing
-BEAT = 5.0  # s; how often it says something
-SIGN_OFF = 0.2  # s; how long the file may be held by others when it leaves
+LEASE = 60.0  # s; how long the claims of a scorer count that does not renew it
+BEAT = 5.0  # s; how often a lease is renewed
+SIGN_OFF = 0.2  # s; how long a scorer that leaves waits for the file
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What a scorer may compute of a state now."""
+    """The scores of a state that a scorer may compute now."""
 
     metrics: tuple[str, ...]
-    """Scores that nobody has, and nobody else computes."""
+    """Those that are missing, and that nobody else computes."""
     taken: bool
-    """Whether somebody else computes others that it lacks."""
+    """Whether somebody else computes other missing ones."""
 
 
 class Scorer(Closing):
     """A scorer of one run. Use it in a `with` statement, at whose end its claims are given up."""
 
     def __init__(self, store: Database, run: Run) -> None:
-        """Signs up."""
+        """Registers the scorer in the store."""
         self._store, self._run, self._database = store, run, store.database
         self._problems: dict[int, int] = {}  # of the claimed states, by their numbers
-        self._beaten = 0.0
+        self._renewed = 0.0
         with store.transaction():
-            self._bury()
+            self._remove_gone()
             (others,) = self._database.execute("SELECT count(*) FROM scorers").fetchone()
             self.start = int(run.states * _share(others))
-            """The state at which it begins, so that it does not look at those of others."""
+            """The state at which it begins: each scorer at another one."""
             (self._number,) = self._database.execute(
                 "INSERT INTO scorers (host, process, until) VALUES (?, ?, ?) RETURNING id",
                 (socket.gethostname(), os.getpid(), time.time() + LEASE),
             ).fetchone()
 
     def claim(self, digests: Mapping[int, bytes]) -> dict[int, Claim]:
-        """Claims what these states lack; `digests` of their problems, by their numbers."""
+        """Claims the missing scores of these states; `digests` are of their problems, by number."""
         with self._store.transaction():
-            self._bury()
-            self._sign()
+            self._remove_gone()
+            self._renew()
             return {
                 number: self._claim(number, self._problem(number, digest))
                 for number, digest in digests.items()
             }
 
     def add(self, rows: Sequence[Row]) -> None:
-        """Keeps the scores of these rows, all or none, and gives up the claims on them."""
+        """Inserts the scores of these rows, all or none, and gives up the claims on them."""
         asked = self._run.asked
         with self._store.transaction():
-            self._sign()
+            self._renew()
             for row in rows:
                 problem = self._problems[row.index]
                 self._database.executemany(
@@ -92,6 +93,13 @@ class Scorer(Closing):
                         if metric in asked
                     ],
                 )
+                self._database.executemany(
+                    "INSERT INTO particles VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                    [
+                        (problem, row.index, asked[metric], _packed(values))
+                        for metric, values in _particles(row).items()
+                    ],
+                )
             self._give_up([row.index for row in rows])
         self._forget([row.index for row in rows])
 
@@ -102,23 +110,23 @@ class Scorer(Closing):
         self._forget(numbers)
 
     def beat(self) -> None:
-        """Says that it is still there, if it is time to."""
-        if time.monotonic() > self._beaten + BEAT:
+        """Renews the lease, if it is time to."""
+        if time.monotonic() > self._renewed + BEAT:
             with self._store.transaction():
-                self._sign()
+                self._renew()
 
     def alone(self) -> bool:
-        """Whether no other scorer has signed up."""
+        """Whether there is no other scorer."""
         (count,) = self._database.execute("SELECT count(*) FROM scorers").fetchone()
         return bool(count == 1)
 
     def close(self) -> None:
-        """Signs off; its claims are for others, who on a full disk see that its process is gone."""
+        """Removes the scorer and its claims; on a full disk others see that its process is gone."""
         with suppress(OSError), self._store.transaction(SIGN_OFF):
             self._database.execute("DELETE FROM scorers WHERE id = ?", (self._number,))
 
     def _problem(self, number: int, digest: bytes) -> int:
-        """The number of a problem, which is from now on that of the state."""
+        """The number of the problem with this digest, which becomes that of the state."""
         self._database.execute(
             "INSERT INTO problems (digest) VALUES (?) ON CONFLICT DO NOTHING", (digest,)
         )
@@ -160,16 +168,16 @@ class Scorer(Closing):
         for number in numbers:
             del self._problems[number]
 
-    def _sign(self) -> None:
-        self._beaten = time.monotonic()
+    def _renew(self) -> None:
+        self._renewed = time.monotonic()
         self._database.execute(
             "INSERT INTO scorers VALUES (?, ?, ?, ?) "
             "ON CONFLICT (id) DO UPDATE SET until = excluded.until",
             (self._number, socket.gethostname(), os.getpid(), time.time() + LEASE),
         )
 
-    def _bury(self) -> None:
-        """Strikes off the scorers that are gone, with their claims."""
+    def _remove_gone(self) -> None:
+        """Removes the scorers whose lease or process has ended, with their claims."""
         now, here = time.time(), socket.gethostname()
         scorers = self._database.execute("SELECT id, host, process, until FROM scorers").fetchall()
         gone = [
@@ -180,10 +188,15 @@ class Scorer(Closing):
         self._database.executemany("DELETE FROM scorers WHERE id = ?", gone)
 
 
+def _particles(row: Row) -> Mapping[str, NDArray[np.float64]]:
+    """By metric, the scores of a belief's particles; of a problem there are none."""
+    return row.values if isinstance(row, BeliefRow) else {}
+
+
 def _packed(numbers: NDArray[np.float64]) -> bytes:
     return np.asarray(numbers, FLOATS).tobytes()
 
 
 def _share(others: int) -> float:
-    """Where to begin beside so many others: 0, 1/2, 1/4, 3/4, ..."""
+    """The share of the states at which to begin beside so many others: 0, 1/2, 1/4, 3/4, ..."""
     return int(f"{others:b}"[::-1], 2) / (1 << others.bit_length())

@@ -56,11 +56,11 @@ class Database(Closing):
 
     @contextmanager
     def transaction(self, patience: float = PATIENCE) -> Iterator[None]:
-        """Everything that is written in it is kept, or nothing; others wait for its end.
+        """All that is written in it is committed, or nothing; others wait for its end.
 
         Raises OSError if the disk is full, PermissionError if the file cannot be written,
         TimeoutError if another process holds it for longer than `patience` [s], KeyboardInterrupt
-        if it does so after Ctrl-C; FileNotFoundError as `require_in_place`, once all is kept.
+        if it does so after Ctrl-C; FileNotFoundError as `require_in_place`, after the commit.
         """
         with self._named():
             self._retried("BEGIN IMMEDIATE", patience)
@@ -103,7 +103,7 @@ class Database(Closing):
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Says of which file it is that SQLite cannot go on with it, and what to do."""
+        """Turns errors of SQLite into errors that name the file, and say what to do."""
         try:
             yield
         except sqlite3.DatabaseError as error:
@@ -114,7 +114,7 @@ class Database(Closing):
         if _is_busy(error) or isinstance(error, (sqlite3.IntegrityError, sqlite3.ProgrammingError)):
             return error
         if "full" in text:
-            advice = "what was kept before is safe: make room, and the same command goes on"
+            advice = "what was written before is safe: make room, and the same command goes on"
             return OSError(errno.ENOSPC, f"the disk is full; {advice}", path)
         if "readonly" in text or "unable to open" in text:
             advice = "it and its folder must be writable: copy it, or choose another place"
@@ -153,7 +153,7 @@ class Database(Closing):
             )
 
     def _retried(self, statement: str, patience: float = PATIENCE) -> sqlite3.Cursor:
-        """Runs a statement once other processes let go of the file; a Ctrl-C gets through."""
+        """Runs a statement; waits while another process has the file, unless Ctrl-C comes."""
         end = time.monotonic() + patience
         while True:
             try:
@@ -187,7 +187,7 @@ class _OpenPlace:
         self._identity = _identity(self._path)
 
     def change(self) -> str:
-        """What became of the file, and what to do; empty if it is where it was."""
+        """What happened to the file, and what to do; empty if it is where it was."""
         if self._identity is None or _identity(self._path) == self._identity:
             return ""
         name = self._present_name()

@@ -14,6 +14,10 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
+from energymargin.deprecations import once_positional
+from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
@@ -26,9 +30,11 @@ __all__ = ["curves_path", "export", "load"]
 BLOCK = 10000  # rows in memory
 NEEDS = "pip install 'energymargin[tables]'"
 SUFFIXES = (".csv", ".parquet")
+QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
 
 
-def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
+@once_positional("run", after=1)
+def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
     """All scores of a store, or those of one run, with the states' labels and the settings.
 
     A row is a state of a run: its `run`, `task`, `trajectory`, `frame`; the labels `captured`,
@@ -36,7 +42,8 @@ def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
     settings, and of what is asked of the future `horizon` [frames], `plan` ("none": it coasts), and
     `check`, `dwell` [s] (missing where a run has no such one); a column for each metric (NaN: not
     there yet, inf: no escape was found); `seconds` of computing. A seed of 64 bits makes its column
-    text. Needs the extra [tables]. Raises what ScoreStore does.
+    text. Of beliefs, whose scores are means, `capture_q10`, `_q50` and `_q90` are
+    quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
     """
     try:
         import pandas as pd
@@ -54,17 +61,19 @@ def load(path: str | os.PathLike[str], run: int | None = None) -> pd.DataFrame:
     )
 
 
+@once_positional("run", after=2)
 def export(
-    path: str | os.PathLike[str], output: str | os.PathLike[str], run: int | None = None
+    path: str | os.PathLike[str], output: str | os.PathLike[str], *, run: int | None = None
 ) -> int:
-    """Writes what `load` gives into a .csv or .parquet file, block by block; returns the rows.
+    """Writes the table of `load` into a .csv or .parquet file, block by block; returns how many
+    rows it has.
 
     If there are curves of probabilities, they are in a file beside it: scores-curves.csv of
     scores.csv. A row is a time of a curve: `run`, `trajectory`, `frame`, `metric`, `time` [s] from
     the frame on, and the probability of being `captured` throughout until then.
 
-    Each file is there whole, or as it was. Parquet needs the extra [tables]. Raises ValueError on
-    another suffix.
+    Each file is written in one go: it is whole, or as it was. Parquet needs the extra [tables].
+    Raises ValueError on another suffix.
     """
     output = Path(output)
     if output.suffix not in SUFFIXES:
@@ -84,7 +93,7 @@ def export(
 
 
 def curves_path(output: str | os.PathLike[str]) -> Path:
-    """Where `export` writes the curves, if there are any."""
+    """The file into which `export` writes the curves, if there are any."""
     output = Path(output)
     return output.with_name(f"{output.stem}-curves{output.suffix}")
 
@@ -93,12 +102,12 @@ _OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
 
 
 def _of_pandas(kind: type, column: Sequence[Any]) -> str:
-    """Of a whole number some runs may have none: a plain column of them cannot say so."""
+    """The pandas type of a column; plain int64 has no missing values."""
     return "Int64" if kind is int and None in column else _OF_PANDAS[kind]
 
 
-class _Rows(Protocol):
-    """A table, row by row."""
+class _Table(Protocol):
+    """Columns with their types, and rows."""
 
     @property
     def kinds(self) -> dict[str, type]:
@@ -123,7 +132,7 @@ class _CurvesTable:
     )
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
-        """A row a time."""
+        """One row for each time of a curve."""
         for run in self.runs:
             for trajectory, frame, metric, (times, curve) in run.curves():
                 for time, captured in zip(times.tolist(), curve.tolist(), strict=True):
@@ -147,6 +156,7 @@ class _RunsTable:
             kinds[name] = _widest([_kind(_asked(run).get(name)) for run in self.runs])
         kinds |= {"algorithm": str}
         kinds |= {metric: float for run in self.runs for metric in run.metrics}
+        kinds |= {name: float for run in self.runs for name in _quantiles(run)}
         return kinds | {"seconds": float}
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
@@ -155,7 +165,7 @@ class _RunsTable:
         for run in self.runs:
             of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
             of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
-            for state in run.rows():
+            for number, state in enumerate(run.rows()):
                 values = of_run | dict(zip(run.metrics, state.scores, strict=True))
                 values |= {
                     "trajectory": state.trajectory,
@@ -166,17 +176,35 @@ class _RunsTable:
                     "succeeded_any": _flag(state.success_any),
                     "seconds": state.seconds,
                 }
+                for name, (metric, share) in _quantiles(run).items():
+                    particles = run.particles(number, metric)
+                    if particles is not None:
+                        values[name] = float(np.quantile(particles, share, method="inverted_cdf"))
                 yield tuple(values.get(column) for column in kinds)
 
 
+def _quantiles(run: Run) -> dict[str, tuple[str, float]]:
+    """Of a run with a belief: metric and share of each column of quantiles. A probability is a mean
+    of noughts and ones, and has none."""
+    if run.sampling is None:
+        return {}
+    return {
+        f"{metric}_q{round(100 * share)}": (metric, share)
+        for metric in run.metrics
+        if metric not in TIMED
+        for share in QUANTILES
+    }
+
+
 def _asked(run: Run) -> dict[str, Any]:
-    """What a run was asked for: its settings, and what they ask of the future."""
+    """The settings of a run, with what is not known of its models, and those of its future."""
+    asked = run.settings | (run.sampling.all() if run.sampling is not None else {})
     if run.future is None:
-        return run.settings
-    return run.settings | run.future.all() | {"plan": run.future.plan or "none"}
+        return asked
+    return asked | run.future.all() | {"plan": run.future.plan or "none"}
 
 
-def _write_csv(table: _Rows, path: Path) -> int:
+def _write_csv(table: _Table, path: Path) -> int:
     count = 0
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
@@ -187,7 +215,7 @@ def _write_csv(table: _Rows, path: Path) -> int:
     return count
 
 
-def _write_parquet(table: _Rows, path: Path) -> int:
+def _write_parquet(table: _Table, path: Path) -> int:
     try:
         import pyarrow as pa
         from pyarrow.parquet import ParquetWriter
@@ -212,7 +240,7 @@ def _runs(store: ScoreStore, number: int | None) -> list[Run]:
 
 
 def _kind(value: Any) -> type | None:
-    """Of a setting; a whole number beyond 63 bits, as a seed may be, is kept as text."""
+    """The type of a setting; a whole number of more than 63 bits, as a seed, becomes text."""
     if value is None:
         return None
     if isinstance(value, int) and value >= 2**63:
@@ -221,7 +249,7 @@ def _kind(value: Any) -> type | None:
 
 
 def _widest(kinds: Sequence[type | None]) -> type:
-    """What holds the values of one setting in all runs; None is a run that has no such setting."""
+    """A type for one setting in all runs; None is a run that does not have the setting."""
     there = {kind for kind in kinds if kind is not None}
     if not there:
         return float

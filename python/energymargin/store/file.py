@@ -1,22 +1,38 @@
-"""A file of scores: the runs that it holds."""
+"""A file of scores: its runs, the problems of their states, scores that come from elsewhere."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import os
+import sqlite3
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
+from energymargin.deprecations import once_positional
 from energymargin.notebook import shown_by
-from energymargin.settings import algorithm_of
+from energymargin.scoring.settings import algorithm_of
 from energymargin.store import schema
+from energymargin.store.claims import Scorer
 from energymargin.store.database import Database
 from energymargin.store.run import Run
+from energymargin.store.schema import state_digest
 
-__all__ = ["ScoreStore"]
+__all__ = ["Digests", "ImportedRow", "ScoreStore", "add_scores", "adopt", "forget_if_changed"]
 
-LABELS = 10000  # states that are put in at a time
+LABELS = 10000  # states whose labels are inserted at a time
+SAMPLE = 100  # states whose problems are compared; of a smaller dataset, all
+BLOCK = 100  # states whose problems get new digests at a time
+IMPORTED = 1000  # states whose imported scores are inserted at a time
+
+Digests = Callable[[Sequence[int]], Mapping[int, bytes]]
+"""Digests of the problems of some states by their numbers, which rise. A state without a problem
+has none."""
 
 
 class ScoreStore(Database):
@@ -26,10 +42,10 @@ class ScoreStore(Database):
     machine may have it open at once, and write to it.
     """
 
-    _repr_html_ = shown_by("data.score_store")
+    _repr_html_ = shown_by("score_store")
 
     def runs(self) -> list[Run]:
-        """Every dataset with a future and settings that was ever begun here, in that order."""
+        """All runs, in the order in which they began."""
         return [Run(self, n) for (n,) in self.database.execute("SELECT id FROM runs ORDER BY id")]
 
     def run(self, number: int | None = None) -> Run:
@@ -55,12 +71,11 @@ class ScoreStore(Database):
         known_by: str = "",
         future: Future | None = None,
     ) -> Run:
-        """The run of this dataset with these settings, which is begun if there is none.
+        """The run of this dataset with these settings; a new one if there is none.
 
-        `questions` are the settings of each metric, by its name: those that change its value.
-        `future` is what they ask of each state, None is about the state as it is.
-        `known_by` names what its states are known by, if not their problems: a state is known by
-        one thing alone, so such runs have the states once more.
+        `questions`: by metric, the settings that change its value. `future`: what the metrics ask
+        of each state; None is about the state as it is. `known_by`: what identifies the states, if
+        not their problems. The file then has the dataset a second time.
         """
         digest = dataset.digest() + known_by
         with self.transaction():
@@ -82,7 +97,7 @@ class ScoreStore(Database):
             return Run(self, cursor.lastrowid)
 
     def _dataset(self, dataset: Dataset, digest: str) -> int:
-        """The number of a dataset, which is put in with its labels if it is not there."""
+        """The number of a dataset, which is inserted with its labels if it is not there."""
         found = self.database.execute("SELECT id FROM datasets WHERE digest = ?", (digest,))
         row = found.fetchone() or self._adopted(dataset, digest)
         if row is not None:
@@ -102,7 +117,8 @@ class ScoreStore(Database):
         return cursor.lastrowid
 
     def _adopted(self, dataset: Dataset, digest: str) -> tuple[int] | None:
-        """A dataset of an older file, if it is this one: from now on known by its digest."""
+        """The number of this dataset in an older file, which now gets its digest; None if it is not
+        there."""
         old = self.database.execute("SELECT id FROM datasets WHERE digest IS NULL").fetchall()
         if not old:
             return None
@@ -128,3 +144,130 @@ class ScoreStore(Database):
 
 def _json(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True)
+
+
+def adopt(store: Database, run: Run, digests: Digests) -> None:
+    """Gives the problems of a dataset from an older file the digests that they have now.
+
+    `digests`: without a future, which older files do not have.
+    """
+    (old,) = store.database.execute(
+        "SELECT digest_2 FROM datasets WHERE id = ?", (run.dataset,)
+    ).fetchone()
+    if old is None:
+        return
+    with store.transaction():
+        for first in range(0, run.states, BLOCK):
+            numbers = range(first, min(first + BLOCK, run.states))
+            for number, new in digests(numbers).items():
+                _rename(store.database, run, number, state_digest(old, number), new)
+        store.database.execute("UPDATE datasets SET digest_2 = NULL WHERE id = ?", (run.dataset,))
+
+
+def _rename(database: sqlite3.Connection, run: Run, number: int, old: bytes, new: bytes) -> None:
+    """Gives a problem another digest; a problem that has it already gets the state and scores."""
+    found = database.execute("SELECT digest, id FROM problems WHERE digest IN (?, ?)", (old, new))
+    problems = dict(found.fetchall())
+    if new not in problems:
+        database.execute("UPDATE problems SET digest = ? WHERE digest = ?", (new, old))
+    elif old in problems:
+        database.execute(
+            "UPDATE posed SET problem = ? WHERE dataset = ? AND number = ? AND problem = ?",
+            (problems[new], run.dataset, number, problems[old]),
+        )
+        database.execute(
+            "UPDATE OR IGNORE scores SET problem = ? WHERE problem = ?",
+            (problems[new], problems[old]),
+        )
+
+
+def forget_if_changed(store: Database, run: Run, digests: Digests) -> None:
+    """Forgets which problems the states make, if some of a sample make others now.
+
+    They do after a change of the task's code. A change of only a few states of a large dataset may
+    be missed.
+    """
+    sample = np.unique(np.linspace(0, run.states - 1, SAMPLE).astype(int)).tolist()
+    known = _known(store.database, run, sample)
+    if known != digests(list(known)):
+        with store.transaction():
+            store.database.execute(
+                "DELETE FROM posed WHERE dataset = ? AND future = ?",
+                (run.dataset, run.future_number),
+            )
+
+
+def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> dict[int, bytes]:
+    """Digests of the problems of these states that the store has, in their order."""
+    found = {}
+    for number in numbers:
+        row = database.execute(
+            "SELECT digest FROM posed JOIN problems ON problem = problems.id "
+            "WHERE dataset = ? AND future = ? AND number = ?",
+            (run.dataset, run.future_number, number),
+        ).fetchone()
+        if row is not None:
+            found[number] = row[0]
+    return found
+
+
+@dataclass(frozen=True)
+class ImportedRow:
+    """The scores of one state that were computed elsewhere: a Row."""
+
+    index: int
+    seconds: float
+    """Computing time of all of them [s]."""
+    scores: dict[str, float]
+    error: str | None = None
+
+    @property
+    def times(self) -> dict[str, float]:
+        """The first score has all of the time."""
+        return {next(iter(self.scores)): self.seconds}
+
+    @property
+    def curves(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """There are none."""
+        return {}
+
+
+@once_positional("settings", after=3)
+def add_scores(
+    path: str | os.PathLike[str],
+    dataset: Dataset,
+    scores: Mapping[str, ArrayLike],
+    *,
+    settings: Mapping[str, Any],
+) -> int:
+    """Puts scores that were computed elsewhere into the store at `path`, which is made if there is
+    none, as a run of their own; returns its number.
+
+    `scores`: by metric, shape (N,), one a state in the order of the dataset; inf ranks above all
+    else, NaN is a missing score. `settings` say where they come from, as
+    {"source": "published"}: with others they are another run. The same call again changes nothing.
+    `evaluate`, reports and the viewer show such a run as any other. Raises ValueError on another
+    number of scores, or none; errors else as ScoreStore.
+    """
+    columns = {name: np.asarray(values, dtype=np.float64) for name, values in scores.items()}
+    for name, values in columns.items():
+        if values.shape != (dataset.size,):
+            raise ValueError(
+                f"scores of {name!r} have shape {values.shape}, expected ({dataset.size},): one a "
+                "state"
+            )
+    if not columns or not settings:
+        raise ValueError(f"scores and settings are {sorted(columns)} and {settings}, expected some")
+    questions = {metric: dict(settings) for metric in columns}
+    with ScoreStore(path, create=True) as store:
+        run = store.begin(dataset, settings, questions, known_by=" by place")
+        adopt(store, run, lambda numbers: {n: state_digest(run.digest, n) for n in numbers})
+        with Scorer(store, run) as scorer:
+            for first in range(0, dataset.size, IMPORTED):
+                numbers = range(first, min(first + IMPORTED, dataset.size))
+                scorer.claim({n: state_digest(run.digest, n) for n in numbers})
+                of_states = [{name: float(v[n]) for name, v in columns.items()} for n in numbers]
+                scorer.add(
+                    [ImportedRow(n, 0.0, own) for n, own in zip(numbers, of_states, strict=True)]
+                )
+        return run.number

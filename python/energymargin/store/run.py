@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.beliefs.sampling import Sampling
 from energymargin.checks import whole_number
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores
-from energymargin.future_text import disturbance_in_words
 from energymargin.metrics import METRICS, TIMED
 from energymargin.notebook import shown_by
-from energymargin.settings import algorithm_of
+from energymargin.scoring.future_text import disturbance_in_words
+from energymargin.scoring.settings import algorithm_of
 from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE, with_those_before
 
@@ -48,12 +49,12 @@ class ScoredState(NamedTuple):
 
 
 class Run:
-    """What a store holds of a dataset with a future and a choice of settings."""
+    """The scores of one dataset with one future and one choice of settings, in a store."""
 
-    _repr_html_ = shown_by("data.run")
+    _repr_html_ = shown_by("run")
 
     def __init__(self, store: Database, number: int) -> None:
-        """A run that is in the store."""
+        """The run of this number, which is in the store."""
         self.store = store
         self.number = number
         self._database = store.database
@@ -63,8 +64,11 @@ class Run:
             (number,),
         ).fetchone()
         self.future = None if asks == NO_FUTURE else Future.from_json(asks)
-        """What is asked of each state's future; None: it is asked about as it is."""
+        """What is asked of each state's future; None: the scores are about the state as it is."""
         self.settings: dict[str, Any] = with_those_before(json.loads(settings))
+        self.sampling = Sampling.taken_from(self.settings)
+        """What is not known of each state's model, and how many particles it has; None: each score
+        is of the model as it is. The scores of a belief are means."""
         self.task, self.states, self.digest, parameters = self._database.execute(
             "SELECT task, states, digest, parameters FROM datasets WHERE id = ?", (self.dataset,)
         ).fetchone()
@@ -83,12 +87,12 @@ class Run:
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """Of which there are scores, in the order of METRICS."""
+        """The metrics of the run, in the order of METRICS."""
         return tuple(self.asked)
 
     @property
     def questions(self) -> list[int]:
-        """Their numbers, rising."""
+        """The numbers of its questions, rising."""
         return sorted(self.asked.values())
 
     @cached_property
@@ -103,7 +107,7 @@ class Run:
 
     @property
     def _algorithms(self) -> list[tuple[str, str]]:
-        """Of each question its settings (JSON) and its algorithm."""
+        """The settings (JSON) and the algorithm of each question."""
         return self._database.execute(
             "SELECT DISTINCT settings, algorithm FROM asked JOIN questions ON question = id "
             "WHERE run = ?",
@@ -121,10 +125,11 @@ class Run:
         return row is not None
 
     def __str__(self) -> str:
-        """In one line, as for a choice among several."""
+        """In one line: number, task, states, metrics and settings."""
         scored, states = self.counts()
         settings = ", ".join(f"{name} {value}" for name, value in self.settings.items())
         ahead = "" if self.future is None else f"{self.future}; "
+        ahead += "" if self.sampling is None else f"{self.sampling}; "
         return (
             f"run {self.number}: {self.task}, {scored} of {states} states, "
             f"{', '.join(self.metrics)} ({ahead}{settings}; algorithm {self.algorithm})"
@@ -159,7 +164,8 @@ class Run:
         return total / scored if scored else 0.0
 
     def times(self) -> dict[str, float]:
-        """Computing time of each metric, of all states [s]; of one tree, at the first alone."""
+        """Computing time of each metric, of all states [s]; the first of those that share a search
+        has all of it."""
         return {
             metric: float(
                 self._database.execute(
@@ -189,11 +195,11 @@ class Run:
             yield ScoredState._make((*row[:7], row[7:]))
 
     def curve(self, number: int, metric: str = "probability") -> Curve | None:
-        """How a probability of the state of this number falls with time; None if it is not there.
+        """How a probability of the state of this number falls with time; None if it is missing.
 
         The times [s] from 0 to the horizon, and the probability of being captured throughout until
         each, shape (T,) both. "probability" and "probability/any" have curves; raises ValueError on
-        a metric that the run does not have, and a number that is none of its states'.
+        a metric that the run does not have, and on a number that no state has.
         """
         whole_number("number", number, 0, self.states - 1)
         if metric not in self.asked:
@@ -208,7 +214,7 @@ class Run:
 
     @property
     def has_curves(self) -> bool:
-        """Whether there is any."""
+        """Whether there is any curve."""
         row = self._database.execute(
             "SELECT 1 FROM posed JOIN curves ON curves.problem = posed.problem AND stream = number "
             f"AND question IN ({self._listed}) WHERE dataset = ? AND future = ? LIMIT 1",
@@ -216,8 +222,24 @@ class Run:
         ).fetchone()
         return row is not None
 
+    def particles(self, number: int, metric: str) -> NDArray[np.float64] | None:
+        """The scores of the particles of a state's belief, shape (N,); None if it is not there.
+
+        Errors: as `curve`.
+        """
+        whole_number("number", number, 0, self.states - 1)
+        if metric not in self.asked:
+            raise ValueError(f"metric is {metric!r}, expected one of {', '.join(self.metrics)}")
+        row = self._database.execute(
+            "SELECT scores FROM posed JOIN particles "
+            "ON particles.problem = posed.problem AND stream = number AND question = ? "
+            "WHERE dataset = ? AND future = ? AND number = ?",
+            (self.asked[metric], self.dataset, self.future_number, number),
+        ).fetchone()
+        return None if row is None else _unpacked(row[0])
+
     def curves(self) -> Iterator[tuple[int, int, str, Curve]]:
-        """All of them, in the order of the states: trajectory, frame, metric, and its curve."""
+        """All curves, in the order of the states: trajectory, frame, metric, and the curve."""
         names = {question: metric for metric, question in self.asked.items()}
         rows = self._database.execute(
             "SELECT trajectory, frame, question, times, curve FROM states "
@@ -253,7 +275,7 @@ class Run:
         )
 
     def _asks(self) -> str | None:
-        """What is asked of the future, and under which disturbance."""
+        """What is asked of the future, with its disturbance; None without a future."""
         if self.future is None:
             return None
         if not set(self.metrics) & set(TIMED):
@@ -270,7 +292,7 @@ class Run:
 
     @property
     def _states(self) -> str:
-        """The same, of the run's dataset alone."""
+        """`_posed`, of the run's dataset alone."""
         return f"{self._posed} WHERE states.dataset = ?"
 
     @property
@@ -292,5 +314,5 @@ def _unpacked(numbers: bytes) -> NDArray[np.float64]:
 
 
 def _numbers(version: str) -> list[int]:
-    """Of a version, so that 0.10.0 comes after 0.9.2."""
+    """The parts of a version, by which 0.10.0 comes after 0.9.2."""
     return [int(number) for number in re.findall(r"\d+", version)]

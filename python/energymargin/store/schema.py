@@ -11,6 +11,7 @@
     scores     problem, stream, question, value (inf: no escape was found), seconds
     curves     problem, stream, question, times [s], curve (probability until each): float64, little
                endian, of the scores that have one
+    particles  problem, stream, question, scores: float64, of a belief, whose mean is the score
     runs       id, dataset, future, settings (JSON: all of them)
     asked      run, question: what a run asks of each state of its dataset
     scorers    id, host, process, until: who is at work, and how long others believe that [s]
@@ -30,7 +31,7 @@ from contextlib import closing
 from typing import Any
 
 from energymargin.metrics import METRICS
-from energymargin.settings import LATER, SearchSettings
+from energymargin.scoring.settings import LATER, SearchSettings
 
 __all__ = [
     "APPLICATION_ID",
@@ -47,8 +48,8 @@ __all__ = [
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
 # 1 had no labels of at least one object; 1 and 2 were of one dataset and one choice of settings; up
-# to 3 a state had one problem
-VERSION = 4
+# to 3 a state had one problem; up to 4 there were no beliefs
+VERSION = 5
 
 NO_FUTURE = "null"  # as JSON
 
@@ -83,6 +84,11 @@ CREATE TABLE scores (
 CREATE TABLE curves (
     problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
     question INTEGER NOT NULL REFERENCES questions, times BLOB NOT NULL, curve BLOB NOT NULL,
+    PRIMARY KEY (problem, stream, question)
+);
+CREATE TABLE particles (
+    problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
+    question INTEGER NOT NULL REFERENCES questions, scores BLOB NOT NULL,
     PRIMARY KEY (problem, stream, question)
 );
 CREATE TABLE runs (
@@ -157,8 +163,10 @@ def migrate(database: sqlite3.Connection, version: int) -> None:
     """Brings a file of an older version to this one, in the transaction that is open."""
     if version < 3:
         _migrate_one_run(database, version)
-    else:
+    elif version == 3:
         _migrate_one_problem_a_state(database)
+    else:
+        create(database)
 
 
 def _migrate_one_problem_a_state(database: sqlite3.Connection) -> None:
@@ -187,7 +195,7 @@ def _migrate_one_problem_a_state(database: sqlite3.Connection) -> None:
 
 
 def with_those_before(settings: dict[str, Any]) -> dict[str, Any]:
-    """The settings of a run, with those of a search that its file did not name."""
+    """The settings of a run, with those that its older file does not name."""
     named = _BEFORE | settings if "nodes" in settings else settings
     return dict(sorted(named.items()))
 

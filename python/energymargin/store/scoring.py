@@ -8,26 +8,32 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from energymargin import datasets
 from energymargin._core import Cancel, Problem
+from energymargin.beliefs.belief import Belief
+from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
+from energymargin.beliefs.sampling import PARTICLES, Sampling
+from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError
 from energymargin.deprecations import once_positional
 from energymargin.executors import Executor, Row
-from energymargin.executors.chunks import POLL
+from energymargin.executors.pool import POLL
 from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
-from energymargin.scoring import ScoreError, chosen_metrics, require_objects, run_all
-from energymargin.settings import LooseSettings, SearchSettings, chosen_settings
+from energymargin.scoring.batch import run_all
+from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
+from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
+from energymargin.scoring.table import ScoreError
 from energymargin.store.claims import Scorer
-from energymargin.store.file import ScoreStore
-from energymargin.store.known import Digests, adopt, forget_if_changed
+from energymargin.store.file import Digests, ScoreStore, adopt, forget_if_changed
 from energymargin.store.run import Run
 from energymargin.store.schema import state_digest
 
@@ -36,11 +42,11 @@ if TYPE_CHECKING:
 
 __all__ = ["begin_run", "dataset_metrics", "score_dataset", "score_run"]
 
-SAMPLE = 20  # states that say which metrics there are
-WINDOW = 20000  # states that are searched at a time for what they lack
+SAMPLE = 20  # states that tell which metrics there are
+WINDOW = 20000  # states that are searched at a time for missing scores
 BLOCK = 16  # problems that are made before the clock is looked at
-MAKE = 0.1  # s; how long problems are made before their workers are looked after
-AGAIN = 0.5  # s; how long others are left alone with what they have claimed
+MAKE = 0.1  # s; how long problems are made before the executor gets them
+AGAIN = 0.5  # s; between two passes, for others to score what they have claimed
 
 
 @once_positional("settings", after=3)
@@ -51,22 +57,27 @@ def score_dataset(
     *,
     settings: SearchSettings | None = None,
     future: Future | None = None,
+    uncertainty: Uncertainty | None = None,
+    particles: int = PARTICLES,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
     **loose: Unpack[LooseSettings],
 ) -> bool:
-    """Scores every state of a dataset that lacks a score in the store at `path`, and keeps each
-    as soon as it is there. Returns whether all are scored now.
+    """Scores the states of a dataset that lack a score in the store at `path`, which gets each
+    score as soon as it is computed. Returns whether all states are scored now.
 
     Args:
-        dataset: it, or its file, which is read in blocks.
+        dataset: a Dataset, or its file, which is read in blocks.
         path: the store, which is made if there is none.
         metrics: None takes all that there are.
         settings: of the searches and probabilities; None is SearchSettings().
         future: the scores ask about the frames to come, in a run of its own; those without a
             clock, as "capture", are for a call without a future.
+        uncertainty: how well the model of each state is known; None: exactly. The scores are then
+            means over a belief, at as many steps, in a run of its own.
+        particles: of each belief, as of `em.score_belief`.
         executor: of `em.executors`; None is Threads().
         progress: progress(done, total) counts all states.
         timeout: False is returned if so many seconds were over before all are scored.
@@ -81,12 +92,14 @@ def score_dataset(
     """
     limit = Limit(timeout, cancel)
     settings, executor = chosen_settings(settings, **loose), chosen_executor(executor)
+    sampling = None if uncertainty is None else Sampling(uncertainty, particles)
     with ExitStack() as opened:
         if not isinstance(dataset, Dataset):
             dataset = opened.enter_context(datasets.open(dataset))
-        metrics = dataset_metrics(dataset, metrics, settings, future)  # nothing is written before
+        # nothing is written before
+        metrics = dataset_metrics(dataset, metrics, settings, future, sampling)
         store = opened.enter_context(ScoreStore(path, create=True))
-        run = begin_run(store, dataset, metrics, settings, future)
+        run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
         return score_run(dataset, run, executor=executor, progress=progress, **limit.rest())
 
 
@@ -96,18 +109,24 @@ def begin_run(
     metrics: Sequence[str],
     settings: SearchSettings,
     future: Future | None = None,
+    *,
+    sampling: Sampling | None = None,
 ) -> Run:
-    """The run of a dataset with these metrics and settings, whose states are known by what they
-    are now."""
+    """The run of a dataset with these metrics and settings; its states have the problems that they
+    make now."""
     questions = {metric: settings.of(metric) for metric in metrics}
-    run = store.begin(dataset, settings.all(), questions, future=future)
+    named = settings.all()
+    if sampling is not None:
+        questions = {metric: own | sampling.of(metric) for metric, own in questions.items()}
+        named |= sampling.all()
+    run = store.begin(dataset, named, questions, future=future)
     adopt(store, run, _digests(dataset, run, None))
     forget_if_changed(store, run, _digests(dataset, run, future))
     return run
 
 
 def _digests(dataset: Dataset, run: Run, future: Future | None) -> Digests:
-    """What the states of a run are known by, with a future."""
+    """How to compute the digests of a run's states, with a future."""
 
     def digests(numbers: Sequence[int]) -> dict[int, bytes]:
         problems = _problems(dataset, numbers, future, {})
@@ -136,12 +155,27 @@ def score_run(
     with Scorer(run.store, run) as scorer:
         counted = _ScoredCount(run, scorer, progress)
         missing = _MissingScores(dataset, run, scorer, counted)
-        complete = run_all(missing, executor, settings, missing.deliver, limit)
+        complete = _run_missing(missing, run, executor, settings, limit)
     run.store.require_in_place()
-    counted.tell()
+    counted.count()
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
+
+
+def _run_missing(
+    missing: _MissingScores, run: Run, executor: Executor, settings: SearchSettings, limit: Limit
+) -> bool:
+    """Scores what is missing, of a run with a belief particle by particle."""
+    if run.sampling is None:
+        return run_all(missing, executor, settings, missing.deliver, limit)
+    sharing = Sharing(run.sampling.particles, settings)
+    source = ParticleSource(_MissingBeliefs(missing, run.sampling.uncertainty), sharing, keep=False)
+
+    def deliver(rows: Sequence[Row]) -> None:
+        missing.deliver(source.gathered(rows))
+
+    return run_all(source, executor, sharing.settings, deliver, limit)
 
 
 def dataset_metrics(
@@ -149,10 +183,11 @@ def dataset_metrics(
     metrics: Sequence[str] | None,
     settings: SearchSettings,
     future: Future | None = None,
+    sampling: Sampling | None = None,
 ) -> Sequence[str]:
-    """Those that are asked for, or all that a few of the states have, which stand for the others.
+    """The metrics to score: those that are asked for, or all that a sample of the states has.
 
-    Raises ValueError on metrics that cannot be, or not with these settings.
+    Raises ValueError on metrics that the states do not have, or not with these settings.
     """
     numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
     errors: dict[int, str] = {}
@@ -163,6 +198,10 @@ def dataset_metrics(
     chosen = chosen_metrics(list(problems.values()), metrics)
     check_metrics(chosen)
     require_objects(problems.values(), chosen, settings)
+    if sampling is not None:
+        Sharing(sampling.particles, settings).require(chosen)
+        for problem in problems.values():
+            Belief(problem, uncertainty=sampling.uncertainty)
     return chosen
 
 
@@ -185,9 +224,9 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
 def _problems(
     dataset: Dataset, numbers: Sequence[int], future: Future | None, errors: dict[int, str]
 ) -> dict[int, Problem]:
-    """Of the states of these numbers; of those that make none, `errors` gets why."""
+    """The problems of these states, by number; `errors` gets the reason of each that makes none."""
     try:
-        return dict(zip(numbers, dataset.problems(numbers, future), strict=True))
+        return dict(zip(numbers, dataset.problems(numbers, future=future), strict=True))
     except StateError as error:
         if len(numbers) == 1:
             errors[numbers[0]] = str(error)
@@ -198,17 +237,17 @@ def _problems(
 
 @dataclass(frozen=True)
 class _PosedState:
-    """A state's problem, and what it is known by."""
+    """A state's problem, and its digest."""
 
     problem: Problem
     written: str | None
-    """As JSON; None if it cannot be written down."""
+    """As JSON; None if it has a region of a Python predicate."""
     digest: bytes
 
 
 def _posed_state(run: Run, number: int, problem: Problem, future: Future | None) -> _PosedState:
-    """What a state is known by; where it stands, and what is asked, if its problem cannot be
-    written down."""
+    """A state's problem with its digest: that of its JSON or, if it has none, of the state's place
+    in the dataset and its future."""
     try:
         written = problem.to_json()
     except ValueError:
@@ -222,9 +261,9 @@ def _posed_state(run: Run, number: int, problem: Problem, future: Future | None)
 class _Pass:
     """One pass through the states of a run, in their order, for those that lack a score.
 
-    It is looking until it has reached the last state, then it hands out what it has found, and then
-    it is over. Another pass is due after it if it began behind the first state, or met states that
-    others compute.
+    It looks through the states up to the last, and hands out those that it has found; then it is
+    over. Another pass is due if this one began behind the first state, or met states that others
+    compute.
     """
 
     def __init__(self, run: Run, start: int) -> None:
@@ -241,11 +280,11 @@ class _Pass:
 
     @property
     def rested(self) -> bool:
-        """Whether others have been left alone for long enough with what they have claimed."""
+        """Whether others have had some time for the states that they have claimed."""
         return time.monotonic() >= self._rests_until
 
     def look(self, most: int, but: Callable[[int], bool]) -> None:
-        """Looks on for states that lack a score until there are `most`, `but` some."""
+        """Looks for states that lack a score until it has `most`; it skips those of `but`."""
         while len(self._lacking) < most and self._next < self._run.states:
             last = self._next + WINDOW
             found = self._run.missing(self._next, last)
@@ -268,7 +307,7 @@ class _MissingScores:
 
     def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _ScoredCount) -> None:
         self.errors: dict[int, str] = {}
-        """What went wrong, by the number of the state."""
+        """By the number of the state, what went wrong."""
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
         self._scoring: dict[int, tuple[str, ...]] = {}  # metrics of the states being scored
         self._pass = _Pass(run, scorer.start)
@@ -296,8 +335,12 @@ class _MissingScores:
         self._scoring |= {work.index: work.metrics for work in taken}
         return taken
 
+    def belief(self, number: int, uncertainty: Uncertainty) -> Belief:
+        """Of a state."""
+        return self._dataset.belief(number, uncertainty, self._run.future)
+
     def deliver(self, rows: Sequence[Row]) -> None:
-        """Keeps the rows, and what went wrong."""
+        """Puts scores into the store, and notes errors."""
         if not rows:
             self._scorer.beat()
             return
@@ -328,28 +371,48 @@ class _MissingScores:
         ]
 
 
-class _ScoredCount:
-    """How many states are scored, by whomever, for a progress bar."""
+class _MissingBeliefs:
+    """A BeliefSource: the missing states of a run, each with what is not known of its model."""
 
-    SHARE = 0.05  # of the time, at most, that counting anew may take
+    def __init__(self, missing: _MissingScores, uncertainty: Uncertainty) -> None:
+        self._missing, self._uncertainty = missing, uncertainty
+
+    def take(self, most: int) -> Sequence[Asked]:
+        """As BeliefSource.take."""
+        belief, known = self._missing.belief, self._uncertainty
+        return [
+            Asked(work.index, partial(belief, work.index, known), work.metrics)
+            for work in self._missing.take(most)
+        ]
+
+    @property
+    def empty(self) -> bool:
+        """As BeliefSource.empty."""
+        return self._missing.empty
+
+
+class _ScoredCount:
+    """How many states are scored, by this scorer and others, for a progress bar."""
+
+    SHARE = 0.05  # of the time, at most, for counting in the store
 
     def __init__(
         self, run: Run, scorer: Scorer, progress: Callable[[int, int], None] | None
     ) -> None:
         self._run, self._scorer = run, scorer
-        self._progress = progress or (lambda _done, _total: None)
-        self.tell()
+        self._progress = (lambda _done, _total: None) if progress is None else progress
+        self.count()
 
     def add(self, states: int) -> None:
-        """So many more are scored. What others have done is counted now and then."""
+        """Counts so many more, and now and then those that others have scored."""
         self._done += states
         if time.monotonic() > self._next and not self._scorer.alone():
-            self.tell()
+            self.count()
         elif states:
             self._progress(min(self._done, self._run.states), self._run.states)
 
-    def tell(self) -> None:
-        """Counts anew, and says so."""
+    def count(self) -> None:
+        """Counts all scored states in the store, and reports them."""
         start = time.monotonic()
         self._done, total = self._run.counts()
         now = time.monotonic()

@@ -7,8 +7,10 @@ Tasks are plugins: whatever an installed package registers under the entry point
 from typing import TYPE_CHECKING
 
 from energymargin.deprecations import moved_names
-from energymargin.tasks.base import Drive, Params, Regions, ScriptedTask, Task
+from energymargin.tasks.base import Params, Task
+from energymargin.tasks.object_sets import Regions
 from energymargin.tasks.registry import TaskError, make, names, register
+from energymargin.tasks.scripted import Drive, ScriptedTask
 from energymargin.trajectories import Trajectory
 
 __all__ = [
@@ -28,9 +30,9 @@ if not TYPE_CHECKING:
     __getattr__ = moved_names(
         __name__,
         {
-            "FrictionTask": f"{__name__}.base.FrictionTask",
+            "FrictionTask": f"{__name__}.scripted.FrictionTask",
             "Registered": f"{__name__}.registry.Registered",
-            "drawn": f"{__name__}.base.drawn",
+            "drawn": f"{__name__}.scripted.drawn",
             "overview": f"{__name__}.registry.overview",
         },
     )

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Problem, Scene, World
-from energymargin.tasks.base import STEP, Drive, Params, PerStep, ScriptedTask
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import Drive, PerStep, ScriptedTask
 
 __all__ = ["BalanceTask"]
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Contact, Problem, Scene, World
 from energymargin.scenes import data_file, from_urdf
-from energymargin.tasks.base import Drive, FrictionTask, Params, PerStep, drawn
+from energymargin.tasks.base import Params
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
 
 __all__ = ["GraspTask"]
 
@@ -114,15 +115,6 @@ class GraspTask(FrictionTask):
             friction=OBJECT_FRICTION,
             role="object",
         )
-        targets = _clenched(params)
-        control: dict[str, dict[str, Any]] = {_joint(f, 0): {"held": True} for f in FINGERS}
-        for name, target in targets.items():
-            control[name] = {
-                "start": OPEN[int(name[-1]) - 1],
-                "target": target,
-                "stiffness": STIFFNESS,
-                "damping": DAMPING,
-            }
         from_urdf(
             data_file(GRIPPER),
             made,
@@ -130,7 +122,7 @@ class GraspTask(FrictionTask):
             orientation=FACING_DOWN,
             friction=params["friction"],
             role="effector",
-            joints=control,
+            joints=_control(params),
             inertia="shapes",
         )
         return made
@@ -186,7 +178,7 @@ class GraspTask(FrictionTask):
 
         The fingers' control keeps aiming at the clench, and the table keeps the speed it has. The
         friction and the clench are those of `params`, or else the task's friction and CLENCHED;
-        ValueError if neither says the friction.
+        ValueError if neither gives the friction.
         """
         known = {
             "friction": drawn("friction", params, self._friction),
@@ -239,6 +231,19 @@ def _in_hand() -> regions.Region:
 
 def _joint(finger: int, number: int) -> str:
     return f"finger_{finger}_joint_{number}"
+
+
+def _control(params: Params) -> dict[str, dict[str, Any]]:
+    """Of each joint: the bases of the fingers are held, the others clench."""
+    control: dict[str, dict[str, Any]] = {_joint(finger, 0): {"held": True} for finger in FINGERS}
+    for name, target in _clenched(params).items():
+        control[name] = {
+            "start": OPEN[int(name[-1]) - 1],
+            "target": target,
+            "stiffness": STIFFNESS,
+            "damping": DAMPING,
+        }
+    return control
 
 
 def _clenched(params: Params) -> dict[str, float]:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Contact, Cylinder, Problem, Scene, World
 from energymargin.checks import yes_or_no
-from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, PerStep, drawn
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
 
 __all__ = ["PushTask"]
 
@@ -142,7 +143,7 @@ class PushTask(FrictionTask):
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,): wrenches act on the box.
 
-        The friction is that of `params`, or else the task's own; ValueError if neither says it.
+        The friction is that of `params`, or else the task's own; ValueError if neither is given.
         """
         friction = drawn("friction", params, self._friction)
         scale = friction / FRICTION_MIDDLE

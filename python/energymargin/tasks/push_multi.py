@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, Cylinder, Inertial, Problem, Scene, World
-from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, PerStep, drawn
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
 
 __all__ = ["PushMultiTask"]
 
@@ -143,7 +144,7 @@ class PushMultiTask(FrictionTask):
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,): wrenches act on each disc.
 
-        The friction is that of `params`, or else the task's own; ValueError if neither says it.
+        The friction is that of `params`, or else the task's own; ValueError if neither is given.
         """
         friction = drawn("friction", params, self._friction)
         scale = (friction / FRICTION_MIDDLE) ** 2

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from energymargin import regions
 from energymargin._core import Box, Contact, Inertial, Problem, Scene, World
 from energymargin.checks import one_of
-from energymargin.tasks.base import STEP, Drive, Params, ScriptedTask
+from energymargin.tasks.base import STEP, Params
 from energymargin.tasks.printed import OBJECTS, TOOLS, Printed, printed
+from energymargin.tasks.scripted import Drive, ScriptedTask
 
 __all__ = ["PushRealTask"]
 

@@ -1,8 +1,7 @@
-"""The tasks that there are, by name: those that installed packages register, and those that this
-process does.
+"""The tasks by name: those that installed packages register, and those of this process.
 
-A package may be broken, or register a name that is taken. That is said of this task alone, and the
-others go on.
+A package may be broken, or register a name that is taken. The error is that of this task alone, and
+the others can be used.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ _registered_here: dict[str, Callable[..., Task]] = {}
 
 
 class TaskError(EnergyMarginError, ValueError):
-    """A registered task that cannot be used; says of which package it is."""
+    """A registered task that cannot be used; the message names its package."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def _found(name: str) -> tuple[str, Any]:
 
 
 def overview() -> list[Registered]:
-    """What there is under every name, broken tasks too; sorted by name."""
+    """Every registered task, broken ones too; sorted by name."""
     return [_registered(name) for name in names()]
 
 

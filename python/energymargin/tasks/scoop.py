@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Compound, Contact, Part, Problem, Scene, World
-from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, drawn
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import Drive, FrictionTask, drawn
 
 __all__ = ["ScoopTask"]
 
@@ -143,7 +144,7 @@ class ScoopTask(FrictionTask):
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,): wrenches act on each box.
 
-        The friction is that of `params`, or else the task's own; ValueError if neither says it.
+        The friction is that of `params`, or else the task's own; ValueError if neither is given.
         """
         known = {"friction": drawn("friction", params, self._friction)}
         return Problem(

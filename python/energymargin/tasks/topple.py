@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import Box, Contact, ForceWeights, Problem, Scene, Sphere, World
-from energymargin.tasks.base import STEP, Drive, FrictionTask, Params, PerStep, drawn
+from energymargin.tasks.base import STEP, Params
+from energymargin.tasks.scripted import Drive, FrictionTask, PerStep, drawn
 
 __all__ = ["ToppleTask"]
 
@@ -122,7 +123,7 @@ class ToppleTask(FrictionTask):
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,): wrenches act on the box.
 
-        The friction is that of `params`, or else the task's own; ValueError if neither says it.
+        The friction is that of `params`, or else the task's own; ValueError if neither is given.
         """
         return Problem(
             scene(drawn("friction", params, self._friction)),

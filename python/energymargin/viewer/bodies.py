@@ -1,22 +1,31 @@
-"""The bodies of a scene in the browser."""
+"""The bodies of a scene in the browser, and their shapes as triangle meshes."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import trimesh
 import viser
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import Body, Plane, Scene
+from energymargin._core import (
+    Body,
+    Box,
+    Capsule,
+    Compound,
+    ConvexHull,
+    Cylinder,
+    Plane,
+    Scene,
+    Sphere,
+)
 from energymargin.outlines import Pose, body_poses
 from energymargin.plots.styles import BODY_COLORS
-from energymargin.viewer.solids import shape_triangles
-from energymargin.viewer.views import View
 
-__all__ = ["DrawnBodies", "rgb", "wxyz"]
+__all__ = ["DrawnBodies", "Triangles", "rgb", "shape_triangles"]
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
@@ -44,8 +53,10 @@ def wxyz(orientation: NDArray[np.float64]) -> NDArray[np.float64]:
 class DrawnBodies:
     """All bodies of one scene; those that move can be put into any state."""
 
-    def __init__(self, server: viser.ViserServer, scene: Scene, view: View, cells: float) -> None:
-        """Adds them; `cells` is the distance of the ground's lines [m]."""
+    def __init__(
+        self, server: viser.ViserServer, scene: Scene, center: NDArray[np.float64], cell: float
+    ) -> None:
+        """Adds them; the ground is a grid around `center` (3,) with cells of this size [m]."""
         self._server = server
         self._scene = scene
         self._moving: dict[str, Any] = {}
@@ -54,7 +65,7 @@ class DrawnBodies:
         for number, body in enumerate(scene.bodies):
             if isinstance(body.shape, Plane):
                 self._added.append(
-                    _add_ground(server, f"/ground/{number}", body.shape, view, cells)
+                    _add_ground(server, f"/ground/{number}", body.shape, center, cell)
                 )
             else:
                 self._add(number, body)
@@ -120,24 +131,28 @@ def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float |
 
 
 def _add_ground(
-    server: viser.ViserServer, name: str, plane: Plane, view: View, cells: float
+    server: viser.ViserServer,
+    name: str,
+    plane: Plane,
+    center: NDArray[np.float64],
+    cell: float,
 ) -> Any:
     """A plane's surface as a grid; it has no end, but fades."""
     normal, offset = np.asarray(plane.normal), plane.offset
     turned, _ = Rotation.align_vectors([normal], [UP])
-    center = np.round(view.center / cells) * cells  # lines at round numbers, if it is level
+    center = np.round(center / cell) * cell  # lines at round numbers, if it is level
     center = center - (center @ normal - offset) * normal
     return server.scene.add_grid(
         name,
-        width=40 * cells,
-        height=40 * cells,
-        cell_size=cells,
-        section_size=5 * cells,
+        width=40 * cell,
+        height=40 * cell,
+        cell_size=cell,
+        section_size=5 * cell,
         cell_color=(215, 215, 215),
         section_color=(170, 170, 170),
         position=center,
         wxyz=wxyz(turned.as_quat()),
-        fade_distance=60 * cells,
+        fade_distance=60 * cell,
     )
 
 
@@ -163,3 +178,53 @@ def _put(server: viser.ViserServer, meshes: dict[str, Any], poses: dict[str, Pos
 
 def _place(mesh: Any, pose: Pose) -> None:
     mesh.position, mesh.wxyz = pose[0], wxyz(pose[1])
+
+
+class Triangles(NamedTuple):
+    """A closed surface; the triangles' corners run counterclockwise seen from outside."""
+
+    vertices: NDArray[np.float64]
+    """Shape (N, 3) [m]."""
+    faces: NDArray[np.int64]
+    """Rows of `vertices`, shape (M, 3)."""
+
+
+def shape_triangles(shape: Any) -> Triangles:
+    """The surface of a shape in its own frame; of a compound those of all parts.
+
+    Raises TypeError for a Plane, which has no end.
+    """
+    if isinstance(shape, Compound):
+        return _together([_moved(shape_triangles(part.shape), part) for part in shape.parts])
+    mesh = _mesh(shape)
+    return Triangles(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces))
+
+
+def _mesh(shape: Any) -> Any:
+    if isinstance(shape, Box):
+        return trimesh.creation.box(extents=shape.size)
+    if isinstance(shape, ConvexHull):
+        return trimesh.convex.convex_hull(shape.points)
+    if isinstance(shape, Cylinder):
+        return trimesh.creation.cylinder(radius=shape.radius, height=shape.length, sections=48)
+    if isinstance(shape, Capsule):
+        # trimesh's begins at the origin in older versions: put in the middle here.
+        mesh = trimesh.creation.capsule(radius=shape.radius, height=shape.length, count=(24, 24))
+        mesh.apply_translation(-mesh.bounds.mean(axis=0))
+        return mesh
+    if isinstance(shape, Sphere):
+        return trimesh.creation.icosphere(subdivisions=3, radius=shape.radius)
+    raise TypeError(f"a {type(shape).__name__} has no surface of its own")
+
+
+def _moved(triangles: Triangles, part: Any) -> Triangles:
+    turned = Rotation.from_quat(part.orientation).apply(triangles.vertices)
+    return Triangles(turned + part.position, triangles.faces)
+
+
+def _together(parts: list[Triangles]) -> Triangles:
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+    return Triangles(
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)]),
+    )

@@ -1,4 +1,4 @@
-"""Where the page is served, and who may use it: whoever has its address, from a page of its own.
+"""Where the page is served, and who may use it: who has its whole address, and no other web page.
 
 Any web page that is open in the same browser can ask this machine for a page or a websocket. The
 browser then says in `Origin` which page asks and in `Host` which name it asked for, and does not
@@ -35,7 +35,7 @@ TOKEN_BYTES = 16
 HTTP = 80  # the port of a Host without one
 LOCAL = frozenset({"localhost", "127.0.0.1", "::1"})
 EVERYWHERE = ("0.0.0.0", "::")  # a server of all addresses of this machine
-# The address has the token: no other site may be told it, no disk keeps it.
+# The address has the token: no other site may learn it, and no disk may store it.
 HEADERS = {"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"}
 
 Process = Callable[

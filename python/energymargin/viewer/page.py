@@ -5,18 +5,19 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Cancelled, Problem, disturbances
-from energymargin.undisturbed import Undisturbed, undisturbed
-from energymargin.viewer.kept import Kept
+from energymargin._core import Cancel, Cancelled, Problem
+from energymargin.scoring.settings import SearchSettings
+from energymargin.scoring.undisturbed import Undisturbed, undisturbed
+from energymargin.viewer.background import Debounced, SearchThread
 from energymargin.viewer.panel import Panel, Player, set_value, value_of
-from energymargin.viewer.quiet import Quiet
-from energymargin.viewer.search import ROLLOUTS, Live, Scored, ShareProgress, score_state
+from energymargin.viewer.search import Scored, ShareProgress, TreeCache, score_state
 from energymargin.viewer.sources import Frames, StateSource, StoredScores
 from energymargin.viewer.stage import Stage
 from energymargin.viewer.texts import (
@@ -31,9 +32,9 @@ from energymargin.viewer.texts import (
 
 __all__ = ["Page"]
 
-READ = 10.0  # s, for a word on the page
+NOTIFICATION = 10.0  # s that one is shown
 AMBIENT = 1.3  # light from all sides, beside the lamps
-TOLD = 0.1  # s between two words on the progress
+PROGRESS_PERIOD = 0.1  # s
 
 
 class Page:
@@ -46,26 +47,19 @@ class Page:
         *,
         trajectory: int = 0,
         frame: int = 0,
-        nodes: int = 1000,
-        seed: int = 0,
-        search: str = "improved",
-        rollouts: int = ROLLOUTS,
-        strength: float = 1.0,
-        objects: int | None = None,
-        common_random_numbers: bool = False,
+        settings: SearchSettings,
         stored: StoredScores | None = None,
     ) -> None:
-        """Draws a frame; nodes, seed and what follows of the searches are as of SearchSettings.
+        """Draws a frame. Of the settings, the page uses those named in `sources.SEARCHED`.
 
         Raises ValueError if there is no such frame, or its state makes no problem.
         """
-        self._server, self._source, self._stored, self._seed = server, source, stored, seed
-        self._search = search
-        self._disturbance = disturbances.Uniform(strength, objects)
-        self._common = common_random_numbers
+        self._server, self._source, self._stored = server, source, stored
+        self._settings = settings
         self._lock = threading.RLock()
-        self._live, self._kept = Live(), Kept()
-        self._sets_later, self._nodes_later, self._future_later = Quiet(), Quiet(), Quiet()
+        self._searching, self._cache = SearchThread(), TreeCache()
+        self._sets_later, self._nodes_later = Debounced(), Debounced()
+        self._future_later = Debounced()
         self._closing = Cancel()
         self._future: Undisturbed | None = None  # of what is shown, once simulated
         self._error: Exception | None = None
@@ -74,18 +68,15 @@ class Page:
         if not 0 <= frame < len(self._frames.times):
             raise ValueError(f"frame is {frame}, expected 0 to {len(self._frames.times) - 1}")
         self._problem = self._frames.problem(frame)
-        server.scene.configure_environment_map(None)  # it would change the colours of the legend
-        server.scene.configure_default_lights(cast_shadow=False)  # half of a frame's time
-        server.scene.add_light_ambient("/light", intensity=AMBIENT)
+        _light(server)
         self._stage = Stage(server, self._problem, self._frames)
         self._panel = Panel(
             server,
             title=source.title,
             trajectories=source.trajectories,
             trajectory=trajectory,
-            nodes=nodes,
-            rate=self._problem.rate,
-            rollouts=rollouts if self._problem.horizon is not None else None,
+            problem=self._problem,
+            settings=settings,
         )
         self._player = Player(self._panel.moment, self._panel.playing)
         self._future_player = Player(self._panel.ahead, self._panel.playing_future)
@@ -96,15 +87,15 @@ class Page:
     @property
     def scored(self) -> Scored | None:
         """The scores of the frame that is shown, with their trees; None if there are none yet."""
-        return self._kept.at(self._trajectory, self._frame)
+        return self._cache.at(self._trajectory, self._frame)
 
     def score(self, progress: ShareProgress | None = None) -> None:
-        """Scores the frame that is shown, in the background; progress(share) is told as well."""
+        """Scores the frame that is shown, in the background; progress(share) is called too."""
         self._start([self._frame], progress)
 
     def wait(self) -> None:
         """Until nothing runs in the background; raises what a search ended with."""
-        self._live.join()
+        self._searching.join()
         self._nodes_later.join()
         self._sets_later.join()
         self._future_later.join()
@@ -117,14 +108,14 @@ class Page:
         for player in (self._player, self._future_player):
             player.stop()
             player.join()
-        self._live.close()
+        self._searching.close()
         for later in (self._nodes_later, self._sets_later, self._future_later):
             later.close()
 
     # What is shown
 
     def _show_frame(self) -> None:
-        """The present frame: bodies and words at once, its sets once it is quiet."""
+        """The present frame: bodies and texts at once, its sets once the controls rest."""
         self._panel.shown["success set"].visible = self._problem.succeeded is not None
         self._panel.what.content = frame_text(self._frames, self._frame)
         self._show_future(None)
@@ -138,7 +129,7 @@ class Page:
         try:
             drawn = self._stage.draw_sets()
         except Exception as error:  # of a predicate
-            self._say("The sets cannot be drawn", str(error))
+            self._notify("The sets cannot be drawn", str(error))
         else:
             self._panel.sets.content = sets_text(self._problem, drawn)
 
@@ -175,7 +166,7 @@ class Page:
         self._show_nodes()
 
     def _show_nodes(self) -> None:
-        """As many nodes as the slider says, and their scores."""
+        """As many nodes as the slider asks for, and their scores."""
         scored = self.scored
         dots, edges = self._stage.draw_tree(scored, self._nodes())
         self._panel.legend.content = legend(self._problem, scored, self._future)
@@ -199,12 +190,12 @@ class Page:
         if self._stored is not None and first is not None:
             return {name: self._stored.along(name, first, frames) for name in self._panel.lines}
         nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
-        return self._kept.along(self._trajectory, frames, self._panel.lines, nodes, rate)
+        return self._cache.along(self._trajectory, frames, self._panel.lines, nodes, rate)
 
     def _nodes(self) -> int:
-        """How many are shown: those that are grown, or fewer."""
-        grown = 0 if self.scored is None else self.scored.grown
-        return min(self._panel.asked_nodes(), grown)
+        """How many are shown: those of the tree, or fewer."""
+        there = 0 if self.scored is None else self.scored.nodes
+        return min(self._panel.asked_nodes(), there)
 
     # What happens when a control is moved
 
@@ -284,8 +275,8 @@ class Page:
         self._stage.choose({name: box.value for name, box in self._panel.shown.items()})
 
     def _press_score(self) -> None:
-        if self._live.running:
-            self._live.stop()
+        if self._searching.running:
+            self._searching.stop()
         else:
             self._start([self._frame])
 
@@ -311,8 +302,11 @@ class Page:
         with self._lock:
             trajectory, recorded = self._trajectory, self._frames
             chosen = list(range(len(recorded.times))) if frames is None else frames
-            nodes = self._panel.asked_nodes()
-            rollouts = int(value_of(self._panel.rollouts))
+            asked = replace(
+                self._settings,
+                nodes=self._panel.asked_nodes(),
+                rollouts=int(value_of(self._panel.rollouts)),
+            )
 
         def work(cancel: Cancel) -> None:
             self._error = None
@@ -323,22 +317,16 @@ class Page:
                     if problem is None or cancel.is_set:
                         continue
                     report = self._teller(number, len(chosen), progress)
-                    seed = recorded.search_seed(self._seed, frame)
-                    scored = score_state(
-                        *(problem, nodes, seed, cancel, report),
-                        search=self._search,
-                        rollouts=rollouts,
-                        disturbance=self._disturbance,
-                        rollout_seed=self._seed if self._common else None,
-                    )
+                    seed = recorded.search_seed(asked.seed, frame)
+                    scored = score_state(problem, asked, seed, cancel, report)
                     self._keep(trajectory, frame, scored)
-            except Exception as error:  # of a predicate, a task, the memory: said where it is seen
+            except Exception as error:  # of a predicate, a task, the memory: shown on the page
                 self._error = error
-                self._say("The search ended with an error", str(error))
+                self._notify("The search ended with an error", str(error))
             finally:
                 self._panel.searching(False)
 
-        self._live.start(work)
+        self._searching.start(work)
 
     def _keep(self, trajectory: int, frame: int, scored: Scored) -> None:
         """Keeps it, and shows what of it is to be seen; not if it was stopped before it began."""
@@ -346,41 +334,48 @@ class Page:
             return
         scored.read_off()
         with self._lock:
-            before = self._kept.at(trajectory, frame)
+            before = self._cache.at(trajectory, frame)
             if not scored.complete and before is not None and before.size >= scored.size:
                 return
-            self._kept.at(self._trajectory, self._frame)  # what is shown is not the next to go
-            self._kept.put((trajectory, frame), scored)
+            self._cache.at(self._trajectory, self._frame)  # what is shown is not the next to go
+            self._cache.put((trajectory, frame), scored)
             if (trajectory, frame) == (self._trajectory, self._frame):
                 self._show_scored()
             elif trajectory == self._trajectory:
                 self._show_scores()
 
     def _problem_of(self, frames: Frames, frame: int) -> Problem | None:
-        """None, and a word on it, if the state makes none."""
+        """None, and a notification, if the state makes none."""
         try:
             return frames.problem(frame)
         except ValueError as error:
-            self._say(f"Frame {frame} makes no problem", str(error))
+            self._notify(f"Frame {frame} makes no problem", str(error))
             return None
 
-    def _say(self, title: str, text: str) -> None:
-        """To everyone who looks."""
+    def _notify(self, title: str, text: str) -> None:
+        """Shows a notification in all browsers."""
         for client in self._server.get_clients().values():
-            client.add_notification(title, text, auto_close_seconds=READ)
+            client.add_notification(title, text, auto_close_seconds=NOTIFICATION)
 
     def _teller(self, number: int, count: int, progress: ShareProgress | None) -> ShareProgress:
         """Moves the bar, of the search of one of several frames; now and then."""
-        said = 0.0
+        last = 0.0
 
         def tell(share: float) -> None:
-            nonlocal said
+            nonlocal last
             now = time.monotonic()
-            if now - said > TOLD:
-                said = now
+            if now - last > PROGRESS_PERIOD:
+                last = now
                 done = (number + share) / count
                 set_value(self._panel.progress, 100.0 * done)
                 if progress is not None:
                     progress(done)
 
         return tell
+
+
+def _light(server: viser.ViserServer) -> None:
+    """Without shadows, which take half of a frame's time, and in the colours of the legend."""
+    server.scene.configure_environment_map(None)
+    server.scene.configure_default_lights(cast_shadow=False)
+    server.scene.add_light_ambient("/light", intensity=AMBIENT)

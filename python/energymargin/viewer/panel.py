@@ -1,4 +1,4 @@
-"""The controls beside the scene, and the replay of a way out or of a future, in its own time."""
+"""The controls beside the scene, and the replay of an escape or of a future in real time."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
-from energymargin.undisturbed import Undisturbed
-from energymargin.viewer.search import ROLLOUTS, Scored
+from energymargin._core import Problem
+from energymargin.scoring.settings import SearchSettings
+from energymargin.scoring.undisturbed import Undisturbed
+from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.stage import SHOWN, UNDISTURBED
 from energymargin.viewer.texts import plain
@@ -35,7 +37,7 @@ AHEAD = "Replay the future"
 
 
 class Panel:
-    """Handles of the controls, by what they are for; who uses them says what happens then."""
+    """The controls; `Page` connects them."""
 
     def __init__(
         self,
@@ -44,12 +46,12 @@ class Panel:
         title: str,
         trajectories: int,
         trajectory: int,
-        nodes: int,
-        rate: float,
-        rollouts: int | None,
+        problem: Problem,
+        settings: SearchSettings,
     ) -> None:
-        """Adds the controls; rollouts: of a probability, None for problems without a horizon."""
-        gui, timed = server.gui, rollouts is not None
+        """Adds the controls, with the nodes and rollouts of the settings; those of a probability
+        if the problem has a horizon."""
+        gui, timed = server.gui, problem.horizon is not None
         self.lines = LINES[timed]
         gui.configure_theme(
             control_width="medium",
@@ -70,7 +72,7 @@ class Panel:
             self.ahead = gui.add_slider("ahead", 0, 1, 1, 0, disabled=True)
             self.play_future = gui.add_button(AHEAD, disabled=True, color="blue")
         with gui.add_folder("Scores"):
-            self._add_scores(gui, nodes, rate, rollouts)
+            self._add_scores(gui, settings, problem.rate, timed=timed)
         with gui.add_folder("Escape"):
             self.escape_text = gui.add_html("")
             self.moment = gui.add_slider("moment", 0, 1, 1, 0, disabled=True)
@@ -82,7 +84,7 @@ class Panel:
             self.shown = {name: gui.add_checkbox(name, True) for name in SHOWN}
             self.shown[UNDISTURBED].visible = timed
 
-        self._rate = rate
+        self._rate = problem.rate
 
     def asked_nodes(self) -> int:
         """How many nodes; the slider grows if more are typed beside it."""
@@ -108,12 +110,12 @@ class Panel:
         self.score_all.visible = last > 0
 
     def show_moments(self, scored: Scored | None) -> None:
-        """The slider of the way out, from its start on; useless if there is none."""
+        """The slider of the way out, from its start on; disabled if there is none."""
         way = None if scored is None else scored.way_out
         _show_way(self.moment, self.play, 0 if way is None else len(way.times))
 
     def show_future(self, future: Undisturbed | None) -> None:
-        """The slider of the undisturbed future, from its start on; useless if there is none."""
+        """The slider of the undisturbed future, from its start on; disabled if there is none."""
         _show_way(self.ahead, self.play_future, 0 if future is None else len(future.times))
 
     def show_curve(self, scored: Scored | None) -> None:
@@ -151,16 +153,18 @@ class Panel:
         now[frame] = scores[next(iter(self.lines))][frame]
         self._plot.data = (times, *(scores[name] for name in self.lines), now)
 
-    def _add_scores(self, gui: viser.GuiApi, nodes: int, rate: float, rollouts: int | None) -> None:
+    def _add_scores(
+        self, gui: viser.GuiApi, settings: SearchSettings, rate: float, *, timed: bool
+    ) -> None:
         most_rate = 4 * rate or RATES
         self.scores = gui.add_html(plain("Not scored yet."))
         self.score = gui.add_button(SCORE, color="blue")
         self.score_all = gui.add_button("Score all frames", color="blue")
         self.progress = gui.add_progress_bar(0.0, visible=False, animated=True)
-        most = max(2 * nodes, 2000)
+        most_nodes = max(2 * settings.nodes, 2000)
         self.nodes = gui.add_slider(
             "nodes",
-            *(1, most, 1, nodes),
+            *(1, most_nodes, 1, settings.nodes),
             hint="Fewer are shown at once; more when scored again.",
         )
         self.rate = gui.add_slider(
@@ -168,12 +172,12 @@ class Panel:
             *(0.0, most_rate, most_rate / STEPS, rate),  # so many digits are shown
             hint="How fast likelihood falls with cost, eq. 4; at first the problem's own.",
         )
-        self.rate.visible = rollouts is None
-        shown = rollouts or ROLLOUTS
+        self.rate.visible = not timed
+        rollouts = settings.rollouts
         self.rollouts = gui.add_slider(
-            *("rollouts", 1, max(MOST_ROLLOUTS, 2 * shown), 1, shown),
+            *("rollouts", 1, max(MOST_ROLLOUTS, 2 * rollouts), 1, rollouts),
             hint="Of the probability; more make its interval narrower when scored again.",
-            visible=rollouts is not None,
+            visible=timed,
         )
         self._curve = _plot(gui, "time ahead [s]", _curve_series())
         self._plot = _plot(gui, "time [s]", _series(self.lines))
@@ -231,9 +235,9 @@ def _curve_series() -> list[uplot.Series]:
 class Player:
     """Moves a slider of moments; one replay at a time."""
 
-    def __init__(self, slider: Any, told: Callable[[bool], None]) -> None:
-        """At rest; told(playing) hears when a replay begins and ends."""
-        self._slider, self._told = slider, told
+    def __init__(self, slider: Any, on_change: Callable[[bool], None]) -> None:
+        """At rest; on_change(playing) is called when a replay begins and ends."""
+        self._slider, self._on_change = slider, on_change
         self._lock = threading.Lock()
         self._over = threading.Event()  # of the replay that is the last one
         self._at_rest = threading.Event()
@@ -255,10 +259,10 @@ class Player:
             over = self._over = threading.Event()
             self._at_rest.clear()
         try:
-            self._told(True)
+            self._on_change(True)
             self._play(times, over)
         finally:
-            self._told(False)
+            self._on_change(False)
             self._at_rest.set()
 
     def join(self) -> None:

@@ -1,14 +1,19 @@
-"""The scores of one state, searched for in a thread of its own."""
+"""The scores of one state with their trees, and what is read off these.
+
+A tree of M nodes begins with the tree of fewer, and does not depend on lambda. So a tree that was
+searched once has the likelihoods of all its first nodes, for any lambda.
+"""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
+from cachetools import LRUCache
 from numpy.typing import NDArray
 
 from energymargin._core import (
@@ -20,23 +25,39 @@ from energymargin._core import (
     ForceScore,
     Problem,
     Tree,
+    World,
     capture_probability,
     capture_score,
     escape_effort,
     force_score,
 )
 from energymargin.disturbances import Uniform
-from energymargin.plots.sets import lost_objects
+from energymargin.plots.scenes import lost_objects
 from energymargin.plots.trees import most_cost
-from energymargin.viewer.likelihoods import Memberships
-from energymargin.viewer.replay import Replay, replay
+from energymargin.scoring.settings import SearchSettings
+from energymargin.scoring.undisturbed import MOMENTS
 
-__all__ = ["ROLLOUTS", "Live", "Scored", "ShareProgress", "score_state"]
+__all__ = [
+    "Memberships",
+    "Replay",
+    "Scored",
+    "ShareProgress",
+    "TreeCache",
+    "replay",
+    "score_state",
+]
 
-ROLLOUTS = 30  # of a probability, as of `capture_probability`
-
+MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
+# The scores of eq. 4 to 6, and the set of a problem that each counts nodes in.
+SETS = {
+    "capture": "captured",
+    "success": "succeeded",
+    "capture_any": "captured_any",
+    "success_any": "succeeded_any",
+}
 
 ShareProgress = Callable[[float], None]  # of the share that is done
+Place = tuple[int, int]  # trajectory, frame
 
 
 @dataclass(frozen=True)
@@ -66,14 +87,14 @@ class Scored:
         return self.escape.tree if self.capture is None else self.capture.tree
 
     @property
-    def grown(self) -> int:
-        """Nodes of that tree, besides the root."""
+    def nodes(self) -> int:
+        """Nodes of that tree, without the root."""
         return len(self.tree) - 1
 
     @property
     def size(self) -> int:
         """Nodes of all trees."""
-        return self.grown + (0 if self.capture is None else self.escape.nodes)
+        return self.nodes + (0 if self.capture is None else self.escape.nodes)
 
     @property
     def empty(self) -> bool:
@@ -84,7 +105,7 @@ class Scored:
         """By metric what can be drawn along a trajectory, each from 0 to 1: of the tree's first
         `nodes` nodes at that lambda [1/J] or, with a horizon, of all rollouts."""
         if self.memberships is not None:
-            return self.memberships.scores(min(nodes, self.grown), rate)
+            return self.memberships.scores(min(nodes, self.nodes), rate)
         found = self.probability
         if found is None:
             return {}
@@ -120,68 +141,63 @@ class Scored:
         return max(most_cost(self.problem, self.tree), effort)
 
     def read_off(self) -> None:
-        """Computes what is read off the trees, which may take a second: where nobody waits."""
+        """Computes what is read off the trees now, which may take a second."""
         _ = self.memberships, self.lost, self.way_out, self.most
 
 
 def score_state(
     problem: Problem,
-    nodes: int,
+    settings: SearchSettings,
     seed: int,
     cancel: Cancel | None = None,
     progress: ShareProgress | None = None,
-    *,
-    search: str = "improved",
-    rollouts: int = ROLLOUTS,
-    disturbance: Uniform | None = None,
-    rollout_seed: int | None = None,
 ) -> Scored:
-    """Searches with so many nodes for each of the scores; with a horizon, simulates so many
-    rollouts for the probability instead of the scores that have no clock, under a disturbance, by
-    default Uniform(), from a seed of their own if it is given. progress(share) is told what is
-    done.
+    """All scores of a state; with a horizon, a probability instead of the scores without a clock.
 
-    Once `cancel` is set it ends with what there is.
+    `seed` is that of this state's searches. progress(share) has the share that is done. Once
+    `cancel` is set, it returns what there is until then.
     """
 
-    def share_of_nodes(begin: float, most: int) -> Callable[[int], None] | None:
+    def limits(begin: float, most: int) -> dict[str, Any]:
         if progress is None:
-            return None
+            return {"cancel": cancel}
         report = progress
-        return lambda made: report(begin + 0.5 * made / most)
+        return {"cancel": cancel, "progress": lambda done: report(begin + 0.5 * done / most)}
 
-    def escape() -> EscapeEffort:
-        limits: dict[str, Any] = {"cancel": cancel, "progress": share_of_nodes(0.5, nodes)}
-        return escape_effort(problem, nodes=nodes, seed=seed, search=search, **limits)
-
-    if problem.horizon is not None:
-        model = disturbance or Uniform()
-        drawn = seed if rollout_seed is None else rollout_seed
-        limits = {"cancel": cancel, "progress": share_of_nodes(0.0, rollouts)}
-        found = _probability(problem, model, rollouts, drawn, **limits)
-        return Scored(problem, escape(), probability=found, disturbance=model)
-    has_effector = any(body.role == "effector" for body in problem.scene.bodies)
-    capture = capture_score(
-        problem,
-        nodes=nodes,
-        seed=seed,
-        cancel=cancel,
-        progress=share_of_nodes(0.0, nodes),
-        warn=False,
+    nodes, timed = settings.nodes, problem.horizon is not None
+    capture = found = None
+    if timed:
+        found = _probability(problem, settings, seed, limits(0.0, settings.rollouts))
+    else:
+        capture = capture_score(problem, nodes=nodes, seed=seed, warn=False, **limits(0.0, nodes))
+    escape = escape_effort(
+        problem, nodes=nodes, seed=seed, search=settings.search, **limits(0.5, nodes)
     )
-    return Scored(problem, escape(), capture, force_score(problem) if has_effector else None)
+    has_force = not timed and any(body.role == "effector" for body in problem.scene.bodies)
+    return Scored(
+        problem,
+        escape,
+        capture=capture,
+        force=force_score(problem) if has_force else None,
+        probability=found,
+        disturbance=_disturbance(settings) if timed else None,
+    )
+
+
+def _disturbance(settings: SearchSettings) -> Uniform:
+    return Uniform(settings.strength, settings.objects)
 
 
 def _probability(
-    problem: Problem, disturbance: Uniform, rollouts: int, seed: int, **limits: Any
+    problem: Problem, settings: SearchSettings, seed: int, limits: dict[str, Any]
 ) -> CaptureProbability | None:
     """None if it was stopped before the first rollout was done."""
     try:
         return capture_probability(
             problem,
-            disturbance=disturbance,
-            rollouts=rollouts,
-            seed=seed,
+            disturbance=_disturbance(settings),
+            rollouts=settings.rollouts,
+            seed=settings.seed if settings.common_random_numbers else seed,
             success=problem.succeeded is not None,
             by_object=problem.captured_any is not None,
             **limits,
@@ -190,51 +206,103 @@ def _probability(
         return None
 
 
-class Live:
-    """One search at a time, in the background."""
+class Memberships:
+    """Which nodes of a tree are in which set of its problem."""
+
+    def __init__(self, problem: Problem, tree: Tree) -> None:
+        """Asks each set about every node, once."""
+        states = tree.states
+        self.inside: dict[str, NDArray[np.bool_]] = {
+            name: np.atleast_1d(np.asarray(region.contains(problem.scene, states)))
+            for name, attribute in SETS.items()
+            if (region := getattr(problem, attribute)) is not None
+        }
+        self._costs = np.asarray(tree.costs)
+
+    def scores(self, nodes: int, rate: float) -> dict[str, float]:
+        """Eq. 4 to 6 with the root and the first `nodes` nodes, by name; rate: lambda [1/J].
+
+        'capture', and if the problem has such sets 'success', 'capture_any' and 'success_any'.
+        """
+        costs = self._costs[: nodes + 1]
+        weights = np.exp(-rate * (costs - costs.min()))
+        return {
+            name: float(weights[inside[: nodes + 1]].sum() / weights.sum())
+            for name, inside in self.inside.items()
+        }
+
+
+class Replay(NamedTuple):
+    """K moments from the root of a tree to one of its nodes."""
+
+    times: NDArray[np.float64]
+    """Since the root [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
+    costs: NDArray[np.float64]
+    """Effort since the root [J], shape (K,)."""
+
+
+def replay(problem: Problem, tree: Tree, path: Sequence[int]) -> Replay:
+    """Rolls out again the edges of a path, as `tree.path_to` gives it: its ends are the tree's own
+    states, to the last bit. With a plan the robot follows it from each node's time on.
+
+    A path of one node is that node alone. Raises ValueError on an empty path.
+    """
+    if len(path) == 0:
+        raise ValueError("path is empty, expected rows of the tree from its root on")
+    world, since_root = World(problem.scene, problem.plan), tree.times
+    stride = max(1, round(1.0 / (MOMENTS * problem.scene.step)))
+    times, states, costs = [0.0], [tree.states[path[0]]], [float(tree.costs[path[0]])]
+    for before, node in pairwise(path):
+        start, wrench = problem.edge_start(tree.states[before]), _wrench(tree.controls[node])
+        begin, base = times[-1], float(tree.costs[before])
+        steps = round(float(tree.durations[node]) / problem.scene.step)
+        for step in [*range(stride, steps, stride), steps]:
+            moment = world.rollout(
+                start, wrench, step * problem.scene.step, time=float(since_root[before])
+            )
+            times.append(begin + step * problem.scene.step)
+            states.append(moment.state)
+            costs.append(base + moment.effort)
+    return Replay(np.array(times), np.array(states), np.array(costs))
+
+
+def _wrench(control: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of one object (6,), of k objects (k, 6)."""
+    return control if len(control) == 6 else control.reshape(-1, 6)
+
+
+class TreeCache:
+    """Scored states; once there are too many nodes, those go that were not looked at for longest.
+
+    One with more nodes than there may be is cached alone.
+    """
 
     def __init__(self) -> None:
-        """Idle."""
-        self._lock = threading.RLock()
-        self._cancel = Cancel()
-        # Waited for instead of the thread, which Python takes for ended once Ctrl-C ends a join.
-        self._done = threading.Event()
-        self._done.set()
-        self._closed = False
+        """None yet."""
+        self._scored: LRUCache[Place, Scored] = LRUCache(
+            MOST_CACHED, lambda one: min(one.size, MOST_CACHED)
+        )
 
-    @property
-    def running(self) -> bool:
-        """Whether it searches."""
-        return not self._done.is_set()
+    def put(self, place: Place, scored: Scored) -> None:
+        """Keeps it, instead of what was there."""
+        self._scored[place] = scored
 
-    def start(self, work: Callable[[Cancel], None]) -> None:
-        """Stops what runs, and calls `work` with the cancel that ends it; not once it is closed."""
-        with self._lock:
-            self.stop()
-            if self._closed:
-                return
-            self._cancel, self._done = Cancel(), threading.Event()
-            arguments = (work, self._cancel, self._done)
-            threading.Thread(target=_do, args=arguments, daemon=True).start()
+    def at(self, trajectory: int, frame: int) -> Scored | None:
+        """None if it is not there."""
+        return self._scored.get((trajectory, frame))
 
-    def join(self) -> None:
-        """Waits until it is done."""
-        self._done.wait()
-
-    def stop(self) -> None:
-        """Ends the search, and waits for that: within one rollout."""
-        with self._lock:
-            self._cancel.set()
-            self.join()
-
-    def close(self) -> None:
-        """Ends the search, and starts no other."""
-        self._closed = True
-        self.stop()
-
-
-def _do(work: Callable[[Cancel], None], cancel: Cancel, done: threading.Event) -> None:
-    try:
-        work(cancel)
-    finally:
-        done.set()
+    def along(
+        self, trajectory: int, frames: int, names: Iterable[str], nodes: int, rate: float
+    ) -> dict[str, NDArray[np.float64]]:
+        """Scores of so many frames by name, shape (frames,), of the first `nodes` nodes at that
+        lambda [1/J]; NaN where there is no tree."""
+        values = {name: np.full(frames, np.nan) for name in names}
+        for frame in range(frames):
+            scored = self.at(trajectory, frame)
+            if scored is not None:
+                scores = scored.values(nodes, rate)
+                for name, row in values.items():
+                    row[frame] = scores.get(name, np.nan)
+        return values

@@ -42,7 +42,7 @@ class Frames:
     first: int | None = None
     """The first frame's number among all states of a dataset; None: it is of none."""
     captured: NDArray[np.bool_] | None = None
-    """Whether each state lies in its capture set, shape (K,); None if nobody said so."""
+    """Whether each state lies in its capture set, shape (K,); None if it is not known."""
     success: bool | None = None
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
@@ -113,7 +113,7 @@ class Trajectories:
         return Frames(
             recorded.times,
             recorded.states,
-            lambda frame: self.dataset.problems([first + frame], self.future)[0],
+            lambda frame: self.dataset.problems([first + frame], future=self.future)[0],
             first,
             recorded.captured,
             recorded.success,
@@ -192,7 +192,7 @@ def _require_below(name: str, number: int, count: int) -> None:
 
 
 class StoredScores:
-    """What a file of scores says of a dataset's states."""
+    """The scores of a dataset's states in a file."""
 
     def __init__(
         self, path: str | os.PathLike[str], dataset: Dataset, run: int | None = None
@@ -212,9 +212,9 @@ class StoredScores:
             self.search: dict[str, Any] = {
                 name: chosen.settings[name] for name in SEARCHED if name in chosen.settings
             }
-            """What another search is told to give the same scores."""
+            """Settings with which a search gives the same scores."""
             self.future = chosen.future
-            """What they ask of each state's future; None: it is asked about as it is."""
+            """Horizon and plan of each state; None: the scores have no clock."""
             nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
             ahead = "" if chosen.future is None else f", {chosen.future}"
             self.title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"

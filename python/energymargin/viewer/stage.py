@@ -1,40 +1,61 @@
-"""The three-dimensional scene: bodies, sets, the tree and the way out."""
+"""The three-dimensional scene: what is in view, bodies, tree, and sets of states as solids.
+
+The solid of a set is the positions of the objects for which the state, otherwise unchanged, is in
+the set.
+"""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import viser
+from fast_simplification import simplify
 from numpy.typing import NDArray
+from skimage.measure import marching_cubes
 
-from energymargin._core import Problem
-from energymargin.plots.sets import sets_of
+from energymargin._core import Plane, Problem, Scene
+from energymargin.outlines import AXES, body_poses, object_centers, placed, shape_parts
+from energymargin.plots.scenes import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
-from energymargin.undisturbed import Undisturbed
-from energymargin.viewer.bodies import DrawnBodies, rgb
+from energymargin.regions import Region
+from energymargin.scoring.undisturbed import Undisturbed
+from energymargin.viewer.bodies import DrawnBodies, Triangles, rgb
 from energymargin.viewer.search import Scored
-from energymargin.viewer.solids import Triangles, region_surface
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.trees import DrawnTree
-from energymargin.viewer.views import View, is_flat, view_around
 
-__all__ = ["SHOWN", "UNDISTURBED", "Stage"]
+__all__ = ["SHOWN", "UNDISTURBED", "Stage", "View", "region_surface", "view_around"]
 
 UNDISTURBED = "undisturbed path"
 SHOWN = ("nodes", "edges", "escape path", UNDISTURBED, "capture set", "success set", "objects")
 SAMPLES = 20  # frames of a trajectory that the view holds
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 DISTANCE = 0.9  # of the camera, beside the view's size
-CELLS = 20  # of the ground's grid, along the view
+GROUND_CELLS = 20  # of the ground, along the view
 NICE = (1.0, 2.0, 5.0, 10.0)
 OPACITY = 0.3  # of sets
 
+# Room around what is seen, as a share of its longest side.
+AROUND_STATES = 0.08
+AROUND_ONE = 0.6  # of a single state: its motion is not known
+LEVEL = 0.02  # of the view's size: an object that rises by less stays on the ground
+
+# Cells along the longest side of the grid, and how far it reaches beyond the view, as a share of
+# the view's size. A slab may reach far; the camera has to stay outside of a solid.
+CELLS, AROUND = 60, 0.03
+FLAT_CELLS, FLAT_AROUND = 320, 0.4
+FLAT = 0.002  # height of a slab, as a share of the view's size
+MOST_TRIANGLES = 3000  # a flat surface needs few, and browsers without a graphics card are slow
+HALVINGS = 6  # of a cell, until the border is found
+
+Points = NDArray[np.float64]
+
 
 class Stage:
-    """The scene of one trajectory; what stands on it is replaced bit by bit."""
+    """The scene of one trajectory; its parts are replaced one at a time."""
 
     def __init__(self, server: viser.ViserServer, problem: Problem, frames: Frames) -> None:
         """Bodies in the problem's state, and a view of the whole trajectory."""
@@ -50,8 +71,8 @@ class Stage:
         view = view_around(scene, states[chosen])
         self._view = view
         self._flat = is_flat(problem, states, view)
-        self._bodies = DrawnBodies(server, scene, view, _nice(view.size / CELLS))
-        self._tree = DrawnTree(server, view)
+        self._bodies = DrawnBodies(server, scene, view.center, _nice(view.size / GROUND_CELLS))
+        self._tree = DrawnTree(server, view.size)
         _look_at(server, view, FROM[self._flat])
         self.put(problem)
 
@@ -77,7 +98,7 @@ class Stage:
         return drawn
 
     def draw_future(self, future: Undisturbed | None) -> None:
-        """The way of the objects that nothing disturbs, with a mark where it leads out."""
+        """The undisturbed path of the objects, with a mark where it leaves the capture set."""
         self._tree.draw_future(self._problem, future)
         self.choose(self._shown)
 
@@ -168,3 +189,145 @@ def _nice(length: float) -> float:
     """The next of 1, 2, 5, 10, 20, ..."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(next(power * step for step in NICE if power * step >= length * 0.999))
+
+
+class View(NamedTuple):
+    """A box [m] that holds what matters."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    floor: float
+    """Height of the ground, or of the lowest point if there is none."""
+
+    @property
+    def size(self) -> float:
+        """Its longest side [m]."""
+        return float((self.high - self.low).max())
+
+    @property
+    def center(self) -> NDArray[np.float64]:
+        """Its middle."""
+        return np.asarray((self.low + self.high) / 2)
+
+
+def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
+    """A view of objects and effector in these states."""
+    corners, states = [], list(states)
+    shown = [body for body in scene.bodies if body.role != "none"]
+    for state in states:
+        poses = body_poses(scene, state)
+        for body in shown:
+            corners += [placed(part, poses[body.name], AXES) for part in shape_parts(body.shape)]
+    points = np.concatenate(corners)
+    low, high = points.min(axis=0), points.max(axis=0)
+    share = AROUND_STATES if len(states) > 1 else AROUND_ONE
+    around = share * float((high - low).max())
+    floor = _ground(scene)
+    return View(low - around, high + around, float(low[2]) if floor is None else floor)
+
+
+def is_flat(problem: Problem, states: NDArray[np.float64], view: View) -> bool:
+    """Whether no object is lifted or tipped: neither in these states, shape (K, n), nor by the
+    disturbance."""
+    if problem.force[2] != 0.0 or np.any(problem.torque[:2] != 0.0):
+        return False
+    heights = [states[:, place[2]] for place in object_centers(problem.scene)]
+    return all(float(np.ptp(height)) < LEVEL * view.size for height in heights)
+
+
+def _ground(scene: Scene) -> float | None:
+    """The height of the highest level plane."""
+    level = [
+        body.shape.offset
+        for body in scene.bodies
+        if isinstance(body.shape, Plane) and body.shape.normal[2] > 0.99
+    ]
+    return max(level, default=None)
+
+
+def region_surface(
+    problem: Problem, region: Region, view: View, *, flat: bool = False, layer: int = 0
+) -> Triangles | None:
+    """The surface of a set in and around the view; None if it is empty there, or all of it.
+
+    flat: a slab on the ground, of the places at the objects' own height. layer: slabs of others lie
+    above each other, and solids of others do not end at the same walls. If each of several objects
+    has its own set, the region is that of at least one.
+    """
+
+    def contains(points: Points) -> NDArray[np.bool_]:
+        """Whether it is in the set with the objects' centres at each of the points, (N, 3)."""
+        states = np.tile(problem.state, (len(points), 1))
+        for place in object_centers(problem.scene):
+            states[:, place] = points
+        return np.asarray(region.contains(problem.scene, states))
+
+    if flat:
+        return _slab(problem, contains, view, layer)
+    axes, cell = _axes(view, CELLS, (1 + layer) * AROUND)
+    start = np.array([axis[0] for axis in axes])
+    return _surface(_sampled(contains, axes), contains, start, np.full(3, cell))
+
+
+def _slab(
+    problem: Problem, contains: Callable[[Points], NDArray[np.bool_]], view: View, layer: int
+) -> Triangles | None:
+    (x, y, _), cell = _axes(view, FLAT_CELLS, FLAT_AROUND)
+    height = problem.state[object_centers(problem.scene)[0][2]]
+    layers = np.repeat(_sampled(contains, [x, y, np.array([height])]), 2, axis=2)
+    thickness = FLAT * view.size
+    start = np.array([x[0], y[0], view.floor + 2 * layer * thickness])
+
+    def below(points: Points) -> NDArray[np.bool_]:
+        return contains(np.column_stack([points[:, :2], np.full(len(points), height)]))
+
+    return _surface(layers, below, start, np.array([cell, cell, thickness]), sides=2)
+
+
+def _axes(view: View, cells: int, share: float) -> tuple[list[NDArray[np.float64]], float]:
+    """A grid in and around the view along x, y and z, and the size of its cells [m]."""
+    around = share * view.size
+    cell = (view.size + 2 * around) / cells
+    ends = zip(view.low - around, view.high + around, strict=True)
+    return [np.arange(low, high + cell, cell) for low, high in ends], cell
+
+
+def _sampled(
+    contains: Callable[[Points], NDArray[np.bool_]], axes: list[NDArray[np.float64]]
+) -> NDArray[np.bool_]:
+    """On a grid, shape (X, Y, Z)."""
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    return contains(grid.reshape(-1, 3)).reshape(grid.shape[:3])
+
+
+def _surface(
+    inside: NDArray[np.bool_],
+    contains: Callable[[Points], NDArray[np.bool_]],
+    start: NDArray[np.float64],
+    cell: NDArray[np.float64],
+    sides: int = 3,
+) -> Triangles | None:
+    """Of the cells that are inside, closed one cell beyond the grid's ends; its border is looked
+    for along the first so many axes."""
+    if inside.all() or not inside.any():
+        return None
+    padded = np.pad(inside, 1)
+    corners, faces, _, _ = cast(Any, marching_cubes)(padded.astype(np.float32), 0.5)
+    axis = np.argmin(np.abs(corners % 1 - 0.5), axis=1)  # of the grid's edge that it halves
+    low = np.floor(corners).astype(np.int64)
+    step = np.eye(3)[axis]
+    within = np.where(padded[tuple(low.T)], 0.0, 1.0)  # shares of the edge
+    beyond, refined = 1.0 - within, axis < sides
+    for _ in range(HALVINGS):
+        middle = (within + beyond) / 2
+        points = start + (low + middle[:, None] * step - 1) * cell
+        found = np.zeros(len(points), bool)
+        found[refined] = contains(points[refined])
+        within, beyond = np.where(found, middle, within), np.where(found, beyond, middle)
+    share = np.where(refined, (within + beyond) / 2, 0.5)
+    vertices = start + (low + share[:, None] * step - 1) * cell
+    if len(faces) > MOST_TRIANGLES:
+        vertices, faces = cast(Any, simplify)(
+            vertices.astype(np.float32), faces.astype(np.int32), target_count=MOST_TRIANGLES
+        )
+    return Triangles(np.asarray(vertices, float), faces[:, ::-1].astype(np.int64))

@@ -1,4 +1,4 @@
-"""What the panel says: small pieces of HTML."""
+"""The texts of the panel, as HTML."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from matplotlib.colors import to_hex
 
 from energymargin._core import CaptureProbability, Problem
 from energymargin.disturbances import Uniform
-from energymargin.future_text import future_rows, uniform_in_words
 from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
     BODY_COLORS,
@@ -21,7 +20,8 @@ from energymargin.plots.styles import (
     LOST_COLOR,
     SUCCEEDED_COLOR,
 )
-from energymargin.undisturbed import Undisturbed
+from energymargin.scoring.future_text import future_rows, uniform_in_words
+from energymargin.scoring.undisturbed import Undisturbed
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.trees import FUTURE_COLOR
@@ -92,13 +92,13 @@ def score_table(
     """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
     of a file of scores, under the title `stored_as`."""
     live = {} if scored is None else _live(scored, nodes, rate)
-    kept = {name: stored[key] for name, key in STORED.items() if stored and key in stored}
-    rows = [name for name in NAMES if name in live or name in kept]
+    of_file = {name: stored[key] for name, key in STORED.items() if stored and key in stored}
+    rows = [name for name in NAMES if name in live or name in of_file]
     if not rows:
         return plain("Not scored yet.")
-    timed = "probability" in kept if scored is None else scored.capture is None
+    timed = "probability" in of_file if scored is None else scored.capture is None
     columns = [("this state" if timed else "this tree", live)] + (
-        [(stored_as, kept)] if stored is not None else []
+        [(stored_as, of_file)] if stored is not None else []
     )
     head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
     intervals = {} if scored is None else _intervals(scored)
@@ -115,14 +115,14 @@ def score_table(
 
 
 def escape_text(scored: Scored | None, moment: int = 0) -> str:
-    """How far it is on the way out."""
+    """Effort and time of the escape, and of a moment on it."""
     if scored is None:
-        return plain("Score this state to see the way out.")
+        return plain("Score this state to see its escape.")
     way = scored.way_out
     if scored.escape.nodes == 0 and way is None:
-        return plain("Stopped before a way out was looked for.")
+        return plain("Stopped before an escape was searched for.")
     if way is None:
-        return plain(f"No way out was found with {_counted(scored.escape.nodes, 'node')}.")
+        return plain(f"No escape was found with {_counted(scored.escape.nodes, 'node')}.")
     if len(way.times) == 1:
         return plain("It is out already: no effort is needed.")
     by_itself = ", by itself," if scored.escape.effort == 0.0 else ""
@@ -182,9 +182,9 @@ def legend(problem: Problem, scored: Scored | None, future: Undisturbed | None =
         marks.append(("&#9632;", SUCCEEDED_COLOR, "success set"))
     if scored is not None:
         marks += [("&#9679;", INK, "node"), ("&#9670;", INK, "node out of the capture set")]
-        marks.append(("&#9473;", LOST_COLOR, "edge to it"))
+        marks.append(("&#9473;", LOST_COLOR, "edge to such a node"))
     if scored is not None and scored.way_out is not None:
-        marks.append(("&#9473;", "black", "cheapest way out"))
+        marks.append(("&#9473;", "black", "cheapest escape"))
         marks.append(("&#9632;", PALE, "object at its end"))
     if future is not None:
         marks.append(("&#9473;", FUTURE_COLOR, "undisturbed path"))
@@ -242,15 +242,15 @@ def _notes(scored: Scored, nodes: int) -> str:
     if scored.memberships is not None:
         several = "success" in scored.memberships.inside
         counted = "capture and success count" if several else "it counts"
-        of = _counted(scored.grown, "node")
-        notes = [f"{counted} {min(nodes, scored.grown):,} of {of}", *notes]
+        of = _counted(scored.nodes, "node")
+        notes = [f"{counted} {min(nodes, scored.nodes):,} of {of}", *notes]
         if scored.force is None:
             notes.append("no effector, so no force score")
     return "; ".join(notes)
 
 
 def _doubts(scored: Scored) -> str:
-    """Why the capture score says less than it seems to."""
+    """Why the capture score is uncertain."""
     doubts = () if scored.capture is None else scored.capture.doubts
     return "".join(f'<div style="color:{LOST_COLOR}">{escape(doubt)}</div>' for doubt in doubts)
 

@@ -14,15 +14,13 @@ from energymargin._core import Problem
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.settings import MOST_NODES
+from energymargin.deprecations import once_positional
+from energymargin.scoring.settings import MOST_NODES, SearchSettings
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import StateSource, StoredScores, Trajectories, source_of
 
 __all__ = ["Viewer", "view"]
-
-
-SEARCH = {"nodes": 1000, "seed": 0}
 
 
 class Viewer(Closing):
@@ -39,7 +37,7 @@ class Viewer(Closing):
         guard = Guard(host)
         self._token = guard.token
         try:
-            with _hushed():
+            with _silent():
                 self._server = guarded_server(host, self.port, guard)
         except RuntimeError:
             source.close()
@@ -64,7 +62,7 @@ class Viewer(Closing):
         self._stop()
 
     def _stop(self) -> None:
-        with _hushed():
+        with _silent():
             self._server.stop()
         self._source.close()
 
@@ -79,8 +77,8 @@ class Viewer(Closing):
 
 
 @contextmanager
-def _hushed() -> Iterator[None]:
-    """viser says on stdout where it serves and when it stops, and cannot be told not to."""
+def _silent() -> Iterator[None]:
+    """Silences viser, which prints where it serves and when it stops and has no option for it."""
     console = rich.get_console()
     before, console.quiet = console.quiet, True
     try:
@@ -89,10 +87,11 @@ def _hushed() -> Iterator[None]:
         console.quiet = before
 
 
+@once_positional("parameters", after=1)
 def view(
     what: Problem | Dataset | str | os.PathLike[str],
-    parameters: Mapping[str, Any] | None = None,
     *,
+    parameters: Mapping[str, Any] | None = None,
     trajectory: int = 0,
     frame: int = 0,
     nodes: int | None = None,
@@ -104,18 +103,36 @@ def view(
     port: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Viewer:
-    """Serves a page that shows a problem, a dataset, the file of one, or a task with parameters.
+    """Serves a page that shows a problem, a dataset, the file of one, or a task.
 
-    It begins with a frame of a trajectory; `viewer.page.score()` scores it with so many nodes and
-    this seed, as the button of the page does; None are those of `scores`, or else 1000 and 0.
-    future: what is asked of the states of a dataset or a task. em.datasets.Future(5, "hold") asks
-    whether they stay captured over the next five frames while the robot goes on as it moves; None
-    asks what `scores` did, or else about each state as it is.
-    scores: a file of scores of the dataset, to see beside; run: which of its runs. Other machines
-    reach it only if `host` is an address that they know, such as "0.0.0.0". Whoever has the whole
-    address, with its token, may use the page, and nobody else. port: None takes a free one.
-    progress(done, total): of the trajectories of a task. Raises ValueError on bad input or a port
-    that is taken, and OSError on files that cannot be read.
+    `viewer.page.score()` scores the frame that is shown, as the button of the page does. Only
+    who has the whole address, with its token, can use the page.
+
+    Args:
+        what: a problem, a dataset, a path to the file of one, or the name of a task, of which
+            trajectories are generated.
+        parameters: of the task.
+        trajectory: the one that is shown first, from 0.
+        frame: of that trajectory, from 0.
+        nodes: of each search tree. None takes those of `scores`, or else 1000.
+        seed: of searches and of a task's trajectories. None takes that of `scores`, or else 0.
+        future: the horizon and plan of the states of a dataset or a task:
+            `em.datasets.Future(5, "hold")` asks whether they stay captured over the next five
+            frames while the robot goes on as it moves. None takes that of `scores`, or else asks
+            about each state as it is.
+        scores: a file of scores of the dataset, to compare with.
+        run: which of its runs, if there are several.
+        host: the address to serve at. Other machines reach the page only at an address that they
+            know, or "0.0.0.0".
+        port: None takes a free one.
+        progress: progress(done, total) counts the trajectories of a task that are generated.
+
+    Returns:
+        The viewer, which serves the page until `close`.
+
+    Raises:
+        ValueError: on bad input, or a port that is taken.
+        OSError: on files that cannot be read.
     """
     if nodes is not None:
         whole_number("nodes", nodes, 1, MOST_NODES)
@@ -123,17 +140,17 @@ def view(
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
         whole_number(name, number, 0)
+    given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = source_of(what, parameters, seed=seed or 0, future=future, progress=progress)
     try:
         stored = None if scores is None else _stored(source, scores, run)
         source = source if stored is None else _asked(source, stored, future)
+        settings = SearchSettings(**({} if stored is None else stored.search) | given)
     except BaseException:
         source.close()
         raise
-    search = SEARCH if stored is None else SEARCH | stored.search
-    given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
-    options: dict[str, Any] = {"trajectory": trajectory, "frame": frame, **search, **given}
-    return Viewer(source, host, port, stored=stored, **options)
+    start = {"trajectory": trajectory, "frame": frame}
+    return Viewer(source, host, port, stored=stored, settings=settings, **start)
 
 
 def _stored(source: StateSource, scores: str | os.PathLike[str], run: int | None) -> StoredScores:

@@ -1,0 +1,269 @@
+"""Shards of a dataset that is being generated: how a worker makes one, and where each waits.
+
+A folder beside the dataset's file, `.push.h5.parts/`, has the shards that are done:
+
+    request.json         what the trajectories are made from
+    000000050-000000100  one shard: these trajectories, the last not among them (a .npz of a Block)
+
+A shard is there whole or not at all, so that a run may end at any moment and another go on. Of two
+runs at once the second is refused: the first has locked the folder.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import os
+import shutil
+import threading
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from energymargin import tasks
+from energymargin._core import Cancel, Cancelled
+from energymargin.checks import whole_number
+from energymargin.closing import Closing
+from energymargin.datasets.columns import COLUMNS, Block, as_block
+from energymargin.executors.pool import Stopped
+from energymargin.limits import Limit
+from energymargin.replacing import replace_text, replaced
+from energymargin.tasks.base import Task, parameters_of
+from energymargin.tasks.scripted import ScriptedTask
+from energymargin.trajectories import Trajectory
+
+__all__ = ["Request", "Shard", "ShardFolder", "folder_of", "generate_shard", "generate_trajectory"]
+
+STOP_ASKED = 0.01  # s; how often a job asks whether it is to stop
+PARTS_VERSION = 1
+SUFFIX = ".npz"
+
+Span = tuple[int, int]
+"""Trajectories: the first, and the one after the last."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the trajectories depend on: each is made from this and its index alone."""
+
+    task: str
+    parameters: dict[str, Any]
+    seed: int
+    frames: int
+
+    @classmethod
+    def of(cls, task: Task, frames: int, seed: int) -> Request:
+        """Raises ValueError on a seed of more than 63 bits; a rollout checks `frames`."""
+        seed = whole_number("seed", seed, 0, 2**63 - 1)
+        return cls(task.name, parameters_of(task), seed, frames)
+
+    def as_json(self) -> dict[str, Any]:
+        """As JSON gives it back. Raises TypeError on a parameter that JSON does not have."""
+        made: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        return made
+
+
+@dataclass(frozen=True)
+class Shard:
+    """The trajectories from `first` on, before `last`: a job of a worker."""
+
+    request: Request
+    first: int
+    last: int
+
+
+def generate_trajectory(task: Task, request: Request, index: int, limit: Limit) -> Trajectory:
+    """The trajectory of this index."""
+    seed = _stream(request.seed, index)
+    if isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout:
+        return task.rollout(seed, request.frames, **limit.rest())
+    return task.rollout(seed, request.frames)
+
+
+def generate_shard(shard: Shard, stopped: Stopped) -> Block | None:
+    """In a worker: the trajectories of a shard, or the first of them if it is stopped."""
+    task = _made(json.dumps(asdict(shard.request)))
+    recorded: list[Trajectory] = []
+    with _cancelled_when(stopped) as cancel:
+        limit = Limit(cancel=cancel)
+        try:
+            for index in range(shard.first, shard.last):
+                if limit.reached:
+                    break
+                recorded.append(generate_trajectory(task, shard.request, index, limit))
+        except Cancelled:
+            if not limit.reached:  # the task's own
+                raise
+    return as_block(recorded) if recorded else None
+
+
+@lru_cache(1)
+def _made(request: str) -> Task:
+    """The task, made once for all jobs of a run: its entry point takes longer than a trajectory."""
+    fields = json.loads(request)
+    return tasks.make(fields["task"], **fields["parameters"])
+
+
+@contextmanager
+def _cancelled_when(stopped: Stopped) -> Iterator[Cancel]:
+    """A Cancel that is set when a job is to stop, so that a long simulation ends too."""
+    cancel, done = Cancel(), threading.Event()
+
+    def watch() -> None:
+        while not done.wait(STOP_ASKED):
+            if stopped():
+                cancel.set()
+                return
+
+    if stopped():
+        cancel.set()
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield cancel
+    finally:
+        done.set()
+        watcher.join()
+
+
+def _stream(seed: int, index: int) -> int:
+    """The seed of one trajectory: 63 bits, which fit every integer type on disk."""
+    return int(
+        np.random.SeedSequence((seed, index)).generate_state(1, np.uint64)[0] >> np.uint64(1)
+    )
+
+
+def folder_of(path: Path) -> Path:
+    """Where the shards of this file wait."""
+    return path.with_name(f".{path.name}.parts")
+
+
+def spans_in(folder: Path) -> list[Span]:
+    """Of the shards that are there, rising."""
+    names = [file.name.removesuffix(SUFFIX) for file in folder.glob(f"[0-9]*{SUFFIX}")]
+    return sorted((int(first), int(last)) for first, _, last in (n.partition("-") for n in names))
+
+
+class ShardFolder(Closing):
+    """The folder of the shards of one file, locked; use it in a `with` statement."""
+
+    def __init__(self, path: Path, request: Request) -> None:
+        """Opens the folder, or makes it.
+
+        Raises ValueError if another process has it, or if it has shards of another request.
+        """
+        if not path.parent.is_dir():
+            raise FileNotFoundError(errno.ENOENT, "no such folder", str(path.parent))
+        self.path, self.folder = path, folder_of(path)
+        self._asked = {
+            **request.as_json(),
+            "energymargin": version("energymargin"),
+            "parts": PARTS_VERSION,
+        }
+        self.folder.mkdir(exist_ok=True)
+        self._lock = os.open(self.folder, os.O_RDONLY)
+        try:
+            self._lock_and_check()
+        except BaseException:
+            os.close(self._lock)
+            raise
+
+    def add(self, first: int, block: Block) -> None:
+        """Writes a shard; the first of its trajectories has this index."""
+        last = first + len(block)
+        columns: dict[str, Any] = {f"column_{name}": block.columns[name] for name in COLUMNS}
+        bodies = np.array(json.dumps(block.bodies))
+        try:
+            with replaced(self._file((first, last))) as path, path.open("wb") as file:
+                np.savez(file, rows=block.rows, bodies=bodies, **columns)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self.folder)) from error
+
+    def spans(self) -> list[Span]:
+        """Of the shards that are there, rising."""
+        return spans_in(self.folder)
+
+    def missing(self, size: int, total: int) -> Iterator[Span]:
+        """The trajectories of `total` that are in no shard, in spans of at most `size`."""
+        begin = 0
+        for first, last in [*self.spans(), (total, total)]:
+            while begin < min(first, total):
+                end = min((begin // size + 1) * size, first, total)
+                yield begin, end
+                begin = end
+            begin = max(begin, last)
+
+    def count(self, total: int) -> int:
+        """How many of the first `total` trajectories are there."""
+        return sum(max(0, min(last, total) - first) for first, last in self.spans())
+
+    def without_gap(self, total: int) -> int:
+        """How many of the first `total` are there before one is missing."""
+        return next((first for first, _ in self.missing(total, total)), total)
+
+    def blocks(self, total: int) -> Iterator[Block]:
+        """The first `total` trajectories.
+
+        Raises ValueError if a shard is damaged, and removes it.
+        """
+        for first, last in self.spans():
+            if first < total:
+                yield self._read((first, last)).part(0, min(last, total) - first)
+
+    def remove(self) -> None:
+        """Removes the folder with all shards."""
+        shutil.rmtree(self.folder)
+
+    def close(self) -> None:
+        """Unlocks the folder; removes it if it has no shards."""
+        if self.folder.exists() and not self.spans():
+            self.remove()
+        os.close(self._lock)
+
+    def _lock_and_check(self) -> None:
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(f"another process is generating {self.path}: let it finish") from None
+        asked = self.folder / "request.json"
+        if self.spans():
+            self._require_same(asked)
+        replace_text(asked, json.dumps(self._asked, indent=1))
+
+    def _require_same(self, asked: Path) -> None:
+        try:
+            found: dict[str, Any] = json.loads(asked.read_text())
+        except (OSError, ValueError):
+            found = {}
+        different = [name for name in self._asked if found.get(name) != self._asked[name]]
+        if different:
+            shown = "; ".join(
+                f"{name}: {found.get(name)} there, {self._asked[name]} now" for name in different
+            )
+            raise ValueError(
+                f"{self.folder} holds parts of other trajectories. To go on with those, ask for "
+                f"the same; to drop them, remove that folder. {shown}"
+            )
+
+    def _read(self, span: Span) -> Block:
+        try:
+            with np.load(self._file(span), allow_pickle=False) as arrays:
+                columns = {name: arrays[f"column_{name}"] for name in COLUMNS}
+                return Block(arrays["rows"], columns, json.loads(str(arrays["bodies"])))
+        except (ValueError, LookupError, EOFError, zipfile.BadZipFile) as error:
+            self._file(span).unlink()
+            raise ValueError(
+                f"{self._file(span)} was damaged, and is removed: the same call makes it again"
+            ) from error
+
+    def _file(self, span: Span) -> Path:
+        first, last = span
+        return self.folder / f"{first:09d}-{last:09d}{SUFFIX}"

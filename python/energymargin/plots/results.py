@@ -1,0 +1,291 @@
+"""Results of one problem: effort over nodes, probability over time, and the undisturbed future."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
+from energymargin.checks import one_of, yes_or_no
+from energymargin.deprecations import once_positional
+from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
+from energymargin.plots.scenes import draw_ghost, leaving_objects
+from energymargin.plots.states import AROUND, draw_state_legend, plot_state, state_legend
+from energymargin.plots.styles import (
+    CHANCE_COLOR,
+    LOST_COLOR,
+    LineStyle,
+    axes_or_new,
+    curve_style,
+    draw_legend,
+    joules,
+    light_grid,
+    nodes_in_words,
+)
+from energymargin.scoring.undisturbed import Undisturbed, undisturbed
+
+__all__ = ["plot_effort", "plot_future", "plot_probability"]
+
+FUTURE_SIZE = (6.0, 4.5)  # inch
+FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
+EXIT_MARK: dict[str, Any] = {
+    **{"color": LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
+    **{"markeredgecolor": "white", "zorder": 9},
+}
+
+BESIDE = 0.03  # of the width from one node to the most: free on both sides, where a mark may be
+BAND = 0.15  # opacity
+SETS = ("captured", "any")
+
+Result = TypeVar("Result", EscapeEffort, CaptureProbability)
+
+
+@once_positional("ax", after=1)
+def plot_effort(
+    results: EscapeEffort | Mapping[str, EscapeEffort],
+    *,
+    ax: Axes | None = None,
+    known: float | None = None,
+    legend: bool = True,
+) -> Axes:
+    """Best effort of escape [J] against nodes, of one search or of several by name, as steps.
+
+    `known` is the exact effort [J], drawn as a line. A search that found no escape has no curve,
+    but an entry in the legend, which also says which searches were stopped. The legend is inside
+    `ax`, or beside the axes of a new figure. Up to 49 curves differ without their colours too.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError if a result is no EscapeEffort or
+    `known` is negative or not finite.
+    """
+    searches = _by_name(results, EscapeEffort, alone="search")
+    known = None if known is None else _energy("known", known)
+    yes_or_no("legend", legend)
+    inside = None if ax is None else "best"
+    ax = axes_or_new(ax, 6.0, 3.6)
+    for number, (name, result) in enumerate(searches.items()):
+        _draw_effort(ax, name, result, number)
+    if known is not None:
+        ax.axhline(known, linestyle=":", color=CHANCE_COLOR, label=f"known: {joules(known)}")
+    if all(math.isinf(result.effort) for result in searches.values()):
+        ax.text(0.5, 0.5, "no escape found", ha="center", transform=ax.transAxes)
+        if known is None:
+            ax.set_yticks([])
+    most = max(2, *(result.nodes for result in searches.values()))
+    ax.set_xscale("log")
+    ax.set_xlim(most**-BESIDE, most ** (1 + BESIDE))
+    ax.set(xlabel="nodes of the search tree", ylabel="best effort of escape [J]")
+    light_grid(ax)
+    if legend:
+        draw_legend(ax, inside)
+    return ax
+
+
+def _energy(name: str, value: float) -> float:
+    number = isinstance(value, (int, float, np.integer, np.floating))
+    if not number or isinstance(value, bool) or not 0 <= value < math.inf:
+        raise ValueError(f"{name} is {value!r}, expected a finite number of at least 0 [J]")
+    return float(value)
+
+
+def _draw_effort(ax: Axes, name: str, result: EscapeEffort, number: int) -> None:
+    """Steps from the first escape on, which go on to the last node."""
+    style = curve_style(number)
+    stopped = "" if result.complete else ", stopped early"
+    if not result.history:
+        label = f"{name}: no escape in {nodes_in_words(result.nodes)}{stopped}"
+        ax.plot([], [], linestyle="", marker=style.marker, color=style.color, label=label)
+        return
+    nodes, efforts = _steps(result)
+    ax.step(
+        nodes,
+        efforts,
+        where="post",
+        color=style.color,
+        linestyle=style.dashes,
+        linewidth=1.4,
+        marker=style.marker,
+        markersize=4,
+        markevery=range(len(nodes) - 1),
+        label=f"{name}: {joules(result.effort)}{stopped}",
+    )
+
+
+def _steps(result: EscapeEffort) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Nodes and efforts; what is known before the first node is drawn at it."""
+    nodes, efforts = np.array(result.history, dtype=float).T
+    nodes = np.maximum(nodes, 1.0)
+    return np.append(nodes, max(result.nodes, nodes[-1])), np.append(efforts, efforts[-1])
+
+
+@once_positional("ax", after=1)
+def plot_probability(
+    results: CaptureProbability | Mapping[str, CaptureProbability],
+    *,
+    ax: Axes | None = None,
+    which: str = "captured",
+    confidence: float = 0.95,
+    legend: bool = True,
+) -> Axes:
+    """Probability of having been captured throughout, over time [s], of one result or of several
+    by name, as steps.
+
+    The band is the Clopper-Pearson interval at each time, for that time alone. A mark is at the
+    mean time captured. A dotted line is the time at which the undisturbed object leaves. `which`:
+    "captured", all objects, or "any", at least one, of results with by_object=True. The legend has
+    the values at the horizon; it is inside `ax`, or beside the axes of a new figure.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError on what is no CaptureProbability,
+    on a result that lacks `which`, or a confidence that is not between 0 and 1.
+    """
+    named = _by_name(results, CaptureProbability, alone="captured")
+    one_of("which", which, SETS)
+    yes_or_no("legend", legend)
+    bands = {name: result.band(confidence, which) for name, result in named.items()}
+    inside = None if ax is None else "best"
+    ax = axes_or_new(ax, 6.0, 3.6)
+    for number, (name, result) in enumerate(named.items()):
+        style = curve_style(number)
+        low, high = bands[name]
+        ax.fill_between(
+            result.times, low, high, step="post", color=style.color, alpha=BAND, linewidth=0
+        )
+        stopped = "" if result.complete else ", stopped early"
+        value = f"{_survival(result, which).captured:.2f} ({low[-1]:.2f} to {high[-1]:.2f})"
+        _draw_survival(ax, result, which, style, f"{name}: {value}{stopped}")
+    _explain(ax, named, which)
+    most = max(float(result.times[-1]) for result in named.values())
+    ax.set(xlim=(0.0, 1.03 * most), ylim=(-0.03, 1.03))
+    ax.set(xlabel="time [s]", ylabel="captured until then [0..1]")
+    light_grid(ax)
+    if legend:
+        draw_legend(ax, inside)
+    return ax
+
+
+def _survival(result: CaptureProbability, which: str) -> CaptureProbability | Survival:
+    """What has a curve, a mean time, and the probability at the horizon."""
+    return result if which == "captured" or result.any is None else result.any
+
+
+def _draw_survival(
+    ax: Axes, result: CaptureProbability, which: str, style: LineStyle, label: str
+) -> None:
+    """The curve, its mean time, and where it ends undisturbed."""
+    survival = _survival(result, which)
+    ax.step(
+        result.times,
+        survival.curve,
+        where="post",
+        color=style.color,
+        linestyle=style.dashes,
+        linewidth=1.5,
+        label=label,
+    )
+    at = int((result.times <= survival.mean_time).sum()) - 1
+    ax.plot(
+        survival.mean_time,
+        survival.curve[at],
+        color=style.color,
+        marker=style.marker,
+        markeredgecolor="white",
+        markersize=7,
+        linestyle="",
+        zorder=4,
+        gid="mean time",
+    )
+    if which == "captured" and not result.undisturbed:
+        ax.axvline(
+            result.undisturbed_time, color=style.color, linestyle=":", linewidth=1.3, gid="leaves"
+        )
+
+
+def _explain(ax: Axes, results: Mapping[str, CaptureProbability], which: str) -> None:
+    """What mark and dotted line mean, in the legend; with the number, if it is but one."""
+    alone = next(iter(results.values())) if len(results) == 1 else None
+    time = ""
+    if alone is not None:
+        time = f", {_survival(alone, which).mean_time:.3g} s"
+    mark = Line2D([], [], color="0.3", marker="o", linestyle="", label=f"mean time captured{time}")
+    ax.add_line(mark)
+    if which == "captured" and not all(result.undisturbed for result in results.values()):
+        time = "" if alone is None else f" at {alone.undisturbed_time:.3g} s"
+        ax.add_line(Line2D([], [], color="0.3", linestyle=":", label=f"leaves undisturbed{time}"))
+
+
+def _by_name(
+    results: Result | Mapping[str, Result], kind: type[Result], *, alone: str
+) -> dict[str, Result]:
+    """Results of one kind by name: one that is given alone has the name `alone`."""
+    expected = f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+    if isinstance(results, kind):
+        return {alone: results}
+    if not (isinstance(results, Mapping) and results):
+        raise ValueError(f"results is {results!r}, expected {expected}, or several by name")
+    for name, result in results.items():
+        if not isinstance(result, kind):
+            raise ValueError(f"results has {result!r} as {name!r}, expected {expected}")
+    return dict(results)
+
+
+@once_positional("ax", after=1)
+def plot_future(
+    problem: Problem,
+    *,
+    ax: Axes | None = None,
+    plane: Plan | None = None,
+    limits: Limits | None = None,
+    legend: bool | None = None,
+) -> Axes:
+    """The state of a problem with a horizon, and the undisturbed future from there.
+
+    Lines are the paths of the objects' centres while the robot follows its plan. The bodies are
+    drawn once more, half transparent, at the horizon. A diamond marks where an object leaves the
+    capture set. The sets are those of the state; they may move with the effector.
+    `plane`, `limits` [m] and `legend` are as in `plot_state`.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError on a problem without a horizon, and
+    RuntimeError if the simulation diverges.
+    """
+    future = undisturbed(problem)
+    plane = plane_for(problem.scene, future.states) if plane is None else plane
+    if limits is None:
+        limits = view_of(problem.scene, future.states, plane, AROUND)
+    new = ax is None
+    legend = new if legend is None else yes_or_no("legend", legend)
+    ax = plot_state(
+        problem, ax=axes_or_new(ax, *FUTURE_SIZE), plane=plane, limits=limits, legend=False
+    )
+    _draw_future(ax, problem, future, plane)
+    ax.set_title(_future_title(future), fontsize=10)
+    if legend:
+        handles = [*state_legend(problem, tree=False), *_future_lines(future)]
+        draw_state_legend(ax, handles, own_figure=new)
+    return ax
+
+
+def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> None:
+    draw_ghost(ax, problem.scene, future.states[-1], plane)
+    leaves = future.exit_moment
+    left = leaving_objects(problem, future)
+    for number, center in enumerate(object_centers(problem.scene, plane)):
+        ax.add_line(Line2D(*future.states[:, center].T, **FUTURE_PATH, gid="undisturbed"))
+        if leaves is not None and left[number]:
+            x, y = future.states[leaves, center]
+            ax.add_line(Line2D([x], [y], **EXIT_MARK, gid="exit"))
+
+
+def _future_title(future: Undisturbed) -> str:
+    if future.exit is None:
+        return f"undisturbed it stays captured for {future.times[-1]:.3g} s"
+    return f"undisturbed it leaves at {future.exit:.3g} s"
+
+
+def _future_lines(future: Undisturbed) -> list[Line2D]:
+    exits = [] if future.exit is None else [Line2D([], [], **EXIT_MARK, label="where it leaves")]
+    return [Line2D([], [], **FUTURE_PATH, label="undisturbed path"), *exits]

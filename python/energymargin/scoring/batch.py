@@ -1,0 +1,179 @@
+"""Scores of many problems on any executor. If it stops early, finished scores are delivered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from energymargin._core import Cancel, Problem
+from energymargin.arguments import shown
+from energymargin.checks import whole_number
+from energymargin.deprecations import once_positional
+from energymargin.executors import Executor, Row
+from energymargin.executors.pool import POLL
+from energymargin.executors.session import Session, Work
+from energymargin.executors.threads import chosen_executor
+from energymargin.limits import Limit
+from energymargin.metrics import check_metrics
+from energymargin.results import collect
+from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
+from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
+from energymargin.scoring.table import ScoreError, ScoreTable, score_table
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+__all__ = ["ProblemSource", "run_all", "score"]
+
+MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
+
+
+class ProblemSource(Protocol):
+    """Problems that are to be scored."""
+
+    def take(self, most: int) -> Sequence[Work]:
+        """Some of those that come next, at most so many; after a short wait none, if there are none
+        right now."""
+        ...
+
+    @property
+    def empty(self) -> bool:
+        """Whether there will be no more."""
+        ...
+
+
+class _GivenProblems:
+    """A ProblemSource of problems that are all there."""
+
+    def __init__(
+        self, problems: Sequence[Problem], indices: Sequence[int], metrics: Sequence[str]
+    ) -> None:
+        self._problems, self._indices, self._metrics = problems, indices, tuple(metrics)
+        self._next = 0
+
+    def take(self, most: int) -> Sequence[Work]:
+        """As ProblemSource.take."""
+        first, self._next = self._next, min(self._next + most, len(self._problems))
+        return [
+            Work(self._indices[i], self._problems[i], self._metrics)
+            for i in range(first, self._next)
+        ]
+
+    @property
+    def empty(self) -> bool:
+        """As ProblemSource.empty."""
+        return self._next == len(self._problems)
+
+
+def run_all(
+    source: ProblemSource,
+    executor: Executor,
+    settings: SearchSettings,
+    deliver: Callable[[Sequence[Row]], None],
+    limit: Limit,
+) -> bool:
+    """Scores the problems of a source; False if the limit came before the last one.
+
+    `deliver` gets rows as they come, in this thread. On Ctrl-C it gets those that are finished, and
+    KeyboardInterrupt is raised; so with any other error, which is then raised.
+    """
+    with executor.session(settings) as session:
+        return collect(_Scorers(session, source), deliver, limit)
+
+
+class _Scorers:
+    """The Workers of a session, with the problems of a source."""
+
+    def __init__(self, session: Session, source: ProblemSource) -> None:
+        self._session, self._source = session, source
+
+    @property
+    def busy(self) -> bool:
+        """As Workers.busy."""
+        return not self._source.empty or self._session.pending > 0
+
+    def step(self) -> Sequence[Row]:
+        """As Workers.step. Without room, as on a cluster that has no workers yet, it waits."""
+        room = self._session.room()
+        if room and not self._source.empty:
+            self._session.add(self._source.take(room))
+        return self._session.take(POLL if self._session.pending or not room else 0)
+
+    def stop(self) -> Sequence[Row]:
+        """As Workers.stop."""
+        return self._session.stop()
+
+
+@once_positional("nodes", "seed", "threads", after=2)
+def score(
+    problems: Sequence[Problem],
+    metrics: Sequence[str] | None = None,
+    *,
+    settings: SearchSettings | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    on_rows: Callable[[list[Row]], None] | None = None,
+    indices: Sequence[int] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+    **loose: Unpack[LooseSettings],
+) -> ScoreTable:
+    """Scores of every problem: the same bits for any number of threads, and on any executor.
+
+    Args:
+        problems: those that are scored.
+        metrics: of METRICS; None takes all that every problem has.
+        settings: of the searches and probabilities; None is SearchSettings().
+        threads: None takes all cores that this process may use.
+        executor: in place of threads, of `em.executors`: Processes, or Dask.
+        progress: progress(done, total) is called as scores come in.
+        on_rows: on_rows(rows) likewise; `row.curves` has the curves of the probabilities.
+        indices: the problems' stream indices, by default 0 to N-1: a part of the problems with
+            their own indices gets the scores it has in the whole. Each index has a stream of its
+            own: `capture_score(problem, seed=stream(seed, index))` grows the tree of that problem.
+        timeout: after so many seconds the table has the rows that are finished, each with the
+            scores that it has in the whole; the others are missing.
+        cancel: the same once it is set.
+        loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
+
+    Ctrl-C stops within 0.2 s: `on_rows` has then got everything that was finished, and
+    KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
+    computed, and ScoreError at the end if the simulation of a problem failed.
+    """
+    limit = Limit(timeout, cancel)
+    if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
+        raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
+    metrics = chosen_metrics(problems, metrics)
+    check_metrics(metrics)
+    settings = chosen_settings(settings, **loose)
+    require_objects(problems, metrics, settings)
+    if executor is not None and threads is not None:
+        raise ValueError(f"threads is {threads}, expected None with an executor")
+    executor = chosen_executor(executor, threads)
+    done: list[Row] = []
+    errors: dict[int, str] = {}
+
+    def deliver(rows: Sequence[Row]) -> None:
+        errors.update({row.index: row.error for row in rows if row.error})
+        good = [row for row in rows if not row.error]
+        done.extend(good)
+        if on_rows is not None and good:
+            on_rows(good)
+        if progress is not None and rows:
+            progress(len(done) + len(errors), len(problems))
+
+    source = _GivenProblems(problems, _indices(indices, len(problems)), metrics)
+    complete = run_all(source, executor, settings, deliver, limit)
+    table = score_table(done, metrics, complete=complete)
+    if errors:
+        raise ScoreError(errors, len(problems), table)
+    return table
+
+
+def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
+    if indices is not None and len(indices) != problems:
+        raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
+    if indices is None:
+        return range(problems)
+    return [whole_number("indices", index, 0, MOST_INDEX) for index in indices]

@@ -1,0 +1,102 @@
+"""Horizon, plan of the robot and disturbance in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Plan, Problem
+from energymargin.disturbances import Uniform
+from energymargin.scoring.settings import SearchSettings
+
+__all__ = ["disturbance_in_words", "future_rows", "plan_rows", "uniform_in_words"]
+
+CHECK = "about 1/60 s"  # a problem that does not say when it looks
+COASTS = "none: the effector coasts"
+
+NamedValue = tuple[str, str]
+"""A name and its value."""
+
+
+def future_rows(problem: Problem) -> list[NamedValue]:
+    """Horizon, looks at the capture set, and plan; nothing of a problem without a clock."""
+    if problem.horizon is None:
+        return []
+    rows = [
+        ("horizon", f"{problem.horizon:.4g} s"),
+        ("between two looks", CHECK if problem.check is None else f"{problem.check:.3g} s"),
+    ]
+    if problem.dwell > 0.0:
+        rows.append(("an escape lasts", f"at least {problem.dwell:.3g} s"))
+    plan = COASTS if problem.plan is None else f"{problem.plan.duration:.4g} s"
+    return [*rows, ("plan", plan), *([] if problem.plan is None else _actions(problem.plan))]
+
+
+def plan_rows(plan: Plan) -> list[NamedValue]:
+    """Duration and rows of a plan, and its wrenches, velocities and targets."""
+    rows = f"{plan.rows} of {plan.step:.3g} s"
+    return [("duration", f"{plan.duration:.4g} s"), ("rows", rows), *_actions(plan)]
+
+
+def uniform_in_words(model: Uniform) -> str:
+    """A disturbance, such as "random wrenches within the bounds, on 1 object at a time"."""
+    share = "" if model.strength == 1.0 else f"{model.strength:g} times "
+    hold = "" if model.hold is None else f", each held for up to {model.hold:g} s"
+    objects = ""
+    if model.objects is not None:
+        objects = f", on {model.objects} object{'s' * (model.objects != 1)} at a time"
+    return f"random wrenches within {share}the bounds{objects}{hold}"
+
+
+def _actions(plan: Plan) -> list[NamedValue]:
+    rows = [(f"wrench on {body}", _largest(given)) for body, given in plan.wrenches.items()]
+    for body, velocities in plan.velocities.items():
+        rows.append((f"velocity of {body}", f"{_fastest(velocities)}{_limit(plan, body)}"))
+    for joint, targets in plan.targets.items():
+        rows.append((f"target of {joint}", _course(np.asarray(targets))))
+    return rows
+
+
+def _largest(wrenches: NDArray[np.float64]) -> str:
+    force, torque = _norms(wrenches)
+    return f"up to {force:.3g} N, {torque:.3g} N m"
+
+
+def _fastest(velocities: NDArray[np.float64]) -> str:
+    linear, angular = _norms(velocities)
+    return f"up to {linear:.3g} m/s, {angular:.3g} rad/s"
+
+
+def _norms(rows: NDArray[np.float64]) -> tuple[float, float]:
+    """The longest of the first and of the last three numbers of each row, shape (K, 6)."""
+    linear, angular = (np.linalg.norm(part, axis=1) for part in (rows[:, :3], rows[:, 3:]))
+    return float(linear.max(initial=0.0)), float(angular.max(initial=0.0))
+
+
+def _limit(plan: Plan, body: str) -> str:
+    if body not in plan.limits:
+        return ""
+    force, torque = plan.limits[body]
+    return f", by a motor of {force:.3g} N, {torque:.3g} N m"
+
+
+def _course(targets: NDArray[np.float64]) -> str:
+    """From where to where a joint goes: its unit is the joint's, rad or m."""
+    first, last = float(targets[0]), float(targets[-1])
+    low, high = float(targets.min()), float(targets.max())
+    if low == high:
+        return f"{first:.3g}"
+    between = "" if {low, high} == {first, last} else f", between {low:.3g} and {high:.3g}"
+    return f"{first:.3g} to {last:.3g}{between}"
+
+
+def disturbance_in_words(settings: Mapping[str, Any]) -> str:
+    """Rollouts and disturbance of a run's probabilities; missing settings are the defaults."""
+    names = ("rollouts", "strength", "objects", "common_random_numbers")
+    chosen = SearchSettings(**{name: settings[name] for name in names if name in settings})
+    model = Uniform(chosen.strength, chosen.objects)
+    text = f"of {chosen.rollouts} rollouts of each state, under {uniform_in_words(model)}"
+    return f"{text}, the same ones for all states" if chosen.common_random_numbers else text

@@ -1,0 +1,390 @@
+"""Tasks whose robot follows a script in simulation: they say what is special about them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energymargin._core import (
+    Cancel,
+    Contact,
+    Plan,
+    Problem,
+    Region,
+    Scene,
+    Simulation,
+    World,
+    regions,
+)
+from energymargin.checks import one_of, positive_number, whole_number
+from energymargin.limits import Limit
+from energymargin.tasks.base import PLANE, STEP, Params, constructor_keywords
+from energymargin.tasks.object_sets import Regions, all_inside, any_inside, set_of_object
+from energymargin.trajectories import Trajectory
+
+__all__ = ["EFFECTORS", "Drive", "Following", "FrictionTask", "PerStep", "ScriptedTask", "drawn"]
+
+PerStep = float | NDArray[np.float64]
+"""A number of a script, such as a force: one, or an array with one for each step."""
+
+Following = Literal["script", "hold"]
+"""What the robot does over a horizon: its script, or it goes on as it moves."""
+
+EFFECTORS = ("coast", "drive")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What moves the robot along one trajectory, with a row for each simulation step."""
+
+    wrenches: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    """By body: force [N] and torque [N m] on it, shape (steps, 6)."""
+    targets: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    """By joint: the position that its control aims at [rad, m], shape (steps,)."""
+
+    def between(self, first: int, last: int) -> Drive:
+        """The rows of the steps from `first` on, before `last`."""
+        return Drive(
+            {body: rows[first:last] for body, rows in self.wrenches.items()},
+            {joint: rows[first:last] for joint, rows in self.targets.items()},
+        )
+
+
+class ScriptedTask(ABC):
+    """A task whose robot follows a script, with random starts and noise, in simulation.
+
+    The paper's four are such (Section VI-A, VI-D). A trajectory is made in this order, which fixes
+    what its seed means: `draw`, `start`, `drive`, and the simulation of `scene`.
+    """
+
+    name: str
+    plane: tuple[str, str] = PLANE
+    length: float
+    """Of a trajectory [s]."""
+    step: float = STEP
+    """Of the simulation [s]; the one of its scene."""
+    _effector: str = EFFECTORS[0]
+
+    def __init__(self, effector: str = EFFECTORS[0]) -> None:
+        """`effector`: "coast" or "drive", as of a Problem; raises ValueError on another word."""
+        self._effector = one_of("effector", effector, EFFECTORS)
+
+    @property
+    def effector(self) -> str:
+        """ "coast" or "drive", as of a Problem."""
+        return self._effector
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The keywords that make this task again."""
+        return constructor_keywords(self)
+
+    @abstractmethod
+    def scene(self, params: Params) -> Scene:
+        """The scene in which the script runs."""
+
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """What is drawn for one trajectory, such as the friction; by default nothing."""
+        return {}
+
+    def start(
+        self, world: World, params: Params, random: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """A random start state, shape (n,); by default that of the scene."""
+        return np.asarray(world.scene.pack())
+
+    @abstractmethod
+    def drive(self, params: Params, random: np.random.Generator) -> Drive:
+        """The script, for all `steps` of a trajectory."""
+
+    def script(self, params: Params) -> Drive:
+        """The mean of `drive`, for all `steps` of a trajectory, which `plan` asks for.
+
+        Raises ValueError on a task without one.
+        """
+        raise ValueError(
+            f"task {self.name!r} has no script of what its robot does: give "
+            f"{type(self).__name__} a method `script(params)`, the mean of its `drive` as a Drive; "
+            "without one its plan can be 'hold' or none"
+        )
+
+    def afterwards(self, params: Params) -> dict[str, NDArray[np.float64]]:
+        """By body, the wrench (6,) [N, N m] once the script is over; by default none."""
+        return {}
+
+    @abstractmethod
+    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+        """Z_cap(z) of a state, shape (n,); with several objects, that of each by its name."""
+
+    def captured_throughout(self, params: Params) -> Regions:
+        """Z_cap of every instant: the states that lie in their own `captured`, as the labels say.
+
+        With several objects, that of each by its name. By default Predicates that ask `captured`
+        anew for each state: they are slow, and have no file format. A task whose set can be written
+        as other regions should give it.
+        """
+        layout = self.scene(params)
+        start = np.asarray(layout.pack())
+
+        def throughout(name: str | None) -> Region:
+            def contains(states: NDArray[np.float64]) -> NDArray[np.bool_]:
+                sets = [set_of_object(self.captured(state, params), name) for state in states]
+                inside = [one.contains(layout, z) for one, z in zip(sets, states, strict=True)]
+                return np.array(inside, dtype=bool)
+
+            return regions.Predicate(contains)
+
+        sets = self.captured(start, params)
+        return {o: throughout(o) for o in sets} if isinstance(sets, dict) else throughout(None)
+
+    @abstractmethod
+    def succeeded(self, params: Params) -> Regions:
+        """Z_suc; with several objects, that of each by its name."""
+
+    @abstractmethod
+    def problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The problem P of Section V-A at a state, shape (n,)."""
+
+    def plan(
+        self,
+        state: NDArray[np.float64],
+        time: float,
+        params: Params,
+        horizon: float | None = None,
+    ) -> Plan:
+        """What the robot is about to do at a time [s] of its script: the script's mean from there.
+
+        It lasts for `horizon` [s], by default until the script ends, at `length`. From there on
+        wrenches are those of `afterwards`, and joints keep their last targets. `state`, shape (n,),
+        is for tasks whose robot looks at it. Raises ValueError on a task without `script`, a time
+        before 0 s or a plan of less than a step.
+        """
+        script = self._script(params)
+        first = round(time / self.step)
+        rows = self.steps - first if horizon is None else round(horizon / self.step)
+        if first < 0 or rows < 1:
+            lasting = "" if horizon is None else f" and horizon {horizon:g} s"
+            raise ValueError(
+                f"time is {time:g} s{lasting}, expected a time from 0 s and a plan of at least a "
+                f"step of {self.step:g} s; the script ends at {self.length:g} s, and a plan that "
+                "goes on behind its end takes a horizon"
+            )
+        numbers = np.arange(first, first + rows)
+        over, row = numbers >= self.steps, np.minimum(numbers, self.steps - 1)
+        after, none = self.afterwards(params), np.zeros(6)
+        wrenches = {body: given[row] for body, given in script.wrenches.items()}
+        for body, given in wrenches.items():
+            given[over] = after.get(body, none)
+        targets = {joint: given[row] for joint, given in script.targets.items()}
+        return Plan(self.step, wrenches=wrenches, targets=targets)
+
+    def _script(self, params: Params) -> Drive:
+        try:
+            return self.script(params)
+        except KeyError as error:
+            raise ValueError(
+                f"params has no {error}, expected those of a trajectory: trajectory.params"
+            ) from error
+
+    def future(
+        self,
+        state: NDArray[np.float64],
+        time: float,
+        params: Params,
+        horizon: float,
+        plan: Following | None = "script",
+    ) -> Problem:
+        """Does it stay captured over the next `horizon` [s] of what the robot does?
+
+        The problem of `problem` at a state, shape (n,), and a time [s] of the script, with a clock.
+        Its capture set is `captured_throughout`: it goes along, instead of being that of the start.
+        `plan`: "script", the robot does what `plan` says, in the scene of its script; "hold", it
+        goes on as it moves; None, it coasts. Raises ValueError on other words, a horizon that is
+        not whole steps, and a task without a plan.
+        """
+        problem = self.problem(state, params)
+        scene, robot = problem.scene, None
+        if plan == "script":
+            scene, robot = self.scene(params), self.plan(state, time, params, horizon)
+        elif plan == "hold":
+            robot = Plan.hold(scene, state, horizon)
+        elif plan is not None:
+            raise ValueError(f"plan is {plan!r}, expected 'script', 'hold' or None")
+        captured = self.captured_throughout(params)
+        changes = {"scene": scene, "horizon": horizon, "plan": robot, "effector": "coast"}
+        future: Problem = problem.replace(captured=captured, **changes)
+        return future
+
+    @property
+    def steps(self) -> int:
+        """Simulation steps of a trajectory."""
+        return round(self.length / self.step)
+
+    def rollout(
+        self,
+        seed: int,
+        frames: int = 10,
+        *,
+        timeout: float | None = None,
+        cancel: Cancel | None = None,
+    ) -> Trajectory:
+        """One trajectory, with frames evenly spaced over it, from its start to its end.
+
+        The same for the same seed. Raises ValueError on a negative seed, or frames that are not
+        from 2 to the number of steps and the start; TimeoutError after `timeout` [s], Cancelled
+        once `cancel` is set.
+        """
+        limit = Limit(timeout, cancel)
+        random = np.random.default_rng(whole_number("seed", seed, 0))
+        frames = whole_number("frames", frames, 2, self.steps + 1)
+        params = self.draw(random)
+        world = World(self.scene(params))
+        start = self.start(world, params, random)
+        drive = self.drive(params, random)
+
+        recorded = np.round(np.linspace(0, self.steps, frames)).astype(int)
+        simulation = _simulate(world, start, drive, recorded, limit)
+        captured, succeeded = self.labels(simulation.states, params)
+        captured_any, succeeded_any = self.labels_any(simulation.states, params)
+        return Trajectory(
+            times=simulation.times,
+            states=simulation.states,
+            contacts=simulation.contacts,
+            captured=captured,
+            success=bool(succeeded[-1]),
+            params=params,
+            seed=int(seed),
+            captured_any=captured_any,
+            success_any=None if succeeded_any is None else bool(succeeded_any[-1]),
+        )
+
+    def resume(
+        self,
+        state: NDArray[np.float64],
+        time: float,
+        params: Params,
+        seed: int,
+        times: ArrayLike,
+        *,
+        world: World | None = None,
+        timeout: float | None = None,
+        cancel: Cancel | None = None,
+    ) -> NDArray[np.float64]:
+        """The script goes on from a state at a time, with noise of its own.
+
+        Args:
+            state: from which it goes on, shape (n,).
+            time: of the script at that state [s].
+            params: those of the trajectory.
+            seed: of the noise. A drive is drawn for the whole trajectory, and used from `time` on.
+            times: at which states are recorded, rising from `time` to at most `length` [s],
+                shape (K,).
+            world: of the scene of these params; None makes one.
+            timeout: TimeoutError after so many seconds.
+            cancel: Cancelled once it is set.
+
+        Returns the states at `times`, shape (K, n). Raises ValueError on other times.
+        """
+        limit = Limit(timeout, cancel)
+        first, *recorded = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
+        rising = np.diff([first, *recorded]) > 0
+        if not (recorded and rising.all() and first >= 0 and recorded[-1] <= self.steps):
+            raise ValueError(
+                f"times is {np.asarray(times).tolist()}, expected to rise from after {time:g} s "
+                f"to at most {self.length:g} s, the task's length"
+            )
+        drive = self.drive(params, np.random.default_rng(whole_number("seed", seed, 0)))
+        return _simulate(
+            World(self.scene(params)) if world is None else world,
+            state,
+            drive.between(first, recorded[-1]),
+            np.array(recorded) - first,
+            limit,
+        ).states
+
+    def labels(
+        self, states: NDArray[np.float64], params: Params, *, scene: Scene | None = None
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Whether each state, shape (N, n), lies in its own capture set and in the success set.
+
+        Two arrays of shape (N,). Of several objects, all are to be in theirs. `scene`, that of
+        these params, saves making one.
+        """
+        layout = self.scene(params) if scene is None else scene
+        captured = [all_inside(self.captured(state, params), layout, state) for state in states]
+        return np.array(captured, dtype=bool), all_inside(self.succeeded(params), layout, states)
+
+    def labels_any(
+        self, states: NDArray[np.float64], params: Params, *, scene: Scene | None = None
+    ) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
+        """Whether at least one object lies in its capture set, and in its success set.
+
+        As `labels`; None where there is one set for all objects.
+        """
+        layout = self.scene(params) if scene is None else scene
+        captured = [any_inside(self.captured(state, params), layout, state) for state in states]
+        return (
+            None if any(one is None for one in captured) else np.array(captured, dtype=bool),
+            any_inside(self.succeeded(params), layout, states),
+        )
+
+
+class FrictionTask(ScriptedTask):
+    """A scripted task whose friction is a parameter, or else drawn for each trajectory."""
+
+    friction_range: tuple[float, float]
+    """Of the draw."""
+
+    def __init__(self, friction: float | None, effector: str) -> None:
+        """`friction`: a positive coefficient, or None; raises ValueError on others."""
+        super().__init__(effector)
+        self._friction = None if friction is None else positive_number("friction", friction)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The keywords that make this task again."""
+        return {"friction": self._friction, "effector": self._effector}
+
+    def draw(self, random: np.random.Generator) -> dict[str, float]:
+        """The friction, if the task leaves it open; it takes one draw either way."""
+        friction = random.uniform(*self.friction_range)
+        return {"friction": friction if self._friction is None else self._friction}
+
+
+def drawn(name: str, params: Params | None, own: float | None) -> float:
+    """A parameter of a trajectory, or else the task's own value; ValueError if neither is given."""
+    value = (params or {}).get(name, own)
+    if value is None:
+        raise ValueError(
+            f"the {name} is drawn for each trajectory: "
+            f"pass params=trajectory.params, or make the task with a {name}"
+        )
+    return value
+
+
+def _simulate(
+    world: World,
+    state: NDArray[np.float64],
+    drive: Drive,
+    record: NDArray[np.int64],
+    limit: Limit,
+) -> Simulation:
+    """One simulation to the last of the steps that are recorded, from 0, the state itself."""
+    return world.simulate(
+        state,
+        int(record[-1]),
+        drives=drive.wrenches,
+        targets=drive.targets,
+        record=record.tolist(),
+        **limit.rest(),
+    )
