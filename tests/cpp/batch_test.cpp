@@ -132,6 +132,11 @@ TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveThei
   EXPECT_EQ(row.curves.at("probability").probabilities, found.all.curve);
   EXPECT_EQ(row.times.count("probability/success"), 0u);
 
+  own.undisturbed = false;  // as in a batch, whose rows do not have it
+  const CaptureProbability random = capture_probability(problem, own);
+  EXPECT_EQ(random.all.curve, found.all.curve);
+  EXPECT_LT(random.steps, found.steps);
+
   asked.common_random_numbers = true;
   own.seed = 11;
   own.success = true;

@@ -134,12 +134,12 @@ TEST_P(Effort, ObjectThatIsOutsideAlreadyNeedsNoEffort) {
 }
 
 TEST_P(Effort, SameSeedGivesTheSameBitsAndAnotherSeedAnotherTree) {
-  const Escape one = escape(push(), 200, 7);
-  const Escape same = escape(push(), 200, 7);
+  const Escape one = escape(lift(0.2), 200, 7);
+  const Escape same = escape(lift(0.2), 200, 7);
   EXPECT_TRUE(same_bits(one.tree, same.tree));
   EXPECT_EQ(one.history, same.history);
   EXPECT_EQ(one.path, same.path);
-  EXPECT_FALSE(same_bits(one.tree, escape(push(), 200, 8).tree));
+  EXPECT_FALSE(same_bits(one.tree, escape(lift(0.2), 200, 8).tree));
 }
 
 TEST_P(Effort, StartOutsideOfTheBoundsIsRejected) {

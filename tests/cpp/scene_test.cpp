@@ -49,6 +49,36 @@ TEST(Scene, BodyThatCannotBeIsRejectedByNameArgumentAndValue) {
   EXPECT_TRUE(rejects(adding([](Body& b) { b.name = ""; }), {"name", "empty"}));
 }
 
+TEST(Scene, BodyWithAnotherFrictionAndMassIsInACopy) {
+  const Scene scene = push_scene();
+  const Scene other = scene.with_body("object", 0.7, 3.0);
+  EXPECT_EQ(other.body("object").friction, 0.7);
+  EXPECT_EQ(other.body("object").mass, 3.0);
+  EXPECT_EQ(other.body("effector").mass, scene.body("effector").mass);
+  EXPECT_EQ(scene.body("object").mass, 1.0);
+  const double ratio =
+      other.body("object").principal_inertial().moments.x() / scene.body("object").principal_inertial().moments.x();
+  EXPECT_NEAR(ratio, 3.0, 1e-12);
+}
+
+TEST(Scene, InertiaThatWasGivenGrowsWithTheMass) {
+  Body block = body("block", Box{}, 2.0, Vector3::Zero(), Role::object);
+  block.inertial = Inertial{Vector3(0.0, 0.0, 0.1), Vector3(1.0, 2.0, 2.5)};
+  Scene scene;
+  scene.add_body(block);
+  const Body heavier = scene.with_body("block", std::nullopt, 3.0).body("block");
+  EXPECT_TRUE(heavier.inertial->moments.isApprox(Vector3(1.5, 3.0, 3.75)));
+  EXPECT_EQ(heavier.inertial->center, Vector3(0.0, 0.0, 0.1));
+}
+
+TEST(Scene, BodyThatCannotBeChangedSoIsRejected) {
+  const Scene scene = push_scene();
+  EXPECT_TRUE(rejects([&] { scene.with_body("cup", 0.1, std::nullopt); }, {"'cup'"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("object", -0.1, std::nullopt); }, {"'object'", "friction is -0.1"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("object", std::nullopt, 0.0); }, {"mass is 0"}));
+  EXPECT_TRUE(rejects([&] { scene.with_body("table", std::nullopt, 1.0); }, {"mass of 'table' is 1", "fixed"}));
+}
+
 TEST(Scene, NameIsTakenOnlyOnce) {
   Scene scene = push_scene();
   EXPECT_TRUE(rejects([&] { scene.add_body(fixed("table", Plane{})); }, {"name", "'table'", "no other body"}));

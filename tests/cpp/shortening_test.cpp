@@ -80,6 +80,35 @@ TEST(Shortening, BodyThatLeavesByItselfNeedsNoEffort) {
   }
 }
 
+TEST(Shortening, WaitFindsABodyThatLeavesAfterManyEdges) {
+  Problem problem = drift();
+  problem.state.segment<3>(7) = Vector3(0.06, 0.0, 0.0);  // its velocity
+  BoundedProblem bounded(problem, &problem.captured, 100, 0);
+  Shortening shortening(bounded, largest_edge(problem), 1);
+  EXPECT_TRUE(shortening.wait());
+  EXPECT_EQ(bounded.bound(), 0.0);
+  EXPECT_GT(bounded.nodes(), 1);
+  EXPECT_LE(bounded.nodes(), 10);
+}
+
+TEST(Shortening, WaitOfABodyAtRestEndsAtOnce) {
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, &problem.captured, 100, 0);
+  Shortening shortening(bounded, largest_edge(problem), 1);
+  EXPECT_FALSE(shortening.wait());
+  EXPECT_EQ(bounded.nodes(), 1);
+  EXPECT_TRUE(bounded.at_rest(1));
+}
+
+TEST(Shortening, GuessLeadsOutWithoutAPlanner) {
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, &problem.captured, 300, 0);
+  Shortening shortening(bounded, largest_edge(problem), 1);
+  while (!bounded.spent() && !shortening.guess()) continue;
+  EXPECT_TRUE(bounded.escaped(shortening.end()));
+  EXPECT_EQ(bounded.cost(shortening.end()), bounded.bound());
+}
+
 TEST(Shortening, MakesTheEffortSmallerForTheSameNodes) {
   for (const char* planner : {"est", "rrt"}) {
     EffortOptions options{planner, 1000, 4};

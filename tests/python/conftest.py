@@ -12,11 +12,53 @@ settings.register_profile("fuzz", deadline=None, max_examples=3000, print_blob=T
 settings.load_profile("test")
 
 
-@pytest.fixture(scope="module")
+def pytest_collection_modifyitems(items):
+    """Files with tests in a browser come last: Playwright keeps an event loop in this thread, and
+    other tests need one of their own."""
+    in_browser = {item.path for item in items if "chromium" in item.fixturenames}
+    items.sort(key=lambda item: item.path in in_browser)
+
+
+@pytest.fixture(scope="session")
 def chromium():
-    """The browser of a file's tests. Playwright keeps an event loop while it is open, so others
-    that need one in the same process come after it."""
+    """The browser of all tests in a process."""
     from energymargin.viewer.browser import headless_page
 
     with headless_page() as page:
         yield page.context.browser
+
+
+@pytest.fixture(scope="session")
+def topple():
+    """A small dataset: 2 trajectories of 3 frames."""
+    from energymargin import datasets
+
+    return datasets.generate("topple", trajectories=2, frames=3, seed=0)
+
+
+@pytest.fixture(scope="session")
+def topple_scores(topple):
+    """Its scores with the settings of the tests of stores."""
+    from stores import SETTINGS
+
+    import energymargin as em
+
+    return em.score(topple.problems(), settings=SETTINGS)
+
+
+@pytest.fixture(scope="session")
+def pushes_report(tmp_path_factory):
+    """A folder with a dataset of 12 pushes, its scores, and their report."""
+    from reports import pushes
+
+    folder = tmp_path_factory.mktemp("report")
+    pushes(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def mesh_cache(tmp_path_factory):
+    """The cache folder of a file's tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ENERGYMARGIN_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield

@@ -5,7 +5,7 @@ import hashlib
 import json
 import sqlite3
 
-from energymargin.settings import ALGORITHM
+from energymargin.scoring.settings import ALGORITHM
 
 TABLES = """
 CREATE TABLE settings (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;

@@ -2,7 +2,7 @@
 
 import math
 
-from energymargin.published.planar import COLUMNS
+from energymargin.published.task import COLUMNS
 from energymargin.published.topple import PublishedTopple
 
 FRAMES = 4

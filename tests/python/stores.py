@@ -1,9 +1,43 @@
-"""Files of scores, looked at from outside while others write them: for tests."""
+"""Stores in tests: settings, a run that stops, and files that are read while others write them."""
 
 import sqlite3
 import time
 
+import numpy as np
+
+from energymargin.scoring.settings import SearchSettings
 from energymargin.store import ScoreStore
+
+NODES, SEED = 20, 3
+SETTINGS = SearchSettings(nodes=NODES, seed=SEED, search="published")  # as older files
+
+
+class Stop(Exception):
+    pass
+
+
+def stop_after(count):
+    """A progress that ends the run once so many states are scored."""
+
+    def progress(done, _total):
+        if done >= count:
+            raise Stop
+
+    return progress
+
+
+class Counts(list):
+    """A progress that notes each count."""
+
+    def __call__(self, *count):
+        self.append(count)
+
+
+def same(found, table):
+    """Whether scores by metric are those of a table, to the last bit."""
+    return set(found) == set(table.scores) and all(
+        np.array_equal(found[metric], table[metric]) for metric in found
+    )
 
 
 def scores(path, run=None):

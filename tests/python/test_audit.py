@@ -96,13 +96,6 @@ def test_stopped_it_writes_what_is_done(tmp_path: Path):
     assert "Errors by cause" in (tmp_path / "audit.md").read_text()
 
 
-def test_the_command_names_an_unknown_task(tmp_path: Path):
-    command = ["reproduce", "audit", "--tasks", "juggle", "-o", str(tmp_path)]
-    result = CliRunner().invoke(app, command)
-    assert result.exit_code == 2
-    assert "juggle" in result.output
-
-
 def robot_and_box() -> em.Scene:
     """A box on a floor; a hand that floats and turns a finger."""
     scene = em.Scene()

@@ -75,9 +75,3 @@ def test_the_command_writes_its_files_and_says_where(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     names = {path.name for path in tmp_path.iterdir()}
     assert {"bowl.md", "bowl.csv", "bowl.png", "bowl.obj", "problem.json"} <= names
-
-
-def test_the_command_refuses_no_samples(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["reproduce", "bowl", "--samples", "0", "-o", str(tmp_path)])
-    assert result.exit_code == 2
-    assert "samples is 0" in result.output

@@ -5,7 +5,7 @@ import pytest
 
 from energymargin import Scene, Sphere, datasets, regions, stream, tasks
 from energymargin.evaluation.labelled import captured_labels
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 from energymargin.tasks import Drive, ScriptedTask
 from energymargin_paper.ceiling import (

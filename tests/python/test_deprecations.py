@@ -83,6 +83,25 @@ def test_the_curves_are_still_where_they_were():
         assert curves.roc is importlib.import_module("energymargin.evaluation.curves").roc
 
 
+@pytest.mark.parametrize(
+    ("module", "names", "home"),
+    [
+        ("settings", "ALGORITHM ALGORITHM_IMPROVED SEARCHES algorithm", "scoring.settings"),
+        ("settings", "SearchSettings", ""),
+        ("scoring", "chosen_metrics require_objects", "scoring.problem_metrics"),
+        ("scoring", "run_all", "scoring.batch"),
+        ("tasks.base", "Drive FrictionTask ScriptedTask drawn", "tasks.scripted"),
+        ("tasks.base", "Regions", "tasks.object_sets"),
+    ],
+)
+def test_names_of_modules_that_moved_are_still_there(module, names, home):
+    before = importlib.import_module(f"energymargin.{module}")
+    now = importlib.import_module(f"energymargin.{home}".rstrip("."))
+    for name in names.split():
+        with pytest.warns(DeprecationWarning, match=rf"{module}\.{name} is .*\.{name}$"):
+            assert getattr(before, name) is getattr(now, name)
+
+
 @pytest.mark.parametrize("module", MOVED)
 def test_every_name_that_moved_is_still_there(module):
     for name in MOVED[module].split():
@@ -133,3 +152,27 @@ def test_a_docstring_and_an_error_of_a_score_are_those_of_the_compiled_module():
     assert energymargin.capture_score.__doc__ == energymargin._core.capture_score.__doc__
     with pytest.raises(ValueError, match="nodes is 'a', expected a whole number"):
         energymargin.capture_score(problem(), nodes="a")
+
+
+def test_a_run_of_a_store_is_given_by_name(tmp_path):
+    load = energymargin.store.load
+    with (
+        pytest.warns(DeprecationWarning, match="load with run by position .*: use run=...$"),
+        pytest.raises(FileNotFoundError),
+    ):
+        load(tmp_path / "none.db", 1)
+    export = energymargin.store.export
+    with (
+        pytest.warns(DeprecationWarning, match="export with run by position .*: use run=...$"),
+        pytest.raises(FileNotFoundError),
+    ):
+        export(tmp_path / "none.db", tmp_path / "scores.csv", 1)
+
+
+def test_a_future_of_a_datasets_problems_is_given_by_name():
+    dataset = energymargin.datasets.generate("push", trajectories=1, frames=2)
+    with pytest.warns(DeprecationWarning, match="problems with future by position") as warned:
+        (late,) = dataset.problems([0], energymargin.datasets.Future(1))
+    assert warned[0].filename == __file__
+    (by_name,) = dataset.problems([0], future=energymargin.datasets.Future(1))
+    assert late.to_json() == by_name.to_json()

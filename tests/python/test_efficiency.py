@@ -56,7 +56,6 @@ def test_the_time_is_the_mean_of_the_seconds_in_the_store(result, folder):
     assert {(run.nodes, run.seed): run.values["seconds"] for run in result.runs} == pytest.approx(
         seconds
     )
-    assert result.mean_sd(10, "seconds")[0] > result.mean_sd(5, "seconds")[0]
 
 
 def test_it_goes_on_from_an_interruption_to_the_same_scores_and_keeps_the_times(result, tmp_path):
@@ -76,7 +75,7 @@ def test_it_goes_on_from_an_interruption_to_the_same_scores_and_keeps_the_times(
 
 def test_mean_and_deviation_are_those_of_the_seeds():
     values = [dict.fromkeys(efficiency.QUANTITIES, auc) for auc in (0.8, 0.9, 1.0)]
-    runs = [efficiency.Run(10, seed, own) for seed, own in enumerate(values)]
+    runs = [efficiency.Measurement(10, seed, own) for seed, own in enumerate(values)]
     made = efficiency.Efficiency(replace(SMALL, nodes=(10,), seeds=3), runs)
     assert made.mean_sd(10, "success_auc") == pytest.approx((0.9, 0.1))
     assert "0.900 ± 0.100" in made.to_markdown()
@@ -99,19 +98,3 @@ def test_the_papers_curve_is_drawn_beside_ours(result):
     assert len(left.containers) == 4 and len(right.containers) == 2
     (time,) = (drawn for drawn in right.containers if drawn.get_label() == "paper: time")
     assert time.lines[0].get_ydata().tolist() == [0.0237, 0.0608, 0.1938, 1.7498]
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--nodes", "many"], "nodes has 'many'"),
-        (["--nodes", "5,5"], "nodes is [5, 5], expected some numbers, each once"),
-        (["--seeds", "0"], "seeds is 0"),
-        (["--trajectories", "1"], "trajectories is 1"),
-        (["--trajectories", "2"], "expected so many that some fail and some succeed"),
-    ],
-)
-def test_what_cannot_be_is_refused(options, words, tmp_path):
-    command = ["reproduce", "efficiency", *options, "-o", str(tmp_path / "new")]
-    result = CliRunner().invoke(app, command)
-    assert result.exit_code == 2 and words in " ".join(result.output.split())

@@ -13,7 +13,7 @@ from clusters import Cluster
 
 import energymargin as em
 from energymargin.executors import Dask, Processes, Threads
-from energymargin.executors.chunks import POLL, PoolSession
+from energymargin.executors.pool import POLL, PoolSession
 
 NODES, SEED = 60, 5
 

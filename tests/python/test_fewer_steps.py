@@ -11,7 +11,7 @@ import energymargin as em
 from energymargin.cli import app
 from energymargin.store import ScoreStore, score_dataset
 from energymargin_paper import fewer_steps
-from energymargin_paper.fewer_steps_options import OPTIONS
+from energymargin_paper.fewer_steps import OPTIONS
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_the_study_keeps_its_runs_and_goes_on_to_the_same_scores(tmp_path):
 def test_the_gain_is_the_height_above_the_plain_curve_at_as_many_steps():
     def run(option, rollouts, steps, auc):
         job = fewer_steps.Job("0", "push", 2, option, rollouts, 0)
-        return fewer_steps.Run(job, 1.0, steps, {"capture": (auc, 0.5)}, {})
+        return fewer_steps.Measurement(job, 1.0, steps, {"capture": (auc, 0.5)}, {})
 
     runs = [
         run("ends alone", 10, 100.0, 0.8),
@@ -141,15 +141,3 @@ def test_the_gain_is_the_height_above_the_plain_curve_at_as_many_steps():
     assert result.gain(point).tolist() == [[pytest.approx(0.88 - 0.85), 0.0]]
     for plain in result.curve("push", "capture", "ends alone"):
         assert result.gain(plain).tolist() == [[pytest.approx(0.0, abs=1e-12), 0.0]]
-
-
-def test_the_study_refuses_what_cannot_be(tmp_path):
-    for wrong, words in {
-        ("--tasks", "juggle"): "tasks has 'juggle'",
-        ("--seeds", "0"): "seeds is 0",
-        ("--rollouts", "few"): "rollouts has 'few'",
-        ("--trajectories", "1"): "trajectories is 1",
-    }.items():
-        command = ["reproduce", "fewer-steps", *SMALL, *wrong, "-o", str(tmp_path)]
-        result = CliRunner().invoke(app, command)
-        assert result.exit_code == 2 and words in result.output

@@ -58,7 +58,7 @@ def test_the_trees_that_are_drawn_are_those_of_the_scores(result, panels):
     problems = result.dataset.problems()
     for frame, ax in zip(result.frames, panels, strict=True):
         seed = em.stream(SMALL.seed, frame.state)
-        score = em.capture_score(problems[frame.state], SMALL.nodes, seed)
+        score = em.capture_score(problems[frame.state], nodes=SMALL.nodes, seed=seed)
         assert (score.capture, score.success) == (frame.capture, frame.success)
         (dots,) = (dots for dots in ax.collections if dots.get_gid() == "nodes")
         assert np.array_equal(dots.get_array(), score.tree.costs)
@@ -81,18 +81,3 @@ def test_the_command_writes_the_same_table_numbers_and_picture_again(tmp_path):
         written.append((tmp_path / "figure_quality.csv").read_text())
     assert written[0] == written[1]
     assert len(list(csv.DictReader(written[0].splitlines()))) == 6
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--nodes", "0"], "nodes is 0"),
-        (["--seed", "-1"], "seed is -1"),
-        (["--trajectories", "1"], "trajectories is 1"),
-        (["--trajectories", "2"], "expected so many that some fail and some succeed"),
-    ],
-)
-def test_what_cannot_be_is_refused(options, words, tmp_path):
-    command = ["reproduce", "figure-quality", *options, "-o", str(tmp_path / "new")]
-    result = CliRunner().invoke(app, command)
-    assert result.exit_code == 2 and words in " ".join(result.output.split())

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from energymargin import datasets, tasks
 from energymargin.cli import app
 from energymargin.tasks import ScriptedTask
-from energymargin_paper import foresight
-from energymargin_paper.foresight_text import NAMES, Settings, TaskForesight
+from energymargin_paper import foresight, probabilities
+from energymargin_paper.foresight import NAMES, Settings, TaskForesight
 
 pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
 
@@ -110,7 +110,7 @@ def test_the_undisturbed_script_tells_when_a_push_is_lost() -> None:
         trajectory = task.rollout(seed)
         now, *later = trajectory.times[3:7]
         problem = task.future(trajectory.states[3], now, trajectory.params, later[-1] - now)
-        shares, steps = foresight.nominal(problem, np.array(later) - now)
+        shares, steps = probabilities.nominal(problem, np.array(later) - now)
         assert steps == 200 and set(shares) <= {0.0, 1.0}
         stays = np.logical_and.accumulate(trajectory.captured[3:7])[1:]
         right += list(np.array(shares) == stays)
@@ -119,7 +119,7 @@ def test_the_undisturbed_script_tells_when_a_push_is_lost() -> None:
 
 def test_a_curve_is_read_at_the_last_look_before_a_frame() -> None:
     times, curve = np.array([0.0, 0.1, 0.2]), np.array([1.0, 0.8, 0.5])
-    shares = foresight.share_by_frame(times, curve, np.array([0.05, 0.1, 0.15, 0.2]))
+    shares = probabilities.share_by_frame(times, curve, np.array([0.05, 0.1, 0.15, 0.2]))
     assert shares == [1.0, 0.8, 0.8, 0.5]
 
 
@@ -129,7 +129,7 @@ def test_a_learner_foresees_trajectories_that_it_has_not_seen() -> None:
     states = random.normal(size=(400, 3))
     stays = states[:, 0] > 0
     counts = random.uniform(size=400) < 0.9
-    found = foresight.learned(states, stays, trajectory, counts, seed=0)
+    found = probabilities.learned(states, stays, trajectory, counts, seed=0)
     assert np.array_equal(np.isnan(found), ~counts)
     assert np.mean((found[counts] > 0.5) == stays[counts]) > 0.95
 
@@ -139,7 +139,7 @@ def test_a_learner_cannot_remember_a_trajectory() -> None:
     trajectory = np.repeat(np.arange(200), 4)  # each has one state, and a label by chance
     states = random.normal(size=(200, 3))[trajectory]
     stays = (random.uniform(size=200) < 0.5)[trajectory]
-    found = foresight.learned(states, stays, trajectory, np.ones(800, dtype=bool), seed=0)
+    found = probabilities.learned(states, stays, trajectory, np.ones(800, dtype=bool), seed=0)
     assert 0.35 < np.mean((found > 0.5) == stays) < 0.65
 
 

@@ -12,9 +12,8 @@ import pytest
 
 import energymargin as em
 from energymargin import datasets, tasks
-from energymargin.datasets.generation_to_file import trajectories_kept
-from energymargin.datasets.parts import Parts, folder_of
-from energymargin.datasets.rollouts import Request
+from energymargin.datasets.generation import trajectories_kept
+from energymargin.datasets.shards import Request, ShardFolder, folder_of
 from energymargin.executors.processes import ProcessPool
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
@@ -90,15 +89,11 @@ def test_ctrl_c_says_what_is_kept_and_the_same_command_goes_on(whole, tmp_path):
     path = tmp_path / "topple.h5"
     process = command(path, COUNT, "--processes", 2)
     wait_for(lambda: trajectories_kept(path) >= 50, process)
-    sent = time.monotonic()
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)
-    latency = time.monotonic() - sent
-    print(f"stopped after {latency:.3f} s")
-    assert latency < 2.0  # 0.2 s is what it takes; a busy machine may need longer
     assert process.returncode == 130 and "Traceback" not in stderr
     said = re.search(rf"(\d+) of {COUNT} trajectories are kept beside topple\.h5", stderr)
-    assert int(said[1]) == trajectories_kept(path) >= 50
+    assert COUNT > int(said[1]) == trajectories_kept(path) >= 50
     again = command(path, COUNT, "--processes", 1)
     _, stderr = again.communicate(timeout=60)
     assert again.returncode == 0 and f"Wrote {COUNT} trajectories" in stderr, stderr
@@ -145,8 +140,8 @@ def test_a_run_that_got_no_trajectory_leaves_nothing(tmp_path):
 def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
     path = tmp_path / "topple.h5"
     dataset = datasets.generate("topple", trajectories=3, seed=4)
-    with Parts(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
-        parts.keep(0, next(dataset._blocks()))
+    with ShardFolder(path, Request.of(tasks.make("topple"), 10, seed=4)) as parts:
+        parts.add(0, next(dataset._blocks()))
     with pytest.raises(ValueError, match=r"\.topple\.h5\.parts holds .* seed: 4 there, 5 now"):
         generate(path, trajectories=6, seed=5)
     assert trajectories_kept(path) == 3
@@ -155,7 +150,7 @@ def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
 
 def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
     with (
-        Parts(tmp_path / "topple.h5", Request.of(tasks.make("topple"), 10, seed=4)),
+        ShardFolder(tmp_path / "topple.h5", Request.of(tasks.make("topple"), 10, seed=4)),
         pytest.raises(ValueError, match="another process is generating"),
     ):
         generate(tmp_path / "topple.h5")

@@ -14,6 +14,7 @@ ROOMS = (
     "problem_io",
     "search",
     "quasistatic",
+    "bounds",
     "metrics",
 )
 FILES = sorted(

@@ -1,65 +1,24 @@
+"""Mesh files as convex parts with the mass properties of the mesh."""
+
 import logging
-import os
-import signal
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import numpy as np
 import pybullet_data
 import pytest
 import trimesh
+from mesh_files import angle, bars, has_inside, volume, written
 
 import energymargin as em
 from energymargin.meshes import convex, mesh
-from energymargin.meshes import files as mesh_files
 from energymargin.meshes.convex import cache_folder, corners
+from energymargin.meshes.files import MAX_CORNERS
 
 DATA = Path(pybullet_data.getDataPath())
-# An L of two bars, 0.2 m long, 0.05 m wide and 0.04 m high.
-OUTLINE = [(0, 0), (0.2, 0), (0.2, 0.05), (0.05, 0.05), (0.05, 0.2), (0, 0.2)]
 
-
-@pytest.fixture(scope="module", autouse=True)
-def kept(tmp_path_factory):
-    """The cache folder of these tests."""
-    folder = tmp_path_factory.mktemp("cache")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ENERGYMARGIN_CACHE", str(folder))
-        yield folder
-
-
-def written(tmp_path, mesh, name="solid.stl"):
-    mesh.export(tmp_path / name)
-    return tmp_path / name
-
-
-def bars():
-    low = [(x, y, 0.0) for x, y in OUTLINE]
-    high = [(x, y, 0.04) for x, y in OUTLINE]
-    top = [(6, 6 + i, 7 + i) for i in (1, 2, 3, 4)]
-    bottom = [(0, i + 1, i) for i in (1, 2, 3, 4)]
-    around = [(i, (i + 1) % 6) for i in range(6)]
-    sides = [face for a, b in around for face in ((a, b, a + 6), (b, b + 6, a + 6))]
-    return trimesh.Trimesh(low + high, top + bottom + sides)
-
-
-def angle(tmp_path, name="angle.stl"):
-    return written(tmp_path, bars(), name)
-
-
-def volume(compound):
-    """That of the parts together."""
-    return em.mass_properties(em.Compound(compound.parts)).volume
-
-
-def has_inside(part, point):
-    hull = trimesh.convex.convex_hull(part.shape.points)
-    return bool(
-        (hull.face_normals @ point <= (hull.face_normals * hull.triangles[:, 0]).sum(1)).all()
-    )
+pytestmark = pytest.mark.usefixtures("mesh_cache")
 
 
 @pytest.mark.parametrize("suffix", ["stl", "obj", "dae", "STL"])
@@ -182,7 +141,7 @@ def test_a_ball_of_many_points_becomes_one_of_few_that_is_as_round(tmp_path):
     assert len(corners(trimesh.creation.icosphere(4).vertices, 40)) == 40
 
 
-def test_parts_are_kept_so_that_a_mesh_is_taken_apart_once(tmp_path, monkeypatch):
+def test_parts_are_cached_so_that_a_mesh_is_taken_apart_once(tmp_path, monkeypatch):
     file = angle(tmp_path)
     first = mesh(file)
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("decomposed again"))
@@ -190,7 +149,7 @@ def test_parts_are_kept_so_that_a_mesh_is_taken_apart_once(tmp_path, monkeypatch
         assert np.array_equal(again.shape.points, was.shape.points)
 
 
-def test_the_same_mesh_gives_the_same_parts_wherever_they_are_kept(tmp_path, monkeypatch):
+def test_the_same_mesh_gives_the_same_parts_wherever_they_are_cached(tmp_path, monkeypatch):
     first = mesh(angle(tmp_path), threshold=0.2)
     monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path / "other"))
     for again, was in zip(mesh(angle(tmp_path), threshold=0.2).parts, first.parts, strict=True):
@@ -212,10 +171,10 @@ def test_a_cache_that_cannot_be_written_to_is_a_warning(tmp_path, monkeypatch, c
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("ENERGYMARGIN_CACHE", str(tmp_path / "file"))
     assert len(mesh(angle(tmp_path)).parts) >= 2
-    assert "not kept" in caplog.text
+    assert "not cached" in caplog.text
 
 
-def test_parts_are_kept_in_the_users_cache_folder(monkeypatch):
+def test_parts_are_cached_in_the_users_cache_folder(monkeypatch):
     monkeypatch.delenv("ENERGYMARGIN_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
     assert cache_folder() == Path("/somewhere/energymargin")
@@ -223,95 +182,13 @@ def test_parts_are_kept_in_the_users_cache_folder(monkeypatch):
     assert cache_folder() == Path.home() / ".cache" / "energymargin"
 
 
-def test_a_long_wait_is_told_of_in_the_log_and_nowhere_else(tmp_path, monkeypatch, caplog, capfd):
+def test_a_long_wait_is_logged_and_nowhere_else(tmp_path, monkeypatch, caplog, capfd):
     monkeypatch.setattr(convex, "PATIENCE", 0.0)
     with caplog.at_level(logging.WARNING, logger="energymargin"):
         mesh(angle(tmp_path), threshold=0.3)
     assert [r.levelname for r in caplog.records] == ["WARNING"]
     assert "angle.stl is still being decomposed" in caplog.text
     assert capfd.readouterr().out == ""
-
-
-def test_ctrl_c_ends_a_decomposition_at_once_and_leaves_no_process(tmp_path, monkeypatch):
-    started = []
-    run = subprocess.Popen
-
-    def remembered(*args, **kwargs):
-        started.append(run(*args, **kwargs))
-        return started[0]
-
-    monkeypatch.setattr(subprocess, "Popen", remembered)
-    pressed = []
-
-    def press():
-        while not started:
-            time.sleep(0.01)
-        time.sleep(0.5)
-        pressed.append(time.monotonic())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    threading.Thread(target=press).start()
-    with pytest.raises(KeyboardInterrupt):
-        mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01)  # a minute
-    assert time.monotonic() - pressed[0] < 0.2
-    assert started[0].poll() == -signal.SIGKILL
-
-
-@pytest.mark.parametrize("how", ["timeout", "cancel"])
-def test_a_decomposition_ends_at_its_limit_without_a_process_or_a_mesh(how, monkeypatch):
-    started = []
-    run = subprocess.Popen
-
-    def remembered(*args, **kwargs):
-        started.append(run(*args, **kwargs))
-        return started[-1]
-
-    monkeypatch.setattr(subprocess, "Popen", remembered)
-    cancel = em.Cancel()
-    threading.Timer(0.5, cancel.set).start()
-    limit = {"timeout": 0.5} if how == "timeout" else {"cancel": cancel}
-    error = TimeoutError if how == "timeout" else em.Cancelled
-    with pytest.raises(error, match=r"wheel\.stl was decomposed"):
-        mesh(DATA / "husky/meshes/wheel.stl", threshold=0.01, **limit)  # a minute
-    assert started[-1].poll() == -signal.SIGKILL
-
-
-# Says its child's number before it decomposes a mesh, which takes a minute.
-PARENT = """
-import subprocess, sys
-from energymargin.meshes import mesh
-
-run = subprocess.Popen
-
-def told(*args, **kwargs):
-    process = run(*args, **kwargs)
-    print(process.pid, args[0][-1], flush=True)
-    return process
-
-subprocess.Popen = told
-mesh(sys.argv[1], threshold=0.01)
-"""
-
-
-def runs(pid):
-    """Whether a process runs; one that nobody has waited for yet does not."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
-def test_a_killed_parent_leaves_no_process_and_no_folder(tmp_path):
-    environment = {**os.environ, "ENERGYMARGIN_CACHE": str(tmp_path), "TMPDIR": str(tmp_path)}
-    command = [sys.executable, "-c", PARENT, str(DATA / "husky/meshes/wheel.stl")]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as parent:
-        pid, folder = parent.stdout.readline().split()
-        assert runs(pid) and Path(folder).is_dir()
-        parent.kill()
-    while runs(pid):
-        time.sleep(0.02)
-    assert not Path(folder).exists()
 
 
 def test_a_failure_of_the_decomposition_names_the_file_and_the_way_out(tmp_path, monkeypatch):
@@ -378,104 +255,13 @@ def test_without_the_extra_the_error_says_what_to_install(tmp_path, monkeypatch)
 # Cavities
 
 
-def box(size, at=(0.0, 0.0, 0.0), *, inwards=False):
-    made = trimesh.creation.box((size,) * 3)
-    made.apply_translation(at)
-    if inwards:
-        made.invert()
-    return made
-
-
-def several(tmp_path, *surfaces):
-    return written(tmp_path, trimesh.util.concatenate(surfaces))
-
-
-@pytest.fixture
-def quick(monkeypatch):
-    """Other cuts than the best, in a part of the time."""
-    monkeypatch.setitem(convex.SEARCH, "mcts_iterations", 10)
-
-
-@pytest.mark.usefixtures("quick")
-def test_a_closed_mesh_with_a_cavity_is_a_shell_with_its_mass_and_a_ball_stays_inside(tmp_path):
-    shell = mesh(several(tmp_path, box(0.1), box(0.06, inwards=True)), threshold=0.5)
-    assert shell.solid.volume == pytest.approx(0.1**3 - 0.06**3)
-    moment = (0.1**5 - 0.06**5) / 6.0  # of one kg in a cubic metre
-    assert shell.solid.moments == pytest.approx([moment / (0.1**3 - 0.06**3)] * 3, rel=1e-5)
-    assert volume(shell) == pytest.approx(0.1**3 - 0.06**3, rel=0.1)
-    scene = em.Scene()
-    scene.add_body("shell", shell, mass=0)
-    scene.add_body("ball", em.Sphere(0.01), mass=0.1, role="object")
-    state = em.World(scene).rollout(scene.pack(), np.zeros(6), 0.5).state
-    assert scene.unpack(state)["ball"]["position"][2] == pytest.approx(-0.02, abs=2e-3)
-    turned = mesh(several(tmp_path, box(0.1, inwards=True), box(0.06)), decompose=False)
-    assert turned.solid.volume == pytest.approx(shell.solid.volume)
-
-
-@pytest.mark.usefixtures("quick")
-def test_a_cavity_that_the_parts_fill_is_refused_with_the_way_out(tmp_path, monkeypatch):
-    monkeypatch.setattr(mesh_files, "LEAST_THRESHOLD", 0.5)
-    monkeypatch.setattr(mesh_files, "FILLED", -1.0)
-    with pytest.raises(
-        ValueError, match=r"solid\.stl has a cavity .* fill .*em\.Compound of boxes"
-    ):
-        mesh(several(tmp_path, box(0.1), box(0.06, inwards=True)), threshold=0.5)
-
-
-@pytest.mark.parametrize(
-    ("surfaces", "message"),
-    [
-        ((box(0.1), box(0.06)), "within another that faces the same way"),
-        ((box(0.1, inwards=True), box(0.06, inwards=True)), "within another that faces the same"),
-        ((box(0.1), box(0.1)), "within another that faces the same way"),
-        ((box(0.1), box(0.06, (0.04, 0, 0), inwards=True)), "cross each other"),
-    ],
-)
-def test_surfaces_that_contradict_each_other_are_refused(tmp_path, surfaces, message):
-    (tmp_path / "solid.obj").write_text(objects(*surfaces))
-    with pytest.raises(ValueError, match=message):
-        mesh(tmp_path / "solid.obj")
-    (hull,) = mesh(tmp_path / "solid.obj", decompose=False).parts
-    assert len(hull.shape.points) == 8 or len(hull.shape.points) == 12
-
-
-def objects(*surfaces):
-    """An OBJ file's text, with an object for each surface."""
-    lines, start = [], 1
-    for i, surface in enumerate(surfaces):
-        lines += [f"o {i}", *(f"v {x} {y} {z}" for x, y, z in surface.vertices)]
-        lines += ["f " + " ".join(str(int(v) + start) for v in face) for face in surface.faces]
-        start += len(surface.vertices)
-    return "\n".join(lines)
-
-
-@pytest.mark.parametrize("inwards", [False, True])
-def test_two_bodies_in_one_file_are_two_parts_whichever_way_one_faces(tmp_path, inwards):
-    both = mesh(several(tmp_path, box(0.1), box(0.1, (0.5, 0, 0), inwards=inwards)))
-    assert len(both.parts) == 2
-    assert both.solid.volume == pytest.approx(2e-3)
-    assert both.solid.center == pytest.approx([0.25, 0, 0])
-
-
-def test_a_cavity_in_a_mesh_with_holes_is_refused(tmp_path):
-    outer = trimesh.creation.icosphere(2, radius=0.05)
-    outer.update_faces(np.arange(len(outer.faces)) > 9)
-    inner = trimesh.creation.icosphere(2, radius=0.04)
-    inner.invert()
-    with pytest.raises(ValueError, match="has a cavity and holes"):
-        mesh(several(tmp_path, outer, inner))
-
-
-# A face of many corners
-
-
 def disc(count):
     return [(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, count, endpoint=False)]
 
 
 @pytest.mark.parametrize("continued", [" ", " \\\n"])
 def test_a_face_of_too_many_corners_is_refused_before_it_is_read(tmp_path, continued):
-    count = mesh_files.MAX_CORNERS + 1
+    count = MAX_CORNERS + 1
     points = [f"v {x} {y} 0" for x, y in disc(count)]
     face = "f " + continued.join(str(i + 1) for i in range(count))
     path = spoiled(tmp_path, "disc.obj", "\n".join([*points, face]))

@@ -196,18 +196,20 @@ def test_the_command_writes_table_numbers_and_picture(tmp_path):
     assert sum(row["source"] == "paper" for row in rows) == 18
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--levels", "some"], "levels has 'some', expected numbers"),
-        (["--levels", "0,2"], "levels has 2.0, expected numbers from 0 to 1"),
-        (["--levels", "0,nan"], "levels has nan"),
-        (["--draws", "0"], "draws is 0"),
-        (["--nodes", "0"], "nodes is 0"),
-        (["--trajectories", "2"], "expected so many that some fail and some succeed"),
-    ],
-)
-def test_what_cannot_be_is_refused(options, words, tmp_path):
-    command = ["reproduce", "perturbation", *options, "-o", str(tmp_path / "new")]
-    result = CliRunner().invoke(app, command)
-    assert result.exit_code == 2 and words in " ".join(result.output.split())
+def test_beliefs_regain_some_of_what_errors_cost_and_go_on_from_a_stop(tmp_path):
+    settings = replace(SMALL, levels=(0.0,), draws=1, belief=True, particles=2, reference=2)
+    done = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
+    assert [one.kind for one in done.regained] == ["position", "velocity"]
+    for one in done.regained:
+        for ap in (one.wrong, one.belief, one.reference):
+            assert ap.shape == (1,) and 0 < ap[0] <= 1
+    assert "## With a belief of the errors" in done.to_markdown()
+    sources = [row["source"] for row in csv.DictReader(done.to_csv().splitlines())]
+    assert sources.count("belief") == sources.count("reference") == 2
+    lines = (tmp_path / "beliefs.jsonl").read_text().splitlines()
+    assert len(lines) == 2 * 2 * settings.trajectories
+    (tmp_path / "beliefs.jsonl").write_text("\n".join(lines[:5]) + "\n")
+    again = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
+    assert again.to_csv() == done.to_csv()
+    names = [name for name, _ in perturbation.STUDY.figures(done)]
+    assert names == ["perturbation.png", "perturbation_belief.png"]

@@ -18,7 +18,7 @@ from energymargin import (
     tasks,
 )
 from energymargin.outlines import shape_parts
-from energymargin.plots.sets import lost_objects
+from energymargin.plots.scenes import lost_objects
 from energymargin.tasks.scoop import CAPTURE_AHEAD, CAPTURE_HEIGHT, LENGTH, RAMP
 
 
@@ -37,7 +37,7 @@ def drawn(task, trajectory):
     problem = task.problem(trajectory.states[0])
     score = capture_score(problem, nodes=40, seed=0)
     ax = Figure().subplots()
-    plots.plot_state(problem, score, ax, path=False, limits=((-1, 3), (-1, 2)))
+    plots.plot_state(problem, score, ax=ax, path=False, limits=((-1, 3), (-1, 2)))
     return problem, score, ax
 
 
@@ -79,7 +79,7 @@ def test_a_spatial_task_is_drawn_from_the_side_with_all_its_links():
     problem = task.problem(task.scene({"friction": 0.5, "clench": 1.0}).pack())
     score = capture_score(problem, nodes=5, seed=0)
     ax = Figure().subplots()
-    plots.plot_state(problem, score, ax, plane=task.plane)
+    plots.plot_state(problem, score, ax=ax, plane=task.plane)
     outlines = [patch for patch in ax.patches if not (patch.get_fill() or patch.get_gid())]
     assert len(outlines) == len(problem.scene.bodies)
     assert ax.get_ylabel() == "z [m]"
@@ -103,7 +103,7 @@ def test_the_capture_set_is_filled_where_it_is(task, trajectory):
     state[problem.scene.slice("effector")][7:13] = 0.0  # at rest: a disc of radius 0.855 m
     problem = task.problem(state)
     ax = Figure().subplots()
-    plots.plot_state(problem, capture_score(problem, nodes=5), ax, limits=((-1, 3), (-1, 2)))
+    plots.plot_state(problem, capture_score(problem, nodes=5), ax=ax, limits=((-1, 3), (-1, 2)))
     assert filled_area(ax, plots.CAPTURED_COLOR) == pytest.approx(np.pi * 0.855**2, rel=0.02)
 
 
@@ -145,7 +145,7 @@ def several():
     problem = task.problem(trajectory.states[3], trajectory.params)
     score = capture_score(problem, nodes=20, seed=0)
     ax = Figure().subplots()
-    plots.plot_state(problem, score, ax, plane=("x", "z"), path=False, limits=((0, 1), (0, 0.3)))
+    plots.plot_state(problem, score, ax=ax, plane=("x", "z"), path=False, limits=((0, 1), (0, 0.3)))
     own = task.captured(problem.state, trajectory.params)
     return problem, score, ax, own
 
@@ -274,4 +274,4 @@ def test_a_long_thin_view_is_drawn(task, trajectory):
 def test_a_scale_or_a_seed_that_cannot_be_is_named(drawn, options, words):
     problem, score, _ = drawn
     with pytest.raises(ValueError, match=words):
-        plots.plot_state(problem, score, Figure().subplots(), ghosts=1, **options)
+        plots.plot_state(problem, score, ax=Figure().subplots(), ghosts=1, **options)

@@ -19,7 +19,7 @@ from energymargin import (
     tasks,
 )
 from energymargin.outlines import object_centers, outlines_of, plane_for
-from energymargin.plots.sets import sets_of
+from energymargin.plots.scenes import sets_of
 from energymargin.tasks.base import plane_of
 
 
@@ -32,7 +32,7 @@ def drawn(request):
     problem = task.problem(trajectory.states[frame], trajectory.params, trajectory.contacts[frame])
     score = capture_score(problem, nodes=60, seed=0)
     escape = escape_effort(problem, nodes=60, seed=0)
-    ax = plots.plot_state(problem, score, Figure().subplots(), escape=escape)
+    ax = plots.plot_state(problem, score, ax=Figure().subplots(), escape=escape)
     return task, problem, score, escape, ax
 
 
@@ -77,7 +77,7 @@ def test_the_path_drawn_goes_from_the_start_to_the_escape_node(drawn):
 
 def test_the_path_of_a_capture_score_ends_at_its_cheapest_node_outside(drawn):
     _, problem, score, _, _ = drawn
-    ax = plots.plot_state(problem, score, Figure().subplots(), plane=("x", "y"))
+    ax = plots.plot_state(problem, score, ax=Figure().subplots(), plane=("x", "y"))
     outside = ~problem.captured.contains(problem.scene, score.tree.states)
     if not outside.any():
         assert not ways(ax)
@@ -146,7 +146,7 @@ def test_the_start_the_captured_nodes_and_the_escape_are_in_view(drawn):
 
 def test_nodes_that_are_not_lost_are_in_view_and_those_out_of_it_are_counted(block):
     tree = capture_score(block, nodes=100, seed=0)
-    ax = plots.plot_state(block, tree, Figure().subplots(), path=False, legend=True)
+    ax = plots.plot_state(block, tree, ax=Figure().subplots(), path=False, legend=True)
     x = tree.tree.states[:, object_centers(block.scene, ("x", "y"))[0][0]]
     low, high = ax.get_xlim()
     captured = block.captured.contains(block.scene, tree.tree.states)
@@ -173,7 +173,7 @@ def test_a_set_that_is_left_by_speed_is_said_to_be_no_matter_of_place(block):
         succeeded=fast,
     )
     tree = capture_score(moving, nodes=100, seed=0)
-    ax = plots.plot_state(moving, tree, Figure().subplots(), legend=True)
+    ax = plots.plot_state(moving, tree, ax=Figure().subplots(), legend=True)
     said = [text.get_text() for text in ax.get_legend().get_texts()]
     assert said[1:3] == [
         "capture set (not by place alone: not drawn)",
@@ -185,7 +185,7 @@ def test_a_set_that_is_left_by_speed_is_said_to_be_no_matter_of_place(block):
 def test_the_legend_has_no_cross_where_the_picture_has_none(block):
     tree = capture_score(block, nodes=1, seed=0)
     assert block.captured.contains(block.scene, tree.tree.states).all()
-    ax = plots.plot_state(block, tree, Figure().subplots(), legend=True)
+    ax = plots.plot_state(block, tree, ax=Figure().subplots(), legend=True)
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["object", "capture set (all of the view)"]
 
@@ -196,7 +196,9 @@ def test_the_legend_below_axes_of_the_caller_covers_nothing_and_moves_nothing(bl
     figure = Figure(figsize=(9.0, 3.5), layout=layout)
     for ax in figure.subplots(1, 2):
         place, spec, anchor = ax.get_position().bounds, ax.get_subplotspec(), ax.get_anchor()
-        plots.plot_state(block, tree, ax, limits=((-1, 1), (-1, 1)), legend=True, color_bar=False)
+        plots.plot_state(
+            block, tree, ax=ax, limits=((-1, 1), (-1, 1)), legend=True, color_bar=False
+        )
         assert ax.get_position(original=True).bounds == place
         assert (ax.get_subplotspec(), ax.get_anchor()) == (spec, anchor)
     figure.savefig(io.BytesIO(), format="png")
@@ -231,13 +233,13 @@ def test_the_colours_end_with_what_is_captured_or_with_the_escape(block):
         (None, False, captured),
         (effort, True, max(captured, effort.effort)),
     ):
-        ax = plots.plot_state(block, tree, Figure().subplots(), escape=escape, path=path)
+        ax = plots.plot_state(block, tree, ax=Figure().subplots(), escape=escape, path=path)
         (dots,) = (c for c in ax.collections if c.get_gid() == "nodes")
         assert dots.get_clim() == (0.0, most)
         assert dots.norm.vmax < costs.max()
         (bar,) = (other for other in ax.figure.axes if other is not ax)
         assert bar._colorbar.extend == "max"
-    ax = plots.plot_state(block, tree, Figure().subplots(), most=2 * costs.max())
+    ax = plots.plot_state(block, tree, ax=Figure().subplots(), most=2 * costs.max())
     assert ax.figure.axes[1]._colorbar.extend == "neither"
 
 
@@ -263,7 +265,7 @@ def test_a_scene_without_effector_is_drawn_and_its_escape_ends_where_the_box_is_
 
 def test_the_lost_object_is_outlined_where_the_path_ends(block):
     escape = escape_effort(block, nodes=200, seed=0)
-    ax = plots.plot_state(block, escape, Figure().subplots())
+    ax = plots.plot_state(block, escape, ax=Figure().subplots())
     (outline,) = (patch for patch in ax.patches if patch.get_gid() == "lost")
     center = outline.get_xy()[:-1].mean(axis=0)
     assert center == pytest.approx(ways(ax)[0].get_xydata()[-1], abs=1e-6)
@@ -284,7 +286,7 @@ def test_a_legend_of_several_pictures_names_the_escape_of_a_search_that_found_on
 def test_no_escape_is_said_in_the_title(block):
     effort = escape_effort(block, nodes=1, seed=0)
     assert effort.effort == np.inf
-    ax = plots.plot_state(block, effort, Figure().subplots())
+    ax = plots.plot_state(block, effort, ax=Figure().subplots())
     assert ax.get_title() == "no escape found with 1 node"
     assert not ways(ax)
 
@@ -295,13 +297,13 @@ def test_a_start_outside_of_the_capture_set_is_said_in_the_title(block):
         block.scene, state, force=(6, 0, 0), torque=(0, 0, 0), duration=0.5, captured=block.captured
     )
     for result in (escape_effort(outside, nodes=5), capture_score(outside, nodes=5)):
-        ax = plots.plot_state(outside, result, Figure().subplots())
+        ax = plots.plot_state(outside, result, ax=Figure().subplots())
         assert ax.get_title().endswith("the start is outside of the capture set")
 
 
 def test_a_search_that_was_stopped_is_said_to_be_not_complete(block):
     effort = escape_effort(block, nodes=10**6, timeout=0.05)
-    ax = plots.plot_state(block, effort, Figure().subplots())
+    ax = plots.plot_state(block, effort, ax=Figure().subplots())
     assert ax.get_title().endswith("(not complete)")
 
 
@@ -310,7 +312,7 @@ def test_the_same_things_make_the_same_picture(block):
 
     def picture():
         image = io.BytesIO()
-        ax = plots.plot_state(block, score, Figure().subplots(), ghosts=2, seed=1)
+        ax = plots.plot_state(block, score, ax=Figure().subplots(), ghosts=2, seed=1)
         ax.figure.savefig(image, format="png")
         return image.getvalue()
 

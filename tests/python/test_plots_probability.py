@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 import energymargin as em
 from energymargin import plots
 from energymargin.plots.styles import METRICS
-from energymargin.undisturbed import undisturbed
+from energymargin.scoring.undisturbed import undisturbed
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +144,7 @@ def test_scores_of_a_horizon_are_drawn_from_0_to_1_and_differ_without_colour():
 def test_the_undisturbed_path_goes_from_the_state_to_the_horizon_with_a_mark_where_it_leaves():
     problem = carried()
     future = undisturbed(problem)
-    ax = plots.plot_future(problem, Figure().subplots(), plane=("x", "y"))
+    ax = plots.plot_future(problem, ax=Figure().subplots(), plane=("x", "y"))
     (path,) = named(ax, "undisturbed")
     start = problem.scene.slice("box").start
     assert np.array_equal(path.get_xdata(), future.states[:, start])
@@ -156,7 +156,7 @@ def test_the_undisturbed_path_goes_from_the_state_to_the_horizon_with_a_mark_whe
 
 
 def test_what_stays_has_no_mark_and_the_legend_names_no_exit():
-    ax = plots.plot_future(resting(), Figure().subplots(), legend=True)
+    ax = plots.plot_future(resting(), ax=Figure().subplots(), legend=True)
     assert named(ax, "exit") == []
     assert ax.get_title() == "undisturbed it stays captured for 0.4 s"
     assert "undisturbed path" in texts(ax) and "where it leaves" not in texts(ax)
@@ -164,4 +164,4 @@ def test_what_stays_has_no_mark_and_the_legend_names_no_exit():
 
 def test_a_future_needs_a_horizon():
     with pytest.raises(ValueError, match="without horizon and plan"):
-        plots.plot_future(carried().replace(horizon=None, plan=None), Figure().subplots())
+        plots.plot_future(carried().replace(horizon=None, plan=None), ax=Figure().subplots())

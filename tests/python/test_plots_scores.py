@@ -123,13 +123,13 @@ def test_the_legend_counts_the_scores_that_are_missing(ax):
 
 def test_frames_that_are_not_captured_are_shaded(ax):
     labels = np.array([True, True, False, False])
-    plots.plot_scores(np.arange(4.0), {"force": np.ones(4)}, labels, ax)
+    plots.plot_scores(np.arange(4.0), {"force": np.ones(4)}, labels, ax=ax)
     spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in ax.patches]
     assert spans == [(1.5, 2.5), (2.5, 3.0)]
 
 
 def test_the_only_frame_of_a_trajectory_is_shaded_too(ax):
-    plots.plot_scores([2.0], {"force": [1.0]}, [False], ax)
+    plots.plot_scores([2.0], {"force": [1.0]}, [False], ax=ax)
     assert [(patch.get_x(), patch.get_width()) for patch in ax.patches] == [(1.5, 1.0)]
 
 
@@ -145,8 +145,8 @@ def test_scores_of_at_least_one_object_are_dashed_lines_beside_those_of_all(ax):
 def test_scores_of_several_units_are_drawn_one_kind_at_a_time(labelled, ax):
     along = plots.along(labelled, 3)
     with pytest.raises(ValueError, match="choose kind='likelihood' or 'effort' or 'force'"):
-        plots.plot_scores(*along, ax)
-    assert plots.plot_scores(*along, ax, kind="effort") is ax
+        plots.plot_scores(*along, ax=ax)
+    assert plots.plot_scores(*along, ax=ax, kind="effort") is ax
     assert ax.get_ylabel() == "effort of escape [J]"
     labels = {line.get_label() for line in ax.lines if line.get_gid() != "band"}
     assert labels <= {"effort/est", "effort/est: no escape"}
@@ -154,7 +154,7 @@ def test_scores_of_several_units_are_drawn_one_kind_at_a_time(labelled, ax):
 
 def test_all_kinds_are_drawn_by_one_figure_a_column_a_trajectory(labelled):
     columns = {
-        "first": plots.along(labelled, 0, np.arange(10) / 4),
+        "first": plots.along(labelled, 0, times=np.arange(10) / 4),
         "other": plots.along(labelled, 7),
     }
     figure = plots.figure_scores(columns)
@@ -164,7 +164,7 @@ def test_all_kinds_are_drawn_by_one_figure_a_column_a_trajectory(labelled):
 
 
 def test_the_scores_along_a_trajectory_are_those_of_its_states(labelled):
-    times, scores, captured = plots.along(labelled, 3, np.arange(10.0))
+    times, scores, captured = plots.along(labelled, 3, times=np.arange(10.0))
     assert times.tolist() == list(range(10))
     assert scores["force"].tolist() == labelled.scores["force"][30:40].tolist()
     assert captured.tolist() == labelled.captured[30:40].tolist()
@@ -178,9 +178,9 @@ def test_a_run_of_a_store_is_drawn_as_what_it_has_and_what_is_missing_is_said(tm
     dataset = datasets.generate("push", trajectories=2, frames=3, seed=0)
     with ScoreStore(tmp_path / "scores.db", create=True) as store:
         run = begin_run(store, dataset, ["capture"], SearchSettings(5, 0))
-        plots.plot_scores(*plots.along(run, 1), ax)
+        plots.plot_scores(*plots.along(run, 1), ax=ax)
         assert said(ax)[0] == "capture (3 missing)"
-        roc_ax = plots.plot_roc(run, Figure().subplots())
+        roc_ax = plots.plot_roc(run, ax=Figure().subplots())
     assert said(roc_ax) == ["chance .500", "capture: no scores yet"]
 
 
@@ -232,11 +232,11 @@ def test_the_columns_of_a_figure_are_checked_as_scores_are():
 
 PLOTS = {
     "scores": lambda labelled, push, ax: plots.plot_scores(
-        *plots.along(labelled, 3), ax, kind="effort"
+        *plots.along(labelled, 3), ax=ax, kind="effort"
     ),
-    "roc": lambda labelled, push, ax: plots.plot_roc(labelled, ax),
-    "precision": lambda labelled, push, ax: plots.plot_precision_recall(labelled, ax),
-    "effort": lambda labelled, push, ax: plots.plot_effort(escape_effort(push, nodes=50), ax),
+    "roc": lambda labelled, push, ax: plots.plot_roc(labelled, ax=ax),
+    "precision": lambda labelled, push, ax: plots.plot_precision_recall(labelled, ax=ax),
+    "effort": lambda labelled, push, ax: plots.plot_effort(escape_effort(push, nodes=50), ax=ax),
 }
 
 
@@ -253,10 +253,10 @@ def test_a_legend_is_inside_the_callers_axes_and_beside_those_made_here(labelled
 
 def test_a_legend_may_be_left_away(labelled, push):
     for ax in (
-        plots.plot_roc(labelled, Figure().subplots(), legend=False),
-        plots.plot_precision_recall(labelled, Figure().subplots(), legend=False),
+        plots.plot_roc(labelled, ax=Figure().subplots(), legend=False),
+        plots.plot_precision_recall(labelled, ax=Figure().subplots(), legend=False),
         plots.plot_scores(None, {"force": [1.0]}, ax=Figure().subplots(), legend=False),
-        plots.plot_effort(escape_effort(push, nodes=2), Figure().subplots(), legend=False),
+        plots.plot_effort(escape_effort(push, nodes=2), ax=Figure().subplots(), legend=False),
     ):
         assert ax.get_legend() is None
 
@@ -269,8 +269,8 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
     with ScoreStore(path, create=True) as store:
         begin_run(store, dataset, ["capture"], SearchSettings(5, 0))
         for scores in (store, path, str(path)):
-            plots.plot_roc(scores, Figure().subplots())
-            plots.plot_precision_recall(scores, Figure().subplots())
+            plots.plot_roc(scores, ax=Figure().subplots())
+            plots.plot_precision_recall(scores, ax=Figure().subplots())
             assert (
                 plots.along(scores, 1).captured.tolist()
                 == dataset.trajectories[1].captured.tolist()
@@ -281,14 +281,14 @@ def test_scores_are_taken_from_a_file_its_path_or_what_is_said_to_be_expected(tm
                 ValueError,
                 match=r"has 2 runs, choose one by its number \(--run\): run 1: .*; run 2: ",
             ):
-                plots.plot_roc(scores, ax)
+                plots.plot_roc(scores, ax=ax)
     for plot in (plots.plot_roc, plots.plot_precision_recall, lambda it: plots.along(it, 0)):
         with pytest.raises(ValueError, match="scores is a dict, expected LabelledScores, a Run or"):
             plot({"capture": np.arange(1000)})
 
 
 def test_the_roc_that_is_drawn_is_the_curve_and_its_legend_the_auc_of_evaluate(labelled, ax):
-    assert plots.plot_roc(labelled, ax, horizon=1) is ax
+    assert plots.plot_roc(labelled, ax=ax, horizon=1) is ax
     for metric, cells in evaluate(labelled, horizons=[1], draws=2).states.items():
         line, curve = named(ax, metric), roc(labelled, metric, horizon=1)
         assert np.array_equal(line.get_xdata(), curve.false_positive_rate)
@@ -298,7 +298,7 @@ def test_the_roc_that_is_drawn_is_the_curve_and_its_legend_the_auc_of_evaluate(l
 
 
 def test_precision_and_recall_are_drawn_as_steps_below_which_the_area_is_ap(labelled, ax):
-    plots.plot_precision_recall(labelled, ax, ["capture"])
+    plots.plot_precision_recall(labelled, ax=ax, metrics=["capture"])
     line, curve = named(ax, "capture"), precision_recall(labelled, "capture")
     assert line.get_drawstyle() == "steps-pre"
     recall, precision = line.get_data()
@@ -308,20 +308,20 @@ def test_precision_and_recall_are_drawn_as_steps_below_which_the_area_is_ap(labe
 
 
 def test_against_success_the_scores_of_trajectories_are_drawn(labelled, ax):
-    plots.plot_roc(labelled, ax, target="success")
+    plots.plot_roc(labelled, ax=ax, target="success")
     cell = evaluate(labelled, draws=2).success
     assert said(ax) == ["chance .500", f"success {cell.value().split('/')[0]}"]
 
 
 def test_no_two_curves_differ_in_colour_alone(labelled, ax):
-    plots.plot_roc(labelled, ax)
+    plots.plot_roc(labelled, ax=ax)
     lines = [line for line in ax.lines if line.get_color() != "0.55"]
     assert len({str(line._unscaled_dash_pattern) for line in lines}) == len(lines)
 
 
 def test_labels_of_one_kind_are_said_in_the_legend_instead_of_a_curve(labelled, ax):
     labelled.captured[:] = True
-    plots.plot_roc(labelled, ax, ["capture", "force"])
+    plots.plot_roc(labelled, ax=ax, metrics=["capture", "force"])
     assert said(ax) == ["chance .500", "capture: one label only", "force: one label only"]
     assert [text.get_text() for text in ax.texts] == ["one label alone"]
 
@@ -339,12 +339,12 @@ def test_labels_of_one_kind_are_said_in_the_legend_instead_of_a_curve(labelled, 
 def test_a_bad_argument_of_curves_is_named_with_what_was_expected(labelled, arguments, message):
     for plot in (plots.plot_roc, plots.plot_precision_recall):
         with pytest.raises(ValueError, match=message):
-            plot(labelled, Figure().subplots(), **arguments)
+            plot(labelled, ax=Figure().subplots(), **arguments)
 
 
 def test_the_effort_is_drawn_as_the_steps_of_its_history_up_to_the_last_node(push, ax):
     result = escape_effort(push, nodes=200, seed=0)
-    assert plots.plot_effort({"est": result}, ax, known=0.01) is ax
+    assert plots.plot_effort({"est": result}, ax=ax, known=0.01) is ax
     line = named(ax, "est")
     nodes, efforts = np.transpose(result.history)
     assert line.get_xdata().tolist() == [*nodes, 200]
@@ -356,7 +356,7 @@ def test_the_effort_is_drawn_as_the_steps_of_its_history_up_to_the_last_node(pus
 
 def test_no_two_of_49_searches_differ_in_colour_alone(push, ax):
     result = escape_effort(push, nodes=20, seed=0)
-    plots.plot_effort({str(number): result for number in range(49)}, ax, legend=False)
+    plots.plot_effort({str(number): result for number in range(49)}, ax=ax, legend=False)
     looks = {(str(line._unscaled_dash_pattern), line.get_marker()) for line in ax.lines}
     assert len(ax.lines) == len(looks) == 49
 
@@ -369,7 +369,7 @@ def test_the_mark_of_a_search_that_is_out_at_the_start_is_whole(push, ax):
     )
     result = escape_effort(out, nodes=20, seed=0)
     assert result.history[0] == (0, 0.0)
-    plots.plot_effort(result, ax)
+    plots.plot_effort(result, ax=ax)
     ax.figure.draw_without_rendering()
     line = named(ax, "search")
     x, _ = ax.transData.transform(line.get_xydata()[0])
@@ -378,13 +378,13 @@ def test_the_mark_of_a_search_that_is_out_at_the_start_is_whole(push, ax):
 
 
 def test_a_search_without_an_escape_is_said_instead_of_drawn(push, ax):
-    plots.plot_effort({"short": escape_effort(push, nodes=1, seed=0)}, ax)
+    plots.plot_effort({"short": escape_effort(push, nodes=1, seed=0)}, ax=ax)
     assert said(ax) == ["short: no escape in 1 node"]
     assert [text.get_text() for text in ax.texts] == ["no escape found"]
 
 
 def test_a_search_that_was_stopped_says_so(push, ax):
-    plots.plot_effort(escape_effort(push, nodes=10**6, timeout=0.1), ax)
+    plots.plot_effort(escape_effort(push, nodes=10**6, timeout=0.1), ax=ax)
     assert said(ax)[0].endswith("stopped early")
 
 
@@ -398,16 +398,22 @@ def test_a_search_that_was_stopped_says_so(push, ax):
 )
 def test_a_bad_argument_of_efforts_is_named(results, known, message):
     with pytest.raises(ValueError, match=message):
-        plots.plot_effort(results, Figure().subplots(), known=known)
+        plots.plot_effort(results, ax=Figure().subplots(), known=known)
 
 
 @pytest.mark.parametrize("known", [np.float32(0.5), np.int64(1), 0])
 def test_a_known_effort_may_be_any_kind_of_number(push, ax, known):
-    plots.plot_effort(escape_effort(push, nodes=2), ax, known=known)
+    plots.plot_effort(escape_effort(push, nodes=2), ax=ax, known=known)
     assert named(ax, "known").get_ydata()[0] == known
 
 
 @pytest.mark.parametrize("known", [-1.0, np.inf, np.nan, "zero", True])
 def test_a_known_effort_is_a_finite_number_of_at_least_0(push, ax, known):
     with pytest.raises(ValueError, match="expected a finite number of at least 0"):
-        plots.plot_effort(escape_effort(push, nodes=2), ax, known=known)
+        plots.plot_effort(escape_effort(push, nodes=2), ax=ax, known=known)
+
+
+def test_axes_by_position_still_work_with_a_warning(labelled):
+    ax = Figure().subplots()
+    with pytest.warns(DeprecationWarning, match="plot_roc with ax by position .* use ax=..."):
+        assert plots.plot_roc(labelled, ax) is ax

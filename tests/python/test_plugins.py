@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plugin")
     options = ["--quiet", "--no-deps", "--no-build-isolation", "--disable-pip-version-check"]
     pip = [sys.executable, "-m", "pip", "install", *options]
-    subprocess.run([*pip, "--target", folder / "site", EXAMPLE], check=True, timeout=60)
+    subprocess.run([*pip, "--target", folder / "site", EXAMPLE], check=True, timeout=600)
     return folder
 
 
@@ -35,7 +35,7 @@ def finished(folder, *arguments):
         check=False,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
     )
 
 

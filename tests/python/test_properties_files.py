@@ -10,7 +10,7 @@ import pytest
 from anything import damaged, finite
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_urdf import ARM
+from urdf_files import ARM
 
 import energymargin as em
 from energymargin import datasets

@@ -15,8 +15,8 @@ from published_data import write_data
 import energymargin as em
 from energymargin import datasets, published
 from energymargin.evaluation import evaluate
+from energymargin.published.reading import recorded_dataset, recorded_task, steady, tracks
 from energymargin.published.recorded import SLACK, PublishedRecorded
-from energymargin.published.recordings import recorded_dataset, recorded_task, steady, tracks
 from energymargin.store import ScoreStore
 from energymargin.viewer.sources import StoredScores
 

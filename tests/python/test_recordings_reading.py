@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorded import CELLS, HEADER, POSES, noisy, one_folder, poses_of, push, rows_of, write
 
+from energymargin import recordings
 from energymargin.recordings import Columns, Recording, read_csv
 
 
@@ -31,7 +32,7 @@ def expected(columns):
 def test_a_file_with_velocities_is_read_as_it_is(path):
     columns = push()
     recording = read_csv(write(path, columns))
-    assert recording.name == "a.csv" and str(recording.mended) == "nothing mended"
+    assert recording.name == "a.csv" and str(recording.repairs) == "nothing repaired"
     assert recording.frames.tolist() == list(range(100))
     assert np.allclose(recording.times, columns["time"], atol=1e-6)
     assert np.allclose(motions(recording), expected(columns), atol=1e-6)
@@ -290,8 +291,8 @@ def test_wrong_arguments_are_named(path, name):
     write(path, push())
     with pytest.raises(ValueError, match=f"{name} is nan, expected a positive number"):
         read_csv(path, **{name: float("nan")})
-    with pytest.raises(ValueError, match="mend is 1, expected true or false"):
-        read_csv(path, mend=1)
+    with pytest.raises(ValueError, match="repair is 1, expected true or false"):
+        read_csv(path, repair=1)
 
 
 def require_recording_or_refusal(path, text, columns=None):
@@ -376,3 +377,12 @@ def test_a_header_is_searched_for_doubles_in_linear_time():
     with pytest.raises(ValueError, match="the header has 'c0'"):
         Columns().found(header, len(header))
     assert Name.compared <= 5 * len(header)
+
+
+def test_repairs_have_their_former_names_for_a_version(path):
+    with pytest.warns(DeprecationWarning, match=r"read_csv with mend .* use repair=\.\.\.$"):
+        recording = read_csv(write(path, push()), mend=True)
+    with pytest.warns(DeprecationWarning, match=r"Recording\.mended .* use Recording\.repairs$"):
+        assert recording.mended == recording.repairs
+    with pytest.warns(DeprecationWarning, match=r"recordings\.Mended .* use .*\.Repairs$"):
+        assert recordings.Mended is type(recording.repairs)

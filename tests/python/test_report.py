@@ -1,7 +1,5 @@
 """Reports of small stores, read as a browser reads them, and in one."""
 
-import base64
-import io
 import json
 import os
 import re
@@ -13,129 +11,50 @@ import subprocess
 import time
 from contextlib import suppress
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browsers import watched_page
 from command_line import COMMAND, run
-from PIL import Image
+from reports import METRICS, OPTIONS, SETTINGS, Document, changed, numbers, scores, written
 
 from energymargin import datasets, report
 from energymargin.datasets import Future
 from energymargin.evaluation import LabelledScores, evaluate
 from energymargin.evaluation.curves import CAPTURED, SUCCESS, precision_recall, roc
-from energymargin.evaluation.labelled import HORIZON, compared_trajectories
+from energymargin.evaluation.labelled import HORIZON
 from energymargin.evaluation.wrongness import ranks
 from energymargin.report.along import chosen
-from energymargin.report.curves import seen
-from energymargin.report.pictures import SearchRepeater, picture
-from energymargin.settings import SearchSettings
+from energymargin.report.curves import visible
+from energymargin.report.worst import SearchRepeater
+from energymargin.scoring.settings import SearchSettings
 from energymargin.store import ScoreStore, score_dataset
 
-SETTINGS = SearchSettings(nodes=15, seed=3)
-OPTIONS = report.Options(draws=200, pictures=1)
-METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
 
-
-class Document(HTMLParser):
-    """A page, taken apart."""
-
-    def __init__(self, path):
-        super().__init__()
-        self.elements, self.rows, self.figures = [], [], {}
-        self._text, self._within = [], []
-        self.feed(path.read_text())
-        self.text = " ".join(" ".join(self._text).split())
-
-    def handle_starttag(self, tag, attrs):
-        self.elements.append((tag, dict(attrs)))
-        self._within.append((tag, dict(attrs)))
-        if tag == "tr":
-            self.rows.append([])
-        if tag in ("td", "th") and self.rows:
-            self.rows[-1].append([])
-
-    def handle_endtag(self, tag):
-        while self._within and self._within.pop()[0] != tag:
-            pass
-
-    def handle_data(self, data):
-        tags = [tag for tag, _ in self._within]
-        if tags and tags[-1] == "script":
-            name = self._within[-1][1].get("id", "")
-            if name.startswith("data-"):
-                self.figures[name.removeprefix("data-")] = json.loads(data)
-        elif "style" not in tags and data.strip():
-            self._text.append(data.strip())
-            if "tr" in tags:
-                self.rows[-1][-1].append(data.strip())
-
-    def row(self, name):
-        """The cells of the longest row of that name; each is a list of its lines."""
-        return max((row[1:] for row in self.rows if row[0] == [name]), key=len)
-
-    def attributes(self, name):
-        return [attrs[name] for _, attrs in self.elements if attrs.get(name)]
-
-
-def numbers(array):
-    """Of an array in a figure."""
-    if isinstance(array, dict):
-        return np.frombuffer(base64.b64decode(array["bdata"]), dtype=array["dtype"])
-    return np.array([np.nan if value is None else value for value in array], dtype=float)
+@pytest.fixture(scope="module")
+def document(pushes_report):
+    return Document(pushes_report / "report.html")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A folder with a dataset of 12 pushes, its scores, and their report."""
-    folder = tmp_path_factory.mktemp("report")
-    dataset = datasets.generate("push", trajectories=12, frames=6, seed=1)
-    dataset.save(folder / "push.h5")
-    score_dataset(dataset, folder / "push-scores.db", settings=SETTINGS)
-    report.write(folder / "push-scores.db", folder / "report.html", options=OPTIONS)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def document(folder):
-    return Document(folder / "report.html")
-
-
-@pytest.fixture(scope="module")
-def labelled(folder):
-    return scores(folder / "push-scores.db")
+def labelled(pushes_report):
+    return scores(pushes_report / "push-scores.db")
 
 
 @pytest.fixture
-def own(folder, tmp_path):
+def own(pushes_report, tmp_path):
     """A folder with the same dataset and scores, which a test may change."""
     for name in ("push.h5", "push-scores.db"):
-        shutil.copy(folder / name, tmp_path / name)
+        shutil.copy(pushes_report / name, tmp_path / name)
     return tmp_path
 
 
-def scores(path):
-    with ScoreStore(path) as store:
-        return store.run().labelled_scores()
-
-
-def changed(path, statement):
-    with sqlite3.connect(path) as file:
-        file.execute(statement)
-
-
-def written(folder, run=None, progress=None, **options):
-    chosen = report.Options(**{"draws": 9, "pictures": 0, **options})
-    report.write(folder / "push-scores.db", folder / "r.html", run, chosen, progress=progress)
-    return Document(folder / "r.html")
-
-
-def test_the_page_loads_nothing_from_elsewhere(folder, document):
+def test_the_page_loads_nothing_from_elsewhere(pushes_report, document):
     loaded = document.attributes("src") + document.attributes("href")
     assert loaded and all(url.startswith(("#", "data:")) for url in loaded)
-    style = re.findall(r"<style>(.*?)</style>", (folder / "report.html").read_text(), re.DOTALL)
+    style = re.findall(
+        r"<style>(.*?)</style>", (pushes_report / "report.html").read_text(), re.DOTALL
+    )
     assert not any("url(" in text or "@import" in text for text in style)
 
 
@@ -201,10 +120,10 @@ def test_intervals_of_few_trajectories_come_with_a_caution(own, document):
     assert caution in written(own).text
 
 
-def test_the_same_scores_make_the_same_bytes_whenever_they_were_copied(folder, own):
+def test_the_same_scores_make_the_same_bytes_whenever_they_were_copied(pushes_report, own):
     os.utime(own / "push-scores.db", (0, 0))
     report.write(own / "push-scores.db", own / "again.html", options=OPTIONS)
-    assert (own / "again.html").read_bytes() == (folder / "report.html").read_bytes()
+    assert (own / "again.html").read_bytes() == (pushes_report / "report.html").read_bytes()
 
 
 def test_a_curve_is_that_of_energymargin_curves(document, labelled):
@@ -237,7 +156,7 @@ def test_a_long_curve_keeps_all_that_moves_on_the_screen():
     one = precision_recall(
         LabelledScores("push", states, labels, labels, {"capture": values}), "capture", horizon=0
     )
-    kept = np.array(seen(one.recall, one.steps))
+    kept = np.array(visible(one.recall, one.steps))
     assert len(kept) < 2000 and kept[0] == 0 and kept[-1] == len(one.recall) - 1
     before = kept[np.searchsorted(kept, np.arange(len(one.recall)), "right") - 1]
     for drawn in (one.recall, one.steps):
@@ -332,11 +251,11 @@ def test_a_state_that_is_level_with_others_is_said_to_be_and_is_not_wrong_by_tha
     assert "Ranked above 100 % of the states that stay captured." in text
 
 
-def test_the_trees_of_the_pictures_have_the_scores_of_the_file(folder, labelled):
-    with datasets.open(folder / "push.h5") as dataset:
-        grower = SearchRepeater(dataset, SETTINGS.all())
+def test_the_trees_of_the_pictures_have_the_scores_of_the_file(pushes_report, labelled):
+    with datasets.open(pushes_report / "push.h5") as dataset:
+        repeater = SearchRepeater(dataset, SETTINGS.all())
         for metric in METRICS:
-            found = [grower.grow(number, metric).score for number in (0, 35, 71)]
+            found = [repeater.repeat(number, metric).score for number in (0, 35, 71)]
             assert found == labelled.scores[metric][[0, 35, 71]].tolist()
 
 
@@ -347,9 +266,9 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
     asked = ["probability", "probability/success", "effort/est"]
     with datasets.open(own / "push.h5") as dataset:
         score_dataset(dataset, path, asked, settings=settings, future=future)
-        grower, found = SearchRepeater(dataset, settings.all(), future), scores(path).scores
+        repeater, found = SearchRepeater(dataset, settings.all(), future), scores(path).scores
         for metric in asked:
-            again = [grower.grow(number, metric).score for number in (0, 35, 71)]
+            again = [repeater.repeat(number, metric).score for number in (0, 35, 71)]
             assert again == found[metric][[0, 35, 71]].tolist()
     page = written(own, pictures=1)
     assert "the frames to come: horizon 2 frames, plan hold" in page.text
@@ -368,7 +287,7 @@ def test_a_page_of_the_frames_to_come_says_so_and_gives_the_command_for_the_rest
 def test_a_picture_of_another_tree_than_that_of_the_score_says_so(own):
     changed(own / "push-scores.db", "UPDATE scores SET value = 1 - value WHERE question = 1")
     found = written(own, pictures=1).text
-    assert "Not the tree of the score in the file: grown again it gives" in found
+    assert "Not the tree of the score in the file: searched again it gives" in found
 
 
 def test_what_is_missing_is_said_with_the_command_that_completes_it(own):
@@ -540,7 +459,9 @@ def test_the_command_says_in_one_line_what_is_wrong_and_what_it_wrote(own):
     (own / "push.h5").rename(own / "elsewhere.h5")
     done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, cwd=own)
     said = " ".join(done.stderr.split())
-    assert "It says: Without the dataset there are no pictures" in said and "--data" in said
+    assert (
+        "Notice in the page: Without the dataset there are no pictures" in said and "--data" in said
+    )
 
 
 def files_of(folder):
@@ -598,154 +519,6 @@ def test_a_ctrl_c_that_is_swallowed_on_the_way_still_stops_it(own):
     assert sorted(path.name for path in own.iterdir()) == ["push-scores.db", "push.h5"]
 
 
-def test_the_page_works_in_a_browser_without_a_network(folder, chromium):
-    with watched_page(chromium) as (page, wrong):
-        page.context.set_offline(True)
-        page.goto((folder / "report.html").as_uri())
-        page.wait_for_selector("#along .main-svg")
-        assert page.locator(".plot .main-svg").count() >= 3 * page.locator(".plot").count()
-        assert all(page.evaluate("[...document.images].map((one) => one.naturalWidth > 0)"))
-
-        curve = "document.querySelector('#along .trace.scatter path.js-line').getAttribute('d')"
-        before = page.evaluate(curve)
-        page.locator("#select-along").select_option(index=3)
-        page.wait_for_function(f"{curve} !== {json.dumps(before)}")
-
-        mark = page.locator("#along .trace.scatter .point").first
-        mark.scroll_into_view_if_needed()
-        box = mark.bounding_box()
-        page.mouse.move(box["x"] + box["width"] / 2 + 30, box["y"] + 40)
-        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-        page.wait_for_selector("#along .hoverlayer .hovertext")
-        said = page.locator("#along .hoverlayer").text_content()
-        assert re.search(r"frame \d", said) and "captured" in said
-        assert wrong == []
-
-
-def boxes_apart(page, one, other):
-    a, b = (page.locator(of).first.bounding_box() for of in (one, other))
-    return a["y"] + a["height"] <= b["y"] or b["y"] + b["height"] <= a["y"]
-
-
-@pytest.mark.parametrize("width", [1400, 500])
-def test_the_tool_bar_is_beside_the_legend_and_no_tip_covers_a_picture(folder, chromium, width):
-    with watched_page(chromium, (width, 900)) as (page, wrong):
-        page.goto((folder / "report.html").as_uri())
-        page.locator("#roc").hover()
-        page.wait_for_selector("#roc .modebar--hover .modebar-btn", state="visible")
-        for name in ("roc", "pr", "along", "histogram-0"):
-            assert boxes_apart(page, f"#{name} .modebar", f"#{name} .legend")
-            assert boxes_apart(page, f"#{name} .legend", f"#{name} .nsewdrag")
-        assert page.locator("#roc .modebar-btn").count() == 4
-        page.locator("#roc .legendtoggle").first.click()
-        page.wait_for_function("document.querySelector('#roc').data[0].visible === 'legendonly'")
-        assert page.locator(".plotly-notifier .notifier-note").count() == 0
-        assert wrong == []
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_narrow_page_shows_that_a_table_goes_on_and_pictures_are_framed(folder, chromium, scheme):
-    def edge():
-        """Brightness of the right edge of the table, between two of its rows."""
-        with Image.open(io.BytesIO(table.screenshot())) as image:
-            return image.convert("L").getpixel((image.width - 1, image.height // 2 + 3))
-
-    with watched_page(chromium, (500, 900)) as (page, _):
-        page.emulate_media(color_scheme=scheme)
-        page.goto((folder / "report.html").as_uri())
-        table = page.locator("#tables .scroll").first
-        goes_on = edge()
-        table.evaluate("one => one.scrollLeft = one.scrollWidth")
-        assert abs(goes_on - edge()) > 20
-        card, image = (page.locator(one).first.bounding_box() for one in (".card", ".card img"))
-        assert card["x"] + 5 < image["x"]
-        assert image["x"] + image["width"] + 5 < card["x"] + card["width"]
-
-
-@pytest.fixture(scope="module")
-def ahead(tmp_path_factory):
-    """A folder with the scores of the frames to come of 12 balances, and their report."""
-    folder = tmp_path_factory.mktemp("ahead")
-    dataset = datasets.generate("balance", trajectories=12, frames=6, seed=1)
-    dataset.save(folder / "balance.h5")
-    settings = SearchSettings(nodes=15, seed=3, rollouts=20, strength=0.3, objects=1)
-    future = Future(2, "script")
-    score_dataset(dataset, folder / "balance-scores.db", settings=settings, future=future)
-    report.write(folder / "balance-scores.db", folder / "report.html", options=OPTIONS)
-    return folder
-
-
-def test_a_report_of_probabilities_says_what_they_depend_on(ahead):
-    found = Document(ahead / "report.html")
-    assert found.row("Asked about") == [["the frames to come: horizon 2 frames, plan script"]]
-    said = "of 20 rollouts of each state, under random wrenches within 0.3 times the bounds"
-    assert found.row("Probabilities") == [[f"{said}, on 1 object at a time"]]
-    assert "a probability is the share of random rollouts in which the object stays" in found.text
-    assert "This run has no scores of" not in found.text  # a clockless score is not missed
-
-
-def test_its_label_looks_as_far_ahead_as_the_scores_and_the_paper_is_not_beside(ahead):
-    found = Document(ahead / "report.html")
-    assert "“captured over the next 2 frames”" in found.text
-    table = max((row for row in found.rows if row[0] == ["score"]), key=len)
-    assert ["paper"] not in table
-
-
-def test_probabilities_are_drawn_from_0_to_1(ahead):
-    found = Document(ahead / "report.html")
-    (axis,) = {
-        json.dumps(one["layout"][name]["range"])
-        for one in found.figures["along"]
-        for name in one["layout"]
-        if name.startswith("yaxis") and one["layout"][name]["title"]["text"] == "probability [0..1]"
-    }
-    low, high = json.loads(axis)
-    assert -0.1 < low < 0 and 1 < high < 1.1
-    histograms = {
-        one["layout"]["title"]["text"]: one
-        for name, figures in found.figures.items()
-        if name.startswith("histogram")
-        for one in figures
-    }
-    places = numbers(histograms["probability"]["data"][0]["x"])
-    assert places[0] == pytest.approx(0.025) and places[-1] == pytest.approx(0.975)
-
-
-def test_the_probability_of_success_is_judged_by_the_success_of_trajectories(ahead):
-    labelled = scores(ahead / "balance-scores.db")
-    result = evaluate(labelled, draws=200)
-    assert "probability/success" not in result.states
-    compared = compared_trajectories(labelled, "probability/success", result.last)
-    assert result.probable_success.auc == roc(labelled, "probability/success", target=SUCCESS).auc
-    assert compared.labels.sum() == sum(
-        labelled.success[states[-1]] for states in labelled.by_trajectory()
-    )
-    found = Document(ahead / "report.html")
-    cells = [row[1][0] for row in found.rows if row[0] == ["probability/success"]]
-    assert result.probable_success.value() in cells
-
-
-@pytest.mark.parametrize("metric", ["probability", "probability/success", "effort/est"])
-def test_pictures_of_a_future_are_of_the_very_question_of_the_score(ahead, metric):
-    labelled = scores(ahead / "balance-scores.db")
-    settings = SearchSettings(nodes=15, seed=3, rollouts=20, strength=0.3, objects=1)
-    dataset = datasets.load(ahead / "balance.h5")
-    grower = SearchRepeater(dataset, settings.all(), Future(2, "script"))
-    for number in (3, 20, 41):
-        grown = grower.grow(number, metric)
-        assert grown.score == labelled.scores[metric][number]
-        assert grown.problem.plan is not None
-        assert picture(grown, grower.plane).startswith("data:image/png;base64,")
-
-
-def test_a_most_wrong_probability_is_shown_with_its_future_and_its_curve(ahead):
-    found = Document(ahead / "report.html")
-    assert "the curve below is the probability of being captured until then" in found.text
-    cards = re.findall(r"(probability [01]\.\d+), but (?:is lost|stays captured)", found.text)
-    assert cards
-    assert "grown again it gives" not in found.text
-
-
 def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
     (own / "push-scores.db").unlink()
     settings = SearchSettings(nodes=3, seed=3)  # one node of four has a quarter, at least
@@ -755,8 +528,8 @@ def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
         changed(own / "push-scores.db", "UPDATE scores SET value = 1.0 - value")
         text = written(own, pictures=1).text
         places = re.findall(r"capture \d\.\d+, but .*?Trajectory (\d+), frame (\d)", text)
-        grower = SearchRepeater(dataset, settings.all())
-        scored = [grower.grow(6 * int(t) + int(k), "capture").search for t, k in places]
+        repeater = SearchRepeater(dataset, settings.all())
+        scored = [repeater.repeat(6 * int(t) + int(k), "capture").search for t, k in places]
     doubts = [doubt for score in scored for doubt in score.doubts]
     assert doubts
     assert all(doubt[1:] in text for doubt in doubts)

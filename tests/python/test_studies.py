@@ -155,6 +155,52 @@ def test_every_study_of_the_list_has_its_name_and_a_command_with_help(name):
     assert ("--threads" in text) == one.threaded
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("all --only table3", "only has 'table3', expected some of table1"),
+        ("all --only published", "only has 'published', expected some of table1"),
+        ("audit --tasks juggle", "juggle"),
+        ("bowl --samples 0", "samples is 0"),
+        ("efficiency --nodes 0", "nodes is 0"),
+        ("efficiency --nodes many", "nodes has 'many'"),
+        ("efficiency --nodes 5,5", "nodes is [5, 5], expected some numbers, each once"),
+        ("efficiency --seeds 0", "seeds is 0"),
+        ("efficiency --trajectories 1", "trajectories is 1"),
+        ("efficiency --trajectories 2", "expected so many that some fail and some succeed"),
+        ("enlarged --frames 101", "frames is 101, expected a whole number from 1 to 100"),
+        ("fewer-steps --rollouts few", "rollouts has 'few'"),
+        ("fewer-steps --seeds 0", "seeds is 0"),
+        ("fewer-steps --tasks juggle", "tasks has 'juggle'"),
+        ("fewer-steps --trajectories 1", "trajectories is 1"),
+        ("figure-quality --nodes 0", "nodes is 0"),
+        ("figure-quality --seed -1", "seed is -1"),
+        ("figure-quality --trajectories 1", "trajectories is 1"),
+        ("figure-quality --trajectories 2", "expected so many that some fail and some succeed"),
+        ("perturbation --levels some", "levels has 'some', expected numbers"),
+        ("perturbation --levels 0,2", "levels has 2.0, expected numbers from 0 to 1"),
+        ("perturbation --levels 0,nan", "levels has nan"),
+        ("perturbation --draws 0", "draws is 0"),
+        ("perturbation --nodes 0", "nodes is 0"),
+        ("perturbation --trajectories 2", "expected so many that some fail and some succeed"),
+        ("table2 --combinations cube-jaw", "combinations has 'cube-jaw', expected some of"),
+        ("table2 --nodes 0", "nodes is 0"),
+        ("uncertainty --nodes few", "nodes has 'few'"),
+        ("uncertainty --states 9", "states is 9"),
+        ("uncertainty --tasks juggle", "tasks has 'juggle'"),
+        ("uncertainty --trees 3", "trees is 3"),
+        ("walls --cages -1", "cages is -1"),
+        ("walls --cages 0 --shots 0", "cages and shots are 0, expected at least one"),
+        ("walls --nodes 0", "nodes is 0"),
+    ],
+)
+def test_a_bad_option_is_named_and_no_result_is_written(words, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["reproduce", *words.split()])
+    assert done.exit_code == 2 and message in " ".join(done.output.split())
+    assert not [path for path in tmp_path.rglob("*") if path.suffix in (".md", ".csv", ".png")]
+
+
 def test_help_lists_all_studies_and_imports_none():
     code = (
         "import sys\nfrom energymargin.cli import app\n"

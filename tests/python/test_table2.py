@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 import energymargin as em
 from energymargin.cli import app
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
 from energymargin_paper import table2
 
 
@@ -61,20 +61,3 @@ def test_the_page_has_the_studies_that_were_made_with_their_times_and_pictures(f
     )
     html = (folder / "index.html").read_text()
     assert "<td>not yet</td>" in html and '<img src="table2/table2.png"' in html
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("table2", "--combinations", "cube-jaw"), "combinations has 'cube-jaw', expected some of"),
-        (("table2", "--nodes", 0), "nodes is 0"),
-        (("all", "--only", "table3"), "only has 'table3', expected some of table1"),
-        (("all", "--only", "published"), "only has 'published', expected some of table1"),
-        (("enlarged", "--frames", 101), "frames is 101, expected a whole number from 1 to 100"),
-    ],
-)
-def test_wrong_options_are_named_before_anything_is_written(words, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    done = run(*words)
-    assert done.exit_code == 2 and message in " ".join(done.output.split())
-    assert not list(tmp_path.iterdir())

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from energymargin.csv_text import csv_text
-from energymargin.markdown import markdown_table
-from energymargin.shares import short
+from energymargin.table_text import csv_text, markdown_table, short
 
 
 def test_a_markdown_table_has_a_rule_below_its_header_and_lines_within_cells():

@@ -166,7 +166,7 @@ def test_a_task_without_a_script_scores_and_is_told_how_to_give_a_plan() -> None
     task = Runner()
     state = task.scene({}).pack()
     assert em.capture_score(task.problem(state), nodes=5).capture > 0
-    with pytest.raises(ValueError, match=r"'runner' does not say .* give Runner a method `script"):
+    with pytest.raises(ValueError, match=r"'runner' has no script .* give Runner a method `script"):
         task.plan(state, 0.0, {})
     coasting = task.future(state, 0.0, {}, 0.05, plan=None)
     assert coasting.horizon == 0.05 and coasting.plan is None

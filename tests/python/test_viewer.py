@@ -12,16 +12,20 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
+from energymargin.scoring.settings import SearchSettings
 from energymargin.viewer import Viewer, guard, view
-from energymargin.viewer.kept import MOST, Kept
-from energymargin.viewer.likelihoods import Memberships
-from energymargin.viewer.lines import MOST_POINTS, lines_glb, shown_points
+from energymargin.viewer.bodies import shape_triangles
 from energymargin.viewer.page import Page
-from energymargin.viewer.replay import replay
-from energymargin.viewer.search import score_state
-from energymargin.viewer.solids import region_surface, shape_triangles
+from energymargin.viewer.search import (
+    MOST_CACHED,
+    Memberships,
+    TreeCache,
+    replay,
+    score_state,
+)
 from energymargin.viewer.sources import source_of
-from energymargin.viewer.views import View, view_around
+from energymargin.viewer.stage import View, region_surface, view_around
+from energymargin.viewer.trees import MOST_POINTS, lines_glb, shown_points
 
 TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
 
@@ -195,30 +199,30 @@ def test_lines_are_a_glb_file_of_both_ends_of_each():
 
 
 def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(problem):
-    kept, small = Kept(), score_state(problem, 20, seed=0)
+    cache, small = TreeCache(), score_state(problem, SearchSettings(nodes=20), 0)
     each = small.capture.nodes + small.escape.nodes
-    count = MOST // each + 2
+    count = MOST_CACHED // each + 2
     for frame in range(count):
-        kept.at(0, 1)
-        kept.put((0, frame), small)
-    assert kept.at(0, 0) is None and kept.at(0, 2) is None
-    assert kept.at(0, 1) is small
-    assert kept.at(0, count - 1) is small
+        cache.at(0, 1)
+        cache.put((0, frame), small)
+    assert cache.at(0, 0) is None and cache.at(0, 2) is None
+    assert cache.at(0, 1) is small
+    assert cache.at(0, count - 1) is small
 
 
-def test_a_tree_that_is_larger_than_all_may_be_is_kept_alone(problem, monkeypatch):
-    small, large = (score_state(problem, nodes, seed=0) for nodes in (5, 50))
-    monkeypatch.setattr("energymargin.viewer.kept.MOST", 2 * small.size)
-    kept = Kept()
-    kept.put((0, 0), small)
-    kept.put((0, 1), large)
+def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem, monkeypatch):
+    small, large = (score_state(problem, SearchSettings(nodes=nodes), 0) for nodes in (5, 50))
+    monkeypatch.setattr("energymargin.viewer.search.MOST_CACHED", 2 * small.size)
+    cache = TreeCache()
+    cache.put((0, 0), small)
+    cache.put((0, 1), large)
     assert large.size > 2 * small.size
-    assert kept.at(0, 0) is None and kept.at(0, 1) is large
+    assert cache.at(0, 0) is None and cache.at(0, 1) is large
 
 
 def test_a_state_without_effector_is_scored_but_for_the_force():
     ball = em.regions.Ball("ball", center=(0, 0, 1), radius=0.5)
-    scored = score_state(ball_problem(ball), 30, seed=0)
+    scored = score_state(ball_problem(ball), SearchSettings(nodes=30), 0)
     assert scored.force is None
     assert scored.capture.nodes == 30
 
@@ -278,19 +282,22 @@ def test_a_search_ends_when_its_viewer_does(problem):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((None,), "what is a NoneType, expected a Problem, a Dataset, the file of one"),
-        (("nothing",), "'nothing' is neither a problem file .* nor a task: balance, "),
-        (("scores.db",), "scores.db holds scores: view the dataset, with --scores"),
-        (("gripper.urdf",), "gripper.urdf is a body, and a view is of a problem: put it into"),
-        (("missing.h5",), "missing.h5"),
-        (("missing.json",), "missing.json"),
-        (("push", {"friction": -1}), "friction"),
-        (("some.h5", {"friction": 0.3}), "parameters are given with some.h5"),
+        ({"what": None}, "what is a NoneType, expected a Problem, a Dataset, the file of one"),
+        ({"what": "nothing"}, "'nothing' is neither a problem file .* nor a task: balance, "),
+        ({"what": "scores.db"}, "scores.db holds scores: view the dataset, with --scores"),
+        (
+            {"what": "gripper.urdf"},
+            "gripper.urdf is a body, and a view is of a problem: put it into",
+        ),
+        ({"what": "missing.h5"}, "missing.h5"),
+        ({"what": "missing.json"}, "missing.json"),
+        ({"what": "push", "parameters": {"friction": -1}}, "friction"),
+        ({"what": "some.h5", "parameters": {"friction": 0.3}}, "parameters are given with some.h5"),
     ],
 )
 def test_what_cannot_be_viewed_is_said(arguments, message):
     with pytest.raises((ValueError, OSError), match=message):
-        view(*arguments)
+        view(**arguments)
 
 
 @pytest.mark.parametrize(
@@ -323,7 +330,8 @@ def test_a_problem_has_no_stored_scores(problem):
 @pytest.mark.parametrize("name", TASKS)
 def test_every_task_can_be_viewed(name):
     source = source_of(name, trajectories=1, frames=3)
-    with Viewer(source, "127.0.0.1", None, frame=1, nodes=20) as viewer:
+    settings = SearchSettings(nodes=20)
+    with Viewer(source, "127.0.0.1", None, frame=1, settings=settings) as viewer:
         assert isinstance(viewer.page, Page)
         viewer.page.score()
         viewer.page.wait()
@@ -363,11 +371,11 @@ def test_a_search_that_is_stopped_at_once_leaves_the_page_whole(problem):
     cancel.set()
     with view(problem, nodes=50) as viewer:
         page = viewer.page
-        page._keep(0, 0, score_state(problem, 50, 0, cancel))
+        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), 0, cancel))
         assert page.scored is None  # nothing was searched, so nothing is said
         scored_page(viewer)
         whole = page.scored
-        page._keep(0, 0, score_state(problem, 50, 0, cancel))
+        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), 0, cancel))
         assert page.scored is whole  # what is complete is not given up for it
 
 
@@ -409,7 +417,7 @@ def test_what_ends_a_search_with_an_error_is_said():
         viewer.page.score()
         with pytest.raises(Exception, match="no such place"):
             viewer.page.wait()
-        assert not viewer.page._live.running
+        assert not viewer.page._searching.running
 
 
 def test_only_one_search_runs_however_many_are_started(problem):
@@ -419,9 +427,9 @@ def test_only_one_search_runs_however_many_are_started(problem):
             thread.start()
         for thread in threads:
             thread.join()
-        viewer.page._live.stop()
-        viewer.page._live.join()
-        assert not viewer.page._live.running
+        viewer.page._searching.stop()
+        viewer.page._searching.join()
+        assert not viewer.page._searching.running
 
 
 def test_a_frame_that_makes_no_problem_leaves_the_one_before():
@@ -441,7 +449,7 @@ def test_a_frame_that_makes_no_problem_leaves_the_one_before():
 
 def test_an_object_is_drawn_as_lost_when_it_is_out_of_its_own_set():
     problem = problem_of("push-multi")
-    scored = score_state(problem, 60, seed=0)
+    scored = score_state(problem, SearchSettings(nodes=60), 0)
     objects = sum(body.role == "object" for body in problem.scene.bodies)
     assert scored.lost.shape == (61, objects)
     all_in = problem.captured.contains(problem.scene, scored.capture.tree.states)

@@ -9,12 +9,11 @@ from futures import STEP, carried, falling, resting, two_balls, waving
 
 import energymargin as em
 from energymargin.datasets import Future
-from energymargin.settings import SearchSettings
+from energymargin.scoring.settings import SearchSettings
+from energymargin.scoring.undisturbed import undisturbed
 from energymargin.store import score_dataset
-from energymargin.undisturbed import undisturbed
 from energymargin.viewer import guard, view
-from energymargin.viewer.replay import replay
-from energymargin.viewer.search import score_state
+from energymargin.viewer.search import replay, score_state
 from energymargin.viewer.texts import escape_text, future_text, score_table
 
 
@@ -89,7 +88,7 @@ def test_a_state_that_is_outside_leaves_at_once():
     problem = carried().replace(captured=elsewhere, start_outside=True)
     future = undisturbed(problem)
     assert future.exit == 0.0 and future.exit_moment == 0
-    scored = score_state(problem, 20, seed=0)
+    scored = score_state(problem, SearchSettings(nodes=20), 0)
     assert not scored.empty
     assert escape_text(scored).count("It is out already") == 1
 
@@ -102,12 +101,12 @@ def test_a_problem_without_a_horizon_has_no_future():
 def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
     problem = resting()
     shares = []
-    scored = score_state(problem, 60, seed=3, progress=shares.append, rollouts=40)
+    scored = score_state(problem, SearchSettings(nodes=60, rollouts=40), 3, progress=shares.append)
     assert scored.capture is None and scored.force is None
     alone = em.capture_probability(problem, rollouts=40, seed=3)
     assert scored.probability.captured == alone.captured
     assert scored.escape.effort == em.escape_effort(problem, nodes=60, seed=3).effort
-    assert scored.complete and scored.tree.states.shape[0] == scored.grown + 1 == 62
+    assert scored.complete and scored.tree.states.shape[0] == scored.nodes + 1 == 62
     values = scored.values(5, rate=7.0)
     assert values == {
         "probability": alone.captured,
@@ -117,7 +116,7 @@ def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
 
 
 def test_its_table_has_each_probability_with_its_interval():
-    scored = score_state(two_balls(), 20, seed=0, rollouts=25)
+    scored = score_state(two_balls(), SearchSettings(nodes=20, rollouts=25), 0)
     table = score_table(scored, 20, 5.0, None)
     found = scored.probability
     for name, which, value in (
@@ -135,7 +134,7 @@ def test_a_search_that_is_stopped_at_once_is_empty_and_not_shown():
     cancel = em.Cancel()
     cancel.set()
     problem = resting()
-    scored = score_state(problem, 50, 0, cancel)
+    scored = score_state(problem, SearchSettings(nodes=50), 0, cancel)
     assert scored.empty and not scored.complete
     with view(problem) as viewer:
         viewer.page._keep(0, 0, scored)
@@ -238,7 +237,7 @@ def test_the_states_of_a_dataset_are_asked_about_their_future(dataset, plan):
     future = Future(2, plan)
     with view(dataset, trajectory=1, frame=2, future=future) as viewer:
         problem = viewer.page._problem
-        assert problem.to_json() == dataset.problems([7], future)[0].to_json()
+        assert problem.to_json() == dataset.problems([7], future=future)[0].to_json()
         assert (problem.plan is None) == (plan is None)
         viewer.page._panel.frame.value = 4  # behind the end of the script, too
         end = time.monotonic() + 30
@@ -301,4 +300,6 @@ def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
         doubts = page.scored.capture.doubts
         assert len(doubts) == 2  # one node has most of the likelihood, and it leaves by itself
         assert all(doubt in page._panel.scores.content for doubt in doubts)
-    assert score_state(carried(), 5, seed=0).capture is None  # and so there is none to doubt
+    assert (
+        score_state(carried(), SearchSettings(nodes=5), 0).capture is None
+    )  # and so there is none to doubt

@@ -17,7 +17,7 @@ from PIL import Image
 
 import energymargin as em
 from energymargin.viewer import guard, view
-from energymargin.viewer.replay import Replay
+from energymargin.viewer.search import Replay
 
 SLIDERS = ("trajectory", "frame", "nodes", "lambda", "moment")  # from the top of the panel
 VIEWPORT = {"width": 720, "height": 420}

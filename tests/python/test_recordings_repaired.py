@@ -1,11 +1,11 @@
-"""What a camera drops or sees wrong is mended by the stated rules, and said."""
+"""Frames that a camera drops or sees wrong are interpolated by stated rules, and reported."""
 
 import numpy as np
 import pytest
 from recorded import noisy, poses_of, push, rows_of, write
 
-from energymargin.recordings import Mended, read_csv
-from energymargin.recordings.smoothing import smoothed
+from energymargin.recordings import Repairs, read_csv
+from energymargin.recordings.cleaning import smoothed
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_missing_frames_are_filled_up_to_the_longest_gap(path, columns):
     del rows[40:42], rows[60]
     recording = read_csv(write(path, columns, rows))
     assert recording.frames.tolist() == list(range(100))
-    assert recording.mended == Mended(missing=(40, 41, 62))
+    assert recording.repairs == Repairs(missing=(40, 41, 62))
     assert np.allclose(recording.times, columns["time"], atol=1e-5)
     assert largest_error(recording, [40, 41, 62]) < 1
     with pytest.raises(
@@ -60,11 +60,11 @@ def test_poses_that_were_not_seen_are_filled(path, columns, cell):
     rows[50][5:8] = [cell] * 3
     rows[51][6] = cell
     recording = read_csv(write(path, columns, rows))
-    assert recording.mended == Mended(unseen={"object": (30,), "effector": (50, 51)})
-    assert str(recording.mended) == (
+    assert recording.repairs == Repairs(unseen={"object": (30,), "effector": (50, 51)})
+    assert str(recording.repairs) == (
         "1 poses of the object not seen, filled, 2 poses of the effector not seen, filled"
     )
-    assert recording.mended.frames == (30, 50, 51)
+    assert recording.repairs.frames == (30, 50, 51)
     assert largest_error(recording, [30, 50, 51]) < 1
 
 
@@ -83,7 +83,7 @@ def test_frames_at_the_ends_without_both_bodies_are_left_out(path, columns):
     rows[99][7] = ""
     recording = read_csv(write(path, columns, rows))
     assert recording.frames.tolist() == list(range(8, 99))
-    assert recording.mended == Mended(left_out=(*range(8), 99))
+    assert recording.repairs == Repairs(left_out=(*range(8), 99))
 
 
 @pytest.mark.parametrize(
@@ -96,8 +96,8 @@ def test_a_marker_that_jumps_is_replaced(path, columns, column, jump, frames):
     recording = read_csv(write(path, columns))
     inside = tuple(frame for frame in frames if 0 < frame < 99)
     body = column.partition("_")[0]
-    assert recording.mended.outliers == ({body: inside} if inside else {})
-    assert recording.mended.left_out == tuple(frame for frame in frames if frame in (0, 99))
+    assert recording.repairs.outliers == ({body: inside} if inside else {})
+    assert recording.repairs.left_out == tuple(frame for frame in frames if frame in (0, 99))
     assert largest_error(recording) < 1.5
     assert (
         np.abs(recording.object.poses[:, 2] - push()["object_yaw"][recording.frames]).max() < 0.03
@@ -109,7 +109,7 @@ def test_a_motion_that_starts_stops_and_bounces_has_no_outliers(path, columns):
     for name, bounce in (("effector_x", -1.0), ("effector_y", 0.0), ("object_y", 1.0)):
         columns[name] = 1.0 * np.clip(time - 1, 0, 0.5) + bounce * 0.5 * np.clip(time - 1.5, 0, 0.5)
     recording = read_csv(write(path, noisy(columns)))
-    assert str(recording.mended) == "nothing mended"
+    assert str(recording.repairs) == "nothing repaired"
     away = recording.effector.poses[:, 1] - columns["effector_y"]
     assert np.abs(away).max() < 5e-3  # smoothing does not flatten a stop from 1 m/s
 
@@ -117,7 +117,7 @@ def test_a_motion_that_starts_stops_and_bounces_has_no_outliers(path, columns):
 def test_unequal_steps_are_taken_as_they_are(path, columns):
     columns["time"] = columns["time"] + np.random.default_rng(2).uniform(-0.01, 0.01, 100)
     recording = read_csv(write(path, columns))
-    assert str(recording.mended) == "nothing mended"
+    assert str(recording.repairs) == "nothing repaired"
     assert np.allclose(recording.times, columns["time"], atol=1e-6)
 
 
@@ -126,7 +126,7 @@ def test_a_camera_of_which_every_third_frame_is_kept_has_none_missing(path, colu
     rows = rows_of(columns)
     del rows[20]
     recording = read_csv(write(path, columns, rows))
-    assert recording.mended == Mended(missing=(67,))
+    assert recording.repairs == Repairs(missing=(67,))
 
 
 def test_numbers_that_jump_without_time_are_refused(path, columns):
@@ -150,20 +150,16 @@ def test_nothing_is_mended_if_that_is_forbidden(path, columns, change, line):
     rows = rows_of(columns)
     change(rows)
     write(path, columns, rows)
-    assert str(read_csv(path).mended) != "nothing mended"
-    with pytest.raises(
-        ValueError, match=f"line {line}: frame {line - 2} is to be mended .* forbids"
-    ):
-        read_csv(path, mend=False)
+    assert str(read_csv(path).repairs) != "nothing repaired"
+    with pytest.raises(ValueError, match=f"line {line}: frame {line - 2} needs repair .* forbids"):
+        read_csv(path, repair=False)
 
 
 def test_a_recording_of_which_much_would_be_mended_is_refused(path, columns):
     rows = rows_of(columns)
     for row in rows[1::3]:
         row[2] = ""
-    with pytest.raises(
-        ValueError, match=r"33 of 100 frames would be mended .* expected at most 25%"
-    ):
+    with pytest.raises(ValueError, match=r"33 of 100 frames need repair .* expected at most 25%"):
         read_csv(write(path, columns, rows))
 
 
@@ -171,13 +167,13 @@ def test_two_jumps_of_the_yaw_do_not_turn_what_follows(path, columns):
     columns["object_yaw"][[50, 51]] += (2.2, 4.4)
     columns["object_yaw"] = (columns["object_yaw"] + np.pi) % (2 * np.pi) - np.pi
     recording = read_csv(write(path, columns))
-    assert recording.mended == Mended(outliers={"object": (50, 51)})
+    assert recording.repairs == Repairs(outliers={"object": (50, 51)})
     assert np.abs(recording.object.poses[:, 2] - push()["object_yaw"]).max() < 0.03
 
 
 def test_a_motion_that_starts_with_the_recording_has_no_outliers(path, columns):
     columns["object_y"] = 0.4 + 0.2 * np.maximum(columns["time"] - 1 / 33, 0)
-    assert str(read_csv(write(path, columns)).mended) == "nothing mended"
+    assert str(read_csv(write(path, columns)).repairs) == "nothing repaired"
 
 
 def test_a_tracker_that_holds_still_or_rounds_is_smoothed_as_any():
@@ -188,5 +184,6 @@ def test_a_tracker_that_holds_still_or_rounds_is_smoothed_as_any():
     held = moving + np.where(np.arange(100) < 60, 0, random.normal(0, 5e-4, 100))
     rounded = np.round((moving + random.normal(0, 2e-4, 100)) / 1e-3) * 1e-3
     for measured, most in ((held, 0.006), (rounded, 0.006)):
-        found = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06).velocities[65:95, 0]
+        motion, _ = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06)
+        found = motion.velocities[65:95, 0]
         assert np.sqrt(np.mean((found - 0.05) ** 2)) < most

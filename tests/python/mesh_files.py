@@ -1,0 +1,39 @@
+"""Mesh files of small solids."""
+
+import trimesh
+
+import energymargin as em
+
+# An L of two bars, 0.2 m long, 0.05 m wide and 0.04 m high.
+OUTLINE = [(0, 0), (0.2, 0), (0.2, 0.05), (0.05, 0.05), (0.05, 0.2), (0, 0.2)]
+
+
+def written(tmp_path, mesh, name="solid.stl"):
+    mesh.export(tmp_path / name)
+    return tmp_path / name
+
+
+def bars():
+    low = [(x, y, 0.0) for x, y in OUTLINE]
+    high = [(x, y, 0.04) for x, y in OUTLINE]
+    top = [(6, 6 + i, 7 + i) for i in (1, 2, 3, 4)]
+    bottom = [(0, i + 1, i) for i in (1, 2, 3, 4)]
+    around = [(i, (i + 1) % 6) for i in range(6)]
+    sides = [face for a, b in around for face in ((a, b, a + 6), (b, b + 6, a + 6))]
+    return trimesh.Trimesh(low + high, top + bottom + sides)
+
+
+def angle(tmp_path, name="angle.stl"):
+    return written(tmp_path, bars(), name)
+
+
+def volume(compound):
+    """That of the parts together."""
+    return em.mass_properties(em.Compound(compound.parts)).volume
+
+
+def has_inside(part, point):
+    hull = trimesh.convex.convex_hull(part.shape.points)
+    return bool(
+        (hull.face_normals @ point <= (hull.face_normals * hull.triangles[:, 0]).sum(1)).all()
+    )

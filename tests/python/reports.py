@@ -1,0 +1,89 @@
+"""Reports of small stores, and their pages, parsed."""
+
+import base64
+import json
+import sqlite3
+from html.parser import HTMLParser
+
+import numpy as np
+
+from energymargin import datasets, report
+from energymargin.scoring.settings import SearchSettings
+from energymargin.store import ScoreStore, score_dataset
+
+SETTINGS = SearchSettings(nodes=15, seed=3)
+OPTIONS = report.Options(draws=200, pictures=1)
+METRICS = ("capture", "success", "effort/est", "effort/rrt", "force")
+
+
+class Document(HTMLParser):
+    """A page, taken apart."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.elements, self.rows, self.figures = [], [], {}
+        self._text, self._within = [], []
+        self.feed(path.read_text())
+        self.text = " ".join(" ".join(self._text).split())
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        self._within.append((tag, dict(attrs)))
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th") and self.rows:
+            self.rows[-1].append([])
+
+    def handle_endtag(self, tag):
+        while self._within and self._within.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        tags = [tag for tag, _ in self._within]
+        if tags and tags[-1] == "script":
+            name = self._within[-1][1].get("id", "")
+            if name.startswith("data-"):
+                self.figures[name.removeprefix("data-")] = json.loads(data)
+        elif "style" not in tags and data.strip():
+            self._text.append(data.strip())
+            if "tr" in tags:
+                self.rows[-1][-1].append(data.strip())
+
+    def row(self, name):
+        """The cells of the longest row of that name; each is a list of its lines."""
+        return max((row[1:] for row in self.rows if row[0] == [name]), key=len)
+
+    def attributes(self, name):
+        return [attrs[name] for _, attrs in self.elements if attrs.get(name)]
+
+
+def numbers(array):
+    """Of an array in a figure."""
+    if isinstance(array, dict):
+        return np.frombuffer(base64.b64decode(array["bdata"]), dtype=array["dtype"])
+    return np.array([np.nan if value is None else value for value in array], dtype=float)
+
+
+def pushes(folder):
+    """Puts a dataset of 12 pushes, its scores, and their report into a folder."""
+    dataset = datasets.generate("push", trajectories=12, frames=6, seed=1)
+    dataset.save(folder / "push.h5")
+    score_dataset(dataset, folder / "push-scores.db", settings=SETTINGS)
+    report.write(folder / "push-scores.db", folder / "report.html", options=OPTIONS)
+
+
+def scores(path):
+    with ScoreStore(path) as store:
+        return store.run().labelled_scores()
+
+
+def changed(path, statement):
+    with sqlite3.connect(path) as file:
+        file.execute(statement)
+
+
+def written(folder, run=None, progress=None, **options):
+    chosen = report.Options(**{"draws": 9, "pictures": 0, **options})
+    path = folder / "r.html"
+    report.write(folder / "push-scores.db", path, run=run, options=chosen, progress=progress)
+    return Document(folder / "r.html")

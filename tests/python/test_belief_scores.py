@@ -1,0 +1,159 @@
+"""Scores of beliefs."""
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.stats import norm
+from test_beliefs import problem
+
+import energymargin as em
+
+DRIFT = 0.2  # m/s, deviation of a speed
+RADIUS, HORIZON = 0.05, 0.5
+
+
+def drifting(horizon=HORIZON):
+    """A ball in space that leaves a ball of 5 cm if it drifts faster than 0.1 m/s along x."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("ball", em.Sphere(0.05), mass=1, role="object")
+    own = em.Problem(
+        scene,
+        scene.pack(),
+        force=(1e-9, 0, 0),  # which moves nothing
+        torque=(0, 0, 0),
+        duration=0.1,
+        captured=em.regions.Ball("ball", (0, 0, 0), RADIUS),
+        horizon=horizon,
+    )
+    return em.Belief(own, velocity=(DRIFT, 0, 0, 0, 0, 0), friction=0.1)
+
+
+def test_a_probability_of_a_drift_that_is_not_known_is_the_one_on_paper():
+    asked = {"rollouts": 256, "threads": 1}
+    score = em.score_belief(drifting(), ["probability"], **asked)["probability"]
+    known = norm.cdf(RADIUS / HORIZON / DRIFT) - norm.cdf(-RADIUS / HORIZON / DRIFT)
+    assert score.mean == pytest.approx(known, abs=0.02)
+    low, high = score.interval()
+    assert low < known < high and high - low > 0.1
+    assert set(score.values) == {0.0, 1.0}
+    times, curve = score.curve
+    assert curve[0] == 1 and curve[-1] == score.mean and (np.diff(curve) <= 0).all()
+    at = np.searchsorted(times, HORIZON / 2)
+    reach = RADIUS / times[at] / DRIFT
+    assert curve[at] == pytest.approx(norm.cdf(reach) - norm.cdf(-reach), abs=0.03)
+
+
+def test_the_drift_matters_and_the_friction_in_space_does_not():
+    score = em.score_belief(drifting(), ["probability"], rollouts=128, threads=1)["probability"]
+    drift, friction = score.shares["velocity of ball"], score.shares["friction of ball"]
+    assert drift.value > 0.5 > 10 * abs(friction.value)
+    assert 0 < drift.stderr < 0.2
+
+
+def test_one_particle_of_a_known_model_has_the_score_of_the_problem():
+    known = em.Belief(problem(), friction=0)
+    metrics = ["capture", "effort/est", "force"]
+    ours = em.score_belief(known, metrics, particles=1, nodes=30, seed=4, threads=1)
+    table = em.score([problem()], metrics, nodes=30, seed=4, threads=1)
+    for metric in metrics:
+        assert ours[metric].mean == table[metric][0]
+        assert ours[metric].stderr is None and len(ours[metric].values) == 1
+
+
+def test_nodes_are_shared_out_among_the_particles():
+    belief = em.Belief(problem(), friction=0.1)
+    ours = em.score_belief(belief, ["capture"], particles=4, nodes=41, threads=1)["capture"]
+    indices = [j * 2**32 for j in range(4)]
+    table = em.score(ours.particles.problems, ["capture"], nodes=10, indices=indices, threads=1)
+    assert ours.values.tolist() == table["capture"].tolist()
+    assert ours.mean == table["capture"].mean() and ours.worst == table["capture"].min()
+    assert ours.stderr == pytest.approx(table["capture"].std(ddof=1) / 2)
+    assert ours.quantile(0) == ours.worst and ours.quantile(1) == table["capture"].max()
+    assert ours.quantile(0.5) == np.sort(table["capture"])[1]
+    half = stats.t.ppf(0.975, 3) * ours.stderr
+    assert ours.interval() == pytest.approx((ours.mean - half, ours.mean + half))
+
+
+@pytest.mark.parametrize("executor", [em.executors.Threads(2), em.executors.Processes(1)])
+def test_scores_depend_on_no_executor(executor):
+    belief = em.Belief(problem(horizon=0.2), friction=0.1, pose=(0.01, 0.01, 0, 0, 0, 0.1))
+    asked = {"metrics": ["probability", "effort/est"], "particles": 3, "rollouts": 5, "nodes": 30}
+    one = em.score_belief(belief, threads=1, **asked)
+    other = em.score_belief(belief, executor=executor, **asked)
+    assert list(one) == list(other) == asked["metrics"]
+    for metric in one:
+        assert one[metric].values.tobytes() == other[metric].values.tobytes()
+    assert len(one["probability"].values) == 5 and len(one["effort/est"].values) == 3
+
+
+def test_an_effort_that_some_particle_does_not_have_is_infinite_in_the_mean():
+    belief = em.Belief(problem(), friction=stats.uniform(0.05, 0.5))
+    asked = {"particles": 8, "nodes": 800, "threads": 1}
+    effort = em.score_belief(belief, ["effort/est"], **asked)["effort/est"]
+    assert np.isinf(effort.values).any() and np.isfinite(effort.worst)
+    assert effort.mean == np.inf and effort.stderr is None
+    assert np.isnan([share.value for share in effort.shares.values()]).all()
+    with pytest.raises(ValueError, match="expected several finite ones"):
+        effort.interval()
+
+
+def test_progress_counts_particles_and_a_cancel_keeps_those_that_are_done():
+    belief, seen = em.Belief(problem(), friction=0.1), []
+    cancel = em.Cancel()
+
+    def tell(done, total):
+        seen.append((done, total))
+        if done >= 3:
+            cancel.set()
+
+    asked = {"metrics": ["capture"], "particles": 400, "nodes": 40000, "threads": 1}
+    part = em.score_belief(belief, progress=tell, cancel=cancel, **asked)
+    assert not part.complete and seen[-1][1] == 400
+    count = len(part["capture"].values)
+    assert 3 <= count < 400 and len(part["capture"].particles) == count
+    few = belief.particles(count, seed=em.stream(0, 0)).problems
+    indices = [j * 2**32 for j in range(count)]
+    whole = em.score(few, ["capture"], nodes=100, indices=indices, threads=1)["capture"]
+    assert part["capture"].values.tolist() == whole.tolist()
+    with pytest.raises(em.Cancelled):
+        em.score_belief(belief, cancel=cancel, **asked)
+
+
+def test_what_cannot_be_asked_is_refused():
+    belief = em.Belief(problem(), friction=0.1)
+    for asked, words in (
+        ({"belief": problem()}, "expected em.Beliefs alone"),
+        ({"particles": 0}, "particles is 0"),
+        ({"particles": 20, "nodes": 10}, "nodes is 10, expected one at least for each of 20"),
+        ({"metrics": ["luck"]}, "metrics is 'luck'"),
+        ({"metrics": ["probability"]}, "horizon"),
+        ({"threads": 1, "executor": em.executors.Threads(1)}, "threads is 1"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            em.score_belief(**{"belief": belief, **asked})
+    timed = em.Belief(problem(horizon=0.1), friction=0.1)
+    with pytest.raises(ValueError, match="common_random_numbers is True"):
+        em.score_belief(timed, ["probability"], common_random_numbers=True)
+    score = em.score_belief(timed, ["probability"], rollouts=2, threads=1)
+    with pytest.raises(KeyError, match="'capture' was not computed; there are: probability"):
+        score["capture"]
+    for wrong, words in ((1.5, "confidence is 1.5"), (0, "confidence is 0")):
+        with pytest.raises(ValueError, match=words):
+            score["probability"].interval(wrong)
+    with pytest.raises(ValueError, match="share is 2"):
+        score["probability"].quantile(2)
+
+
+def test_a_figure_shows_particles_scores_and_shares():
+    belief = em.Belief(problem(), friction=0.1, pose=(0.01, 0.01, 0, 0, 0, 0))
+    score = em.score_belief(belief, ["capture"], particles=20, nodes=100, threads=1)["capture"]
+    figure = em.plots.figure_belief(belief, score, known=0.5)
+    where, how_much, why = figure.axes[:3]
+    assert where.get_title() == "20 particles"
+    assert any("worst" in text.get_text() for text in how_much.get_legend().get_texts())
+    assert [t.get_text() for t in why.get_yticklabels()] == [
+        "friction\nof object",
+        "pose\nof object",
+    ]
+    with pytest.raises(ValueError, match="expected one of em"):
+        em.plots.figure_belief(belief, 0.5)

@@ -1,0 +1,175 @@
+"""Beliefs about the states of a dataset, in a store and at the terminal."""
+
+import csv
+import json
+import sqlite3
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+from typer.testing import CliRunner
+
+import energymargin as em
+from energymargin.beliefs import Uncertainty
+from energymargin.beliefs.scores import score_beliefs
+from energymargin.cli import app
+from energymargin.limits import Limit
+from energymargin.store import ScoreStore, score_dataset
+
+PLACE = (0.02, 0.02, 0, 0, 0, 0)
+KNOWN = Uncertainty(pose={"object": PLACE, "effector": PLACE}, friction={"table": 0.05})
+ASKED = {"nodes": 90, "particles": 3, "executor": em.executors.Threads(1)}
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return em.datasets.generate("push", trajectories=2, frames=3, seed=1)
+
+
+@pytest.fixture(scope="module")
+def path(dataset, tmp_path_factory):
+    path = tmp_path_factory.mktemp("store") / "scores.db"
+    assert score_dataset(dataset, path, ["capture"], uncertainty=KNOWN, **ASKED)
+    return path
+
+
+def test_scores_are_those_of_beliefs_about_the_states(dataset, path):
+    beliefs = [dataset.belief(number, KNOWN) for number in range(dataset.size)]
+    settings = em.SearchSettings(nodes=90)
+    asked = {"particles": 3, "settings": settings, "threads": 1, "limit": Limit()}
+    known = score_beliefs(beliefs, ["capture"], **asked)
+    with ScoreStore(path) as store:
+        run = store.run()
+        assert run.sampling.uncertainty == KNOWN and run.sampling.particles == 3
+        assert "belief" in str(run) and "3 particles" in str(run)
+        for number, row in enumerate(run.rows()):
+            score = known[number]["capture"]
+            assert row.scores == (score.mean,)
+            assert run.particles(number, "capture").tolist() == score.values.tolist()
+            assert len(set(score.values)) > 1 or score.mean in (0, 1)
+
+
+def test_a_dataset_poses_the_question_about_each_particle(dataset):
+    """Its capture set is that of the particle's own state."""
+    belief = dataset.belief(4, Uncertainty(velocity={"effector": (0.2, 0.2, 0, 0, 0, 0)}))
+    task = em.tasks.make("push", **dataset.parameters)
+    params = dataset.trajectories[1].params
+    for one in belief.particles(3).problems:
+        own = json.loads(task.problem(np.asarray(one.state), params).to_json())
+        assert json.loads(one.to_json())["captured"] == own["captured"]
+    with pytest.raises(ValueError, match="number is 6"):
+        dataset.belief(6, KNOWN)
+
+
+def test_a_run_without_a_belief_and_one_with_another_stand_beside_it(dataset, path):
+    other = Uncertainty(friction={"table": 0.1})
+    score_dataset(dataset, path, ["capture"], uncertainty=other, **ASKED)
+    score_dataset(dataset, path, ["capture"], nodes=90, executor=em.executors.Threads(1))
+    with ScoreStore(path) as store:
+        runs = store.runs()
+        assert [run.sampling and run.sampling.uncertainty for run in runs] == [KNOWN, other, None]
+        assert runs[2].particles(0, "capture") is None
+        assert [run.counts() for run in runs] == [(6, 6)] * 3
+        means = [run.labelled_scores().scores["capture"].tolist() for run in runs]
+        with pytest.raises(ValueError, match="metric is 'force'"):
+            runs[0].particles(0, "force")
+        with pytest.raises(ValueError, match="number is 6"):
+            runs[0].particles(6, "capture")
+    assert means[0] != means[1] != means[2] != means[0]
+
+
+def test_it_goes_on_from_a_stop_to_the_same_bits(dataset, path, tmp_path):
+    cancel, other = em.Cancel(), tmp_path / "other.db"
+
+    def stop(done, _total):
+        if done == 2:
+            cancel.set()
+
+    asked = {"metrics": ["capture"], "uncertainty": KNOWN, **ASKED}
+    assert not score_dataset(dataset, other, progress=stop, cancel=cancel, **asked)
+    with ScoreStore(other) as store:
+        assert 2 <= store.run().counts()[0] < 6
+    assert score_dataset(dataset, other, **asked)
+    with ScoreStore(other) as store, ScoreStore(path) as whole:
+        ours, known = store.run(), whole.run(1)
+        assert [row.scores for row in ours.rows()] == [row.scores for row in known.rows()]
+
+
+def test_probabilities_have_a_particle_each_rollout(dataset, tmp_path):
+    path = tmp_path / "scores.db"
+    future = em.datasets.Future(1, plan="hold")
+    asked = {"uncertainty": KNOWN, "rollouts": 5, **ASKED}
+    assert score_dataset(dataset, path, ["probability"], future=future, **asked)
+    with ScoreStore(path) as store:
+        run = store.run()
+        values = [run.particles(number, "probability") for number in range(6)]
+        assert {len(of_state) for of_state in values} == {5}
+        assert [row.scores[0] for row in run.rows()] == [of_state.mean() for of_state in values]
+        _, curve = run.curve(3, "probability")
+        assert curve[-1] == values[3].mean()
+
+
+def test_a_state_whose_draws_have_no_place_is_named(dataset, tmp_path):
+    far = Uncertainty(mass={"object": norm(-5.0, 0.1)})
+    with pytest.raises(em.ScoreError, match="draws of the belief have no place or a friction"):
+        score_dataset(dataset, tmp_path / "scores.db", ["capture"], uncertainty=far, **ASKED)
+
+
+def run_command(*words):
+    return CliRunner().invoke(app, [*map(str, words)])
+
+
+def test_the_command_scores_beliefs_and_export_tells_them(dataset, path, tmp_path):
+    data, scores = tmp_path / "push.h5", tmp_path / "push-scores.db"
+    dataset.save(data)
+    (tmp_path / "known.json").write_text(KNOWN.to_json())
+    command = ["score", data, "--metrics", "capture", "--nodes", 90, "--particles", 3]
+    done = run_command(*command, "--belief", tmp_path / "known.json", "--threads", 1)
+    assert done.exit_code == 0, done.output
+    with ScoreStore(scores) as store, ScoreStore(path) as whole:
+        ours, known = store.run(), whole.run(1)
+        assert [row.scores for row in ours.rows()] == [row.scores for row in known.rows()]
+    again = run_command(*command, "--belief", KNOWN.to_json(), "--threads", 1)
+    assert again.exit_code == 0, again.output
+    table = tmp_path / "scores.csv"
+    assert run_command("export", scores, "-o", table).exit_code == 0
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert len(rows) == 6
+    assert {(row["uncertainty"], row["particles"]) for row in rows} == {(KNOWN.to_json(), "3")}
+    for name in ("capture_q10", "capture_q50", "capture_q90"):
+        assert all(0 <= float(row[name]) <= 1 for row in rows)
+    for row in rows:
+        assert float(row["capture_q10"]) <= float(row["capture_q50"]) <= float(row["capture_q90"])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--particles", "3"], "--particles is 3, expected --belief beside it"),
+        (["--belief", "{"], "uncertainty is '{', expected JSON"),
+        (["--belief", '{"pose": 3}'], "pose is 3, expected six standard deviations"),
+        (["--belief", '{"mass": {"cup": 1}}'], "mass names the body 'cup'"),
+        (["--belief", '{"mass": 1}', "--nodes", "3"], "nodes is 3, expected one at least for each"),
+    ],
+)
+def test_beliefs_that_cannot_be_are_refused_at_the_terminal(dataset, tmp_path, options, words):
+    data = tmp_path / "push.h5"
+    dataset.save(data)
+    done = run_command("score", data, "--metrics", "capture", *options)
+    assert done.exit_code == 2 and words in " ".join(done.output.split()), done.output
+    assert not (tmp_path / "push-scores.db").exists()
+
+
+def test_a_store_of_the_version_before_beliefs_is_read_and_takes_them(dataset, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(dataset, path, ["capture"], nodes=90, executor=em.executors.Threads(1))
+    with sqlite3.connect(path) as file:
+        file.execute("DROP TABLE particles")
+        file.execute("PRAGMA user_version = 4")
+    with ScoreStore(path) as store:
+        before = [row.scores for row in store.run().rows()]
+        assert None not in {score for (score,) in before}
+    score_dataset(dataset, path, ["capture"], uncertainty=KNOWN, **ASKED)
+    with ScoreStore(path) as store:
+        assert [row.scores for row in store.run(1).rows()] == before
+        assert store.run(2).particles(0, "capture").shape == (3,)
