@@ -1556,7 +1556,8 @@ class CaptureProbability:
         """
         (low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
         
-        With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'success' or 'any'.
+        With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'lost', 'success' or
+        'any'.
         """
     @property
     def any(self) -> Survival | None:
@@ -1594,6 +1595,21 @@ class CaptureProbability:
         Effective sample size: rollouts of equal weight that say as much.
         """
     @property
+    def levels(self) -> float:
+        """
+        Levels at which replicas split, in the mean of the batches; 0 unless rare.
+        """
+    @property
+    def lost(self) -> float:
+        """
+        Probability that an object is lost within the horizon: 1 - captured, in full precision.
+        """
+    @property
+    def lost_curve(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        Probability of having been lost until each time, shape (T,): 1 - curve, in full precision.
+        """
+    @property
     def mean_time(self) -> float:
         """
         Mean time captured within the horizon [s], the restricted mean survival time.
@@ -1601,7 +1617,7 @@ class CaptureProbability:
     @property
     def rollouts(self) -> int:
         """
-        Random rollouts that count.
+        Random rollouts that count; with rare=True the replicas.
         """
     @property
     def steps(self) -> int:
@@ -1633,7 +1649,7 @@ class CaptureProbability:
         """
         When they leave without a disturbance [s]; the horizon if they stay.
         """
-def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
     
@@ -1648,6 +1664,13 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
             `rollouts`, by default 10000.
         success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
         by_object: of several objects also the probability of any, and of each.
+        rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
+            `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
+            success, by_object and tolerance, and for Uniform, Gaussian and noise of the plan.
+        level: with rare, a function of a state, shape (n,), that rises towards a loss; by default the signed distance to the
+            edge of the capture set, as a share of the start's. `lost` is unbiased with any, and precise with a good one.
+        ahead: with rare, what the level gains in so long at its rate of now counts too [s]; by default 0.1, about what a body
+            needs to come to rest.
         timeout: the call ends after so many seconds.
         cancel: the call ends once it is set.
         progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
@@ -1704,7 +1727,7 @@ def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: floa
     timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
     argument.
     """
-def escape_effort(problem: Problem, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', *, search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
+def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
     """
     The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
     
