@@ -33,7 +33,7 @@ int wasteful_escape(BoundedProblem& bounded) {
 TEST(Shortening, EachSuccessIsACheaperEscapeWithinTheBounds) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, &problem.captured, 1500, 0);
-  Shortening shortening(bounded, largest_edge(problem), 1);
+  Shortening shortening(problem, bounded, 1);
   shortening.start(wasteful_escape(bounded));
   double best = bounded.bound();
   const double first = best;
@@ -62,7 +62,7 @@ TEST(Shortening, PathStaysWithinTheBoundsOfTheSearch) {
   int node = 0;
   while (!bounded.escaped(node)) node = bounded.extend(node, edge({-0.2, 1.0, 0.0}, 40));
   bounded.lower_bound(bounded.cost(node));
-  Shortening shortening(bounded, largest_edge(problem), 2);
+  Shortening shortening(problem, bounded, 2);
   shortening.start(node);
   while (!bounded.spent()) shortening.attempt();
   EXPECT_NE(shortening.end(), node);
@@ -84,7 +84,7 @@ TEST(Shortening, WaitFindsABodyThatLeavesAfterManyEdges) {
   Problem problem = drift();
   problem.state.segment<3>(7) = Vector3(0.06, 0.0, 0.0);  // its velocity
   BoundedProblem bounded(problem, &problem.captured, 100, 0);
-  Shortening shortening(bounded, largest_edge(problem), 1);
+  Shortening shortening(problem, bounded, 1);
   EXPECT_TRUE(shortening.wait());
   EXPECT_EQ(bounded.bound(), 0.0);
   EXPECT_GT(bounded.nodes(), 1);
@@ -94,7 +94,7 @@ TEST(Shortening, WaitFindsABodyThatLeavesAfterManyEdges) {
 TEST(Shortening, WaitOfABodyAtRestEndsAtOnce) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, &problem.captured, 100, 0);
-  Shortening shortening(bounded, largest_edge(problem), 1);
+  Shortening shortening(problem, bounded, 1);
   EXPECT_FALSE(shortening.wait());
   EXPECT_EQ(bounded.nodes(), 1);
   EXPECT_TRUE(bounded.at_rest(1));
@@ -103,7 +103,7 @@ TEST(Shortening, WaitOfABodyAtRestEndsAtOnce) {
 TEST(Shortening, GuessLeadsOutWithoutAPlanner) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, &problem.captured, 300, 0);
-  Shortening shortening(bounded, largest_edge(problem), 1);
+  Shortening shortening(problem, bounded, 1);
   while (!bounded.spent() && !shortening.guess()) continue;
   EXPECT_TRUE(bounded.escaped(shortening.end()));
   EXPECT_EQ(bounded.cost(shortening.end()), bounded.bound());

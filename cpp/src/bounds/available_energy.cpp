@@ -45,21 +45,8 @@ class Stores {
     return of.linear_factor.cwiseProduct(of.mass * scene_.gravity() + of.force);
   }
 
-  State at_rest() const {
-    const StateLayout layout(scene_);
-    State state = problem_.state;
-    for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
-      if (layout.offset(body) >= 0) state.segment<6>(layout.offset(body) + StateLayout::velocities_of_body).setZero();
-    }
-    for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) {
-      if (layout.joint_offset(joint) >= 0) state[layout.joint_offset(joint) + 1] = 0.0;
-    }
-    return state;
-  }
-
   void add_kinetic() {
-    const Energy energy(scene_);
-    energy_.kinetic = std::max(energy(problem_.state) - energy(at_rest()), 0.0);
+    energy_.kinetic = std::max(Energy(scene_).kinetic(problem_.state, State::Zero(problem_.state.size())), 0.0);
   }
 
   // An effector in "drive" that is at rest is stopped again and again, which takes energy out.

@@ -14,9 +14,10 @@ std::string reason_of(const LowerBound& bound, const std::string& of_region, con
   if (bound.effort > 0.0) return {};
   if (!of_region.empty()) return of_region;
   if (!of_energy.empty()) return of_energy;
-  if (bound.barrier <= 0.0) return "there may be a way out on which the energy of the object never rises";
+  const double available = bound.kinetic + bound.stored;
+  if (available <= 0.0) return "there may be a way out on which the energy of the object never rises";
   return "the barrier may be as low as " + text(bound.barrier) + " J, and bodies, springs and joints can give " +
-         text(bound.kinetic + bound.stored) + " J";
+         text(available) + " J";
 }
 
 LowerBound bound_of(const Problem& problem, const Region& captured, std::size_t object,

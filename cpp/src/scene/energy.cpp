@@ -16,6 +16,13 @@ double compliance_energy(const Joint& joint, double position) {
 
 Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(scene) {
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
+  for (std::size_t body = 0; body < scene.bodies().size(); ++body) {
+    if (layout_.offset(body) < 0) continue;
+    for (int i = 0; i < 6; ++i) velocities_.push_back(layout_.offset(body) + StateLayout::velocities_of_body + i);
+  }
+  for (std::size_t joint = 0; joint < scene.joints().size(); ++joint) {
+    if (layout_.joint_offset(joint) >= 0) velocities_.push_back(layout_.joint_offset(joint) + 1);
+  }
 }
 
 double Energy::operator()(const State& state) const {
@@ -28,6 +35,13 @@ double Energy::operator()(const State& state) const {
     energy += compliance_energy(scene_.joints()[i], layout_.joint(state.data(), i).position);
   }
   return energy;
+}
+
+double Energy::kinetic(State state, const State& frame) const {
+  for (const Eigen::Index i : velocities_) state[i] -= frame[i];
+  const double moving = (*this)(state);
+  for (const Eigen::Index i : velocities_) state[i] = 0.0;
+  return moving - (*this)(state);
 }
 
 double Energy::power(const State& state) const {

@@ -21,6 +21,9 @@ class Energy {
   //! [J]; the state is taken as valid.
   double operator()(const State& state) const;
 
+  //! The kinetic part of it, as a frame sees it that moves with the velocities of `frame`, body by body [J].
+  double kinetic(State state, const State& frame) const;
+
   //! Power of gravity, the constant forces and the springs' stiffness on the bodies: how fast their potential energy
   //! falls [W].
   double power(const State& state) const;
@@ -33,7 +36,8 @@ class Energy {
   Scene scene_;
   StateLayout layout_;
   Kinematics kinematics_;
-  std::vector<Inertial> inertials_;  // of each body
+  std::vector<Inertial> inertials_;       // of each body
+  std::vector<Eigen::Index> velocities_;  // where they are in a state
 };
 
 }  // namespace energymargin

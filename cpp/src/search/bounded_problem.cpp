@@ -74,6 +74,8 @@ void BoundedProblem::describe(int node, ompl::base::State* state) const {
   tree_->describe(node, *state->as<CostSpace::StateType>());
 }
 
+State BoundedProblem::state(int node) const { return tree_->state(node); }
+
 double BoundedProblem::cost(int node) const { return tree_->cost(node); }
 
 int BoundedProblem::time(int node) const { return tree_->time(node); }

@@ -13,7 +13,7 @@ Escape run(const Problem& problem, const Region& captured, const EscapeSearchOpt
   BoundedProblem bounded(problem, &captured, options.nodes, options.seed, options.limit, options.sampling);
   bounded.count_in(options.node_counter);
   if (options.stop_at_escape) bounded.stop_at_escape();
-  Shortening shortening(bounded, largest_edge(problem), stream(options.seed, streams::shortening));
+  Shortening shortening(problem, bounded, stream(options.seed, streams::shortening));
   Shortening* const turns = options.shorten ? &shortening : nullptr;
   const std::uint64_t seed = stream(options.seed, streams::planner);
   if (options.planner == FeasiblePlanner::est) {

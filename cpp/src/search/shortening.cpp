@@ -1,16 +1,21 @@
 #include "search/shortening.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace energymargin::search {
 namespace {
 
 // Without a clock.
-constexpr int rests_of_a_wait = 10;      // longest edges
-constexpr double waiting_share = 0.04;   // of the attempts
-constexpr double polish_ratio = 1.5;     // polishes by other attempts
-constexpr int first_others = 50;         // before the first polish: the escape gets its form
+constexpr int rests_of_a_wait = 10;     // longest edges
+constexpr double waiting_share = 0.04;  // of the attempts
+constexpr double polish_ratio = 1.5;    // polishes by other attempts
+constexpr int first_others = 50;        // before the first polish: the escape gets its form
+constexpr double slow_share = 0.15;     // of the other attempts
+constexpr int most_passages = 6;        // pushes of an escape that is slowed down
+constexpr double slowest = 3.0;         // times slower; evenly in its logarithm, like the next
+constexpr double least_surplus = 1e-3, most_surplus = 0.3;
 constexpr double long_rest_share = 0.1;  // of the changes end with a wait
 constexpr double pushing_share = 0.75;   // of the changes are to an edge that has a wrench
 constexpr int longest_guess = 3;         // longest edges
@@ -22,13 +27,14 @@ constexpr double single_share = 0.5;  // of the guesses push one object alone
 
 }  // namespace
 
-Shortening::Shortening(BoundedProblem& problem, Edge largest, std::uint64_t seed)
-    : problem_(problem),
-      largest_(std::move(largest)),
-      horizon_(problem.horizon()),
+Shortening::Shortening(const Problem& problem, BoundedProblem& bounded, std::uint64_t seed)
+    : problem_(bounded),
+      largest_(largest_edge(problem)),
+      horizon_(bounded.horizon()),
       rng_(static_cast<std::uint_fast32_t>(seed)),
       changes_(largest_, horizon_, rng_),
-      polish_(largest_, rng_) {}
+      polish_(largest_, rng_),
+      slow_motion_(problem, largest_) {}
 
 bool Shortening::wait() { return !horizon_ && replay(0, with_rests({}, rests_of_a_wait)) == Outcome::better; }
 
@@ -65,7 +71,8 @@ bool Shortening::attempt() {
   const bool polishes =
       (polish_.goes_on() && polished_ == end()) || polishes_ <= polish_ratio * (others_ - first_others);
   ++(polishes ? polishes_ : others_);
-  return polishes ? polish() : change_edges();
+  if (polishes) return polish();
+  return rng_.uniform01() < slow_share ? slow_down() : change_edges();
 }
 
 bool Shortening::change_edges() {
@@ -86,6 +93,46 @@ bool Shortening::polish() {
   polish_.tell(outcome);
   polished_ = end();
   return outcome == Outcome::better;
+}
+
+// As the world sees it, or as one who moves along with what moves at the root.
+bool Shortening::slow_down() {
+  const std::vector<Passage> escape = passages(rng_.uniformInt(1, most_passages));
+  const State root = problem_.state(0);
+  const bool along = rng_.uniform01() < 0.5;
+  const double slowdown = std::exp(rng_.uniformReal(0.0, std::log(slowest)));
+  const double surplus = std::exp(rng_.uniformReal(std::log(least_surplus), std::log(most_surplus)));
+  const State frame = along ? root : State::Zero(root.size());
+  return replay(0, with_rests(slow_motion_(escape, frame, slowdown, surplus), draw_rests())) == Outcome::better;
+}
+
+// The escape's edges, cut until there are so many pushes. Where an edge is cut, a rollout tells the state.
+std::vector<Passage> Shortening::passages(int pushes) {
+  struct Nodes {
+    Edge edge;
+    int from, to;
+  };
+  std::vector<Nodes> escape;
+  std::vector<std::size_t> cut;  // those that can be
+  for (std::size_t i = 1; i < path_.size(); ++i) escape.push_back({problem_.edge(path_[i]), path_[i - 1], path_[i]});
+  while (!problem_.spent()) {
+    cut.clear();
+    for (std::size_t i = 0; i < escape.size(); ++i) {
+      if (!escape[i].edge.wrenches.isZero(0.0) && escape[i].edge.steps > 1) cut.push_back(i);
+    }
+    if (cut.empty() || static_cast<int>(cut.size()) >= pushes) break;
+    const std::size_t i = cut[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(cut.size()) - 1))];
+    Nodes first = escape[i];
+    first.edge.steps = rng_.uniformInt(1, first.edge.steps - 1);
+    first.to = problem_.extend(first.from, first.edge);
+    if (first.to < 0) break;
+    escape[i].edge.steps -= first.edge.steps;
+    escape[i].from = first.to;
+    escape.insert(escape.begin() + static_cast<std::ptrdiff_t>(i), first);
+  }
+  std::vector<Passage> passages;
+  for (const Nodes& part : escape) passages.push_back({part.edge, problem_.state(part.from), problem_.state(part.to)});
+  return passages;
 }
 
 // From the root, after which a wait may go on where the last one ended, or from anywhere on the path. The first rest is

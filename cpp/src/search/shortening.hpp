@@ -8,6 +8,7 @@
 #include "energymargin/search/bounded_problem.hpp"
 #include "search/edge_changes.hpp"
 #include "search/polish.hpp"
+#include "search/slow_motion.hpp"
 
 namespace energymargin::search {
 
@@ -16,8 +17,8 @@ namespace energymargin::search {
 //! one before it changes: what lies between them is a wait, an edge without a wrench of any length.
 class Shortening {
  public:
-  //! `largest` bounds the edges.
-  Shortening(BoundedProblem& problem, Edge largest, std::uint64_t seed);
+  //! `bounded` is the search in which `problem`'s escapes are replayed.
+  Shortening(const Problem& problem, BoundedProblem& bounded, std::uint64_t seed);
 
   //! The changes refer to this very object.
   Shortening(const Shortening&) = delete;
@@ -43,6 +44,8 @@ class Shortening {
  private:
   bool change_edges();
   bool polish();
+  bool slow_down();
+  std::vector<Passage> passages(int pushes);
   bool wait_on();
   std::size_t draw_node();
   TimedEdge draw_push();
@@ -59,6 +62,7 @@ class Shortening {
   ompl::RNG rng_;
   EdgeChanges changes_;
   Polish polish_;
+  SlowMotion slow_motion_;
   int polished_ = -1;         // the node in which the escape ends that the polish goes on from
   int polishes_ = 0;          // attempts that were one
   int others_ = 0;            // and those that were none

@@ -76,6 +76,9 @@ class BoundedProblem {
   //! Sets a state of the `space_information` to a node's.
   void describe(int node, ompl::base::State* state) const;
 
+  //! State of a node, shape (n,).
+  State state(int node) const;
+
   //! Effort from the root to a node, eq. 8 [J].
   double cost(int node) const;
 
