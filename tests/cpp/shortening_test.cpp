@@ -100,11 +100,11 @@ TEST(Shortening, WaitOfABodyAtRestEndsAtOnce) {
   EXPECT_TRUE(bounded.at_rest(1));
 }
 
-TEST(Shortening, GuessLeadsOutWithoutAPlanner) {
+TEST(Shortening, LeadsOutWithoutAPlanner) {
   const Problem problem = drift();
   BoundedProblem bounded(problem, &problem.captured, 300, 0);
   Shortening shortening(problem, bounded, 1);
-  while (!bounded.spent() && !shortening.guess()) continue;
+  while (!bounded.spent() && !shortening.attempt()) continue;
   EXPECT_TRUE(bounded.escaped(shortening.end()));
   EXPECT_EQ(bounded.cost(shortening.end()), bounded.bound());
 }

@@ -15,11 +15,11 @@
 namespace energymargin::search {
 namespace {
 
-// Nodes of a turn: the planner's; guesses before there is an escape, and all of shortening's with a clock; shortening's
-// without one.
+// Nodes of a turn, the planner's and shortening's: before there is an escape, and always with a clock; after that.
 constexpr int planner_turn = 50;
 constexpr int short_turn = 50;
-constexpr int long_turn = 100;
+constexpr int late_planner_turn = 20;
+constexpr int long_turn = 180;
 
 // Under Confirm::best a best escape is confirmed at the end, and before it whenever there are so many times the nodes.
 constexpr int confirmation_growth = 4;
@@ -44,7 +44,8 @@ class Search {
 
   void plan() {
     const int before = problem_.nodes();
-    planner_.solve(shortening_ ? problem_.termination(problem_.nodes() + planner_turn) : problem_.termination());
+    const int turn = mostly_shortens() ? late_planner_turn : planner_turn;
+    planner_.solve(shortening_ ? problem_.termination(problem_.nodes() + turn) : problem_.termination());
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
@@ -55,9 +56,9 @@ class Search {
 
   void shorten() {
     if (!shortening_) return;
-    const int end = problem_.nodes() + (candidates_.empty() || problem_.horizon() ? short_turn : long_turn);
+    const int end = problem_.nodes() + (mostly_shortens() ? long_turn : short_turn);
     while (problem_.nodes() < end && !finished()) {
-      if (candidates_.empty() ? shortening_->guess() : shortening_->attempt()) add(shortening_->end());
+      if (shortening_->attempt()) add(shortening_->end());
     }
   }
 
@@ -79,7 +80,7 @@ class Search {
       }
     }
     problem_.lower_bound(effort());
-    if (shortening_ && !candidates_.empty()) shortening_->start(candidates_.back().node);
+    if (shortening_) shortening_->start(candidates_.empty() ? 0 : candidates_.back().node);
   }
 
   // Only by an escape that counts: pruning by one that is discarded later would take too much.
@@ -107,6 +108,8 @@ class Search {
     int node;   // in which an escape ends
     int nodes;  // that there were
   };
+
+  bool mostly_shortens() const { return !candidates_.empty() && !problem_.horizon(); }
 
   double effort() const {
     return candidates_.empty() ? std::numeric_limits<double>::infinity() : problem_.cost(candidates_.back().node);

@@ -89,9 +89,11 @@ Edge BoundedProblem::edge(int node) const { return tree_->edge(node); }
 
 std::vector<int> BoundedProblem::path_to(int node) const { return tree_->path_to(node); }
 
-bool BoundedProblem::allowed(int node) const {
+bool BoundedProblem::allowed(int node) const { return allowed(node, bound()); }
+
+bool BoundedProblem::allowed(int node, double bound) const {
   if (node >= 0 && horizon() && time(node) >= *horizon() && !escaped(node)) return false;
-  return node >= 0 && cost(node) < bound() && (!within_ || (*within_)(State(tree_->state(node))));
+  return node >= 0 && cost(node) < bound && (!within_ || (*within_)(State(tree_->state(node))));
 }
 
 bool BoundedProblem::escaped(int node) const {
@@ -107,7 +109,9 @@ bool BoundedProblem::worth_keeping(int node, double bound) const {
   return cost(node) < bound && discarded_.count(node) == 0 && !spent();
 }
 
-int BoundedProblem::extend(int node, const Edge& edge) { return tree_->extend(node, edge); }
+int BoundedProblem::extend(int node, const Edge& edge) { return extend(node, edge, bound()); }
+
+int BoundedProblem::extend(int node, const Edge& edge, double bound) { return tree_->extend(node, edge, bound); }
 
 std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& round) { return tree_->extend(round); }
 

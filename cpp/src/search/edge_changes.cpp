@@ -10,8 +10,9 @@ namespace {
 // large ones, and one that is close small ones.
 constexpr double smallest_nudge = 1e-3;
 constexpr double largest_nudge = 0.5;
-constexpr double weakest = 1e-3;    // of the factors by which all edges are weakened, drawn evenly in their logarithm
-constexpr double axis_share = 0.5;  // of the nudges are along one axis
+constexpr double silent_share = 0.5;  // of the changes of an axis in all edges leave nothing along it
+constexpr double weakest = 1e-3;      // of the factors by which all edges are weakened, drawn evenly in their logarithm
+constexpr double axis_share = 0.5;    // of the nudges are along one axis
 constexpr double end_share = 0.15;  // of the nudges set an axis to zero or to a bound
 constexpr double rest_share = 0.5;  // of the edges that are cut go on without a wrench
 
@@ -38,6 +39,10 @@ EdgeChanges::EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::
       rng_(rng),
       changes_{&EdgeChanges::drop,        &EdgeChanges::halt,      &EdgeChanges::weaken, &EdgeChanges::coast,
                &EdgeChanges::nudge_first, &EdgeChanges::nudge_all, &EdgeChanges::cut,    &EdgeChanges::merge} {
+  for (int axis = 0; axis < largest_.wrenches.size(); ++axis) {
+    if (largest_.wrenches[axis] > 0.0) axes_.push_back(axis);
+  }
+  if (axes_.empty()) axes_.push_back(0);  // any: all wrenches are 0
   if (!horizon_) changes_.push_back(&EdgeChanges::weaken_all);
   if (horizon_) changes_.insert(changes_.end(), {&EdgeChanges::shift, &EdgeChanges::hasten});
   if (largest_.wrenches.size() > wrench_axes) changes_.push_back(&EdgeChanges::silence);
@@ -63,10 +68,16 @@ void EdgeChanges::nudge_all(TimedEdges& edges) {
   for (TimedEdge& edge : edges) edge = nudge(edge);
 }
 
-// An object that is about to leave by itself needs next to nothing.
+// An object that is about to leave by itself needs next to nothing. Along one axis it may need nothing at all.
 void EdgeChanges::weaken_all(TimedEdges& edges) {
   const double factor = std::exp(rng_.uniformReal(std::log(weakest), 0.0));
-  for (TimedEdge& edge : edges) edge.wrenches *= factor;
+  if (rng_.uniform01() < axis_share) {
+    const int axis = draw_axis();
+    const bool silent = rng_.uniform01() < silent_share;
+    for (TimedEdge& edge : edges) edge.wrenches[axis] *= silent ? 0.0 : factor;
+  } else {
+    for (TimedEdge& edge : edges) edge.wrenches *= factor;
+  }
 }
 
 void EdgeChanges::cut(TimedEdges& edges) {
@@ -149,7 +160,7 @@ TimedEdge EdgeChanges::nudge(TimedEdge edge) {
 
 void EdgeChanges::nudge_wrenches(Eigen::VectorXd& wrenches, double size) {
   const auto axes = static_cast<int>(wrenches.size());
-  const int only = rng_.uniform01() < axis_share ? rng_.uniformInt(0, axes - 1) : axes;
+  const int only = rng_.uniform01() < axis_share ? draw_axis() : axes;
   for (int axis = 0; axis < axes; ++axis) {
     const double bound = largest_.wrenches[axis];
     if (bound == 0.0 || (only < axes && axis != only)) continue;
@@ -157,8 +168,12 @@ void EdgeChanges::nudge_wrenches(Eigen::VectorXd& wrenches, double size) {
     wrenches[axis] = std::clamp(value, -bound, bound);
   }
   if (rng_.uniform01() >= end_share) return;
-  const int axis = rng_.uniformInt(0, axes - 1);
+  const int axis = draw_axis();
   wrenches[axis] = rng_.uniformInt(-1, 1) * largest_.wrenches[axis];
+}
+
+int EdgeChanges::draw_axis() {
+  return axes_[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(axes_.size()) - 1))];
 }
 
 double EdgeChanges::draw_size() {

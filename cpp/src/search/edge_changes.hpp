@@ -57,12 +57,14 @@ class EdgeChanges {
 
   TimedEdge nudge(TimedEdge edge);
   void nudge_wrenches(Eigen::VectorXd& wrenches, double size);
+  int draw_axis();
   double draw_size();
 
   const Edge& largest_;
   std::optional<int> horizon_;
   ompl::RNG& rng_;
   std::vector<Change> changes_;
+  std::vector<int> axes_;  // that have bounds above 0
 };
 
 }  // namespace energymargin::search

@@ -65,14 +65,16 @@ RolloutTree::RolloutTree(const Problem& problem, const CostSpace& space, int nod
   tree_.durations[0] = 0.0;
 }
 
-int RolloutTree::extend(int from, const Edge& edge) {
-  const std::vector<int> nodes = extend({EdgeFrom{from, edge}});
+int RolloutTree::extend(int from, const Edge& edge, double bound) {
+  const std::vector<int> nodes = extend({EdgeFrom{from, edge}}, bound);
   return nodes.empty() ? -1 : nodes.front();
 }
 
-std::vector<int> RolloutTree::extend(const std::vector<EdgeFrom>& round) {
+std::vector<int> RolloutTree::extend(const std::vector<EdgeFrom>& round) { return extend(round, space_.bound()); }
+
+std::vector<int> RolloutTree::extend(const std::vector<EdgeFrom>& round, double bound) {
   const int before = nodes_;
-  const std::vector<std::optional<Stretch>> stretches = roll_out(round);
+  const std::vector<std::optional<Stretch>> stretches = roll_out(round, bound);
   std::vector<int> nodes;
   for (std::size_t i = 0; i < round.size(); ++i) {
     if (stretches[i] && !stretches[i]->rollout.complete) break;
@@ -98,22 +100,22 @@ int RolloutTree::extend_undisturbed() {
 }
 
 // Of a round, in its order. Each has the nodes that are left if those before it take as many as they may.
-std::vector<std::optional<Stretch>> RolloutTree::roll_out(const std::vector<EdgeFrom>& round) {
+std::vector<std::optional<Stretch>> RolloutTree::roll_out(const std::vector<EdgeFrom>& round, double bound) {
   std::vector<std::optional<Stretch>> stretches(round.size());
   const std::vector<std::size_t> order = by_length(round);
   crew_.run(order.size(), [&](std::size_t job, std::size_t thread) {
     const std::size_t i = order[job];
     const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
-    stretches[i] = roll_out(*worlds_[thread], round[i], std::min(nodes_per_edge_, left));
+    stretches[i] = roll_out(*worlds_[thread], round[i], std::min(nodes_per_edge_, left), bound);
   });
   return stretches;
 }
 
 // None if the simulation diverges.
-std::optional<Stretch> RolloutTree::roll_out(World& world, const EdgeFrom& from, int nodes) const {
+std::optional<Stretch> RolloutTree::roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const {
   const Edge& edge = from.edge;
   const State start = tree_.states.row(from.node);
-  const Watch watch{tree_.costs[from.node], space_.bound(), division(edge.steps, nodes), outside_, look_every};
+  const Watch watch{tree_.costs[from.node], bound, division(edge.steps, nodes), outside_, look_every};
   try {
     if (horizon_) return horizon_->extend(world, start, time(from.node), edge, limit_, watch);
     return Stretch{world.rollout_unchecked(edge_start_(start), disturbance(edge.wrenches), edge.steps, limit_, watch)};

@@ -39,11 +39,12 @@ class RolloutTree {
   void end_where(std::function<bool(const State&)> outside) { outside_ = std::move(outside); }
 
   //! The last of the nodes that an edge from `node` leads to; -1, and no node, if the limit was reached before. A
-  //! rollout that diverges leads to a node of infinite cost, at the state where it began.
-  int extend(int node, const Edge& edge);
+  //! rollout that diverges leads to a node of infinite cost, at the state where it began. `bound` is in place of c.
+  int extend(int node, const Edge& edge) { return extend(node, edge, space_.bound()); }
+  int extend(int node, const Edge& edge, double bound);
 
-  //! The same of each edge of a round, in its order: the same nodes on any number of threads. Fewer if the limit was
-  //! reached: those before the first edge that it cut short.
+  //! The same of each edge of a round below c, in its order: the same nodes on any number of threads. Fewer if the
+  //! limit was reached: those before the first edge that it cut short.
   std::vector<int> extend(const std::vector<EdgeFrom>& round);
 
   //! The node that the undisturbed future leads to; -1 if the limit was reached before. With a clock.
@@ -82,8 +83,9 @@ class RolloutTree {
   Tree take_tree(int nodes);
 
  private:
-  std::vector<std::optional<Stretch>> roll_out(const std::vector<EdgeFrom>& round);
-  std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes) const;
+  std::vector<int> extend(const std::vector<EdgeFrom>& round, double bound);
+  std::vector<std::optional<Stretch>> roll_out(const std::vector<EdgeFrom>& round, double bound);
+  std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const;
   int add(const EdgeFrom& from, const std::optional<Stretch>& stretch);
   int add(int from, const Edge& edge, int steps, double effort, const State& state);
   void make_room(Eigen::Index rows);

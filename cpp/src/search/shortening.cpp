@@ -11,15 +11,19 @@ namespace {
 constexpr int rests_of_a_wait = 10;     // longest edges
 constexpr double waiting_share = 0.04;  // of the attempts
 constexpr double polish_ratio = 1.5;    // polishes by other attempts
-constexpr int first_others = 50;        // before the first polish: the escape gets its form
-constexpr double slow_share = 0.15;     // of the other attempts
+constexpr int first_others = 100;       // before the first polish: the escape gets its form
+constexpr double slow_share = 0.1;      // of the other attempts
 constexpr int most_passages = 6;        // pushes of an escape that is slowed down
-constexpr double slowest = 3.0;         // times slower; evenly in its logarithm, like the next
+constexpr double slowest = 3.0;         // times slower, drawn evenly in its logarithm, as the surplus is
 constexpr double least_surplus = 1e-3, most_surplus = 0.3;
 constexpr double long_rest_share = 0.1;  // of the changes end with a wait
 constexpr double pushing_share = 0.75;   // of the changes are to an edge that has a wrench
 constexpr int longest_guess = 3;         // longest edges
 constexpr double even_share = 0.5;       // of the guesses are not at the bounds
+
+// A descent ends once so many rollouts have not brought its cost down to this share of what it was.
+constexpr int patience = 100;
+constexpr double gain = 0.98;
 
 // With a clock.
 constexpr double whole_share = 0.5;   // of the changes begin at the root, and of the guesses last up to the horizon
@@ -36,8 +40,50 @@ Shortening::Shortening(const Problem& problem, BoundedProblem& bounded, std::uin
       polish_(largest_, rng_),
       slow_motion_(problem, largest_) {}
 
-bool Shortening::wait() { return !horizon_ && replay(0, with_rests({}, rests_of_a_wait)) == Outcome::better; }
+void Shortening::start(int node) {
+  best_ = node;
+  descend_from(node);
+}
 
+void Shortening::descend_from(int node) {
+  go_on_from(node);
+  mark_ = bound_;
+  marked_ = rollouts_;
+  polishes_ = others_ = 0;
+}
+
+void Shortening::go_on_from(int node) {
+  path_ = problem_.path_to(node);
+  bound_ = node > 0 ? problem_.cost(node) : std::numeric_limits<double>::infinity();
+}
+
+bool Shortening::descends() {
+  if (bound_ < gain * mark_) {
+    mark_ = bound_;
+    marked_ = rollouts_;
+  }
+  return rollouts_ - marked_ <= patience;
+}
+
+bool Shortening::wait() {
+  return !horizon_ && replay(0, with_rests({}, rests_of_a_wait)) == Outcome::better && is_best();
+}
+
+// One descent from the best escape, the next from a new one.
+bool Shortening::attempt() {
+  if (!horizon_ && !descends()) descend_from(path_.back() == best_ ? 0 : best_);
+  return (path_.size() < 2 ? guess() : change()) && is_best();
+}
+
+bool Shortening::is_best() {
+  if (best_ > 0 && bound_ >= problem_.cost(best_)) return false;
+  best_ = path_.back();
+  problem_.lower_bound(bound_);
+  return true;
+}
+
+// With a clock it is at the bounds of its axes, from some time on, for some time or up to the horizon: where time is
+// short few draws of a planner's lead out. Without one it may be weaker, or a wait.
 bool Shortening::guess() {
   if (!horizon_ && rng_.uniform01() < waiting_share) return wait_on();
   TimedEdge push = draw_push();
@@ -65,11 +111,11 @@ TimedEdge Shortening::draw_push() {
 int Shortening::draw_rests() { return rng_.uniform01() < long_rest_share ? rests_of_a_wait : 1; }
 
 // A polish goes on to its end. Then other changes have as many attempts, and may give the escape another form.
-bool Shortening::attempt() {
+bool Shortening::change() {
   if (horizon_) return change_edges();
   if (rng_.uniform01() < waiting_share) return wait_on();
-  const bool polishes =
-      (polish_.goes_on() && polished_ == end()) || polishes_ <= polish_ratio * (others_ - first_others);
+  const bool goes_on = polish_.goes_on() && polished_ == path_.back();
+  const bool polishes = goes_on || polishes_ <= polish_ratio * (others_ - first_others);
   ++(polishes ? polishes_ : others_);
   if (polishes) return polish();
   return rng_.uniform01() < slow_share ? slow_down() : change_edges();
@@ -77,21 +123,21 @@ bool Shortening::attempt() {
 
 bool Shortening::change_edges() {
   const std::size_t node = draw_node();
-  const EdgeChanges::Change change = changes_.draw();
-  const bool all = EdgeChanges::concerns_all(change) || (horizon_ && rng_.uniform01() < whole_share);
+  const EdgeChanges::Change drawn = changes_.draw();
+  const bool all = EdgeChanges::concerns_all(drawn) || (horizon_ && rng_.uniform01() < whole_share);
   const std::size_t from = all ? 0 : node;
   TimedEdges edges = edges_from(from);
   if (edges.empty()) return false;
-  changes_.apply(change, edges);
+  changes_.apply(drawn, edges);
   if (horizon_) return replay(path_[from], with_waits(edges, problem_.time(path_[from]))) == Outcome::better;
   return replay(path_[from], with_rests(edges, draw_rests())) == Outcome::better;
 }
 
 bool Shortening::polish() {
-  if (!polish_.goes_on() || polished_ != end()) polish_.start(edges_from(0));
+  if (!polish_.goes_on() || polished_ != path_.back()) polish_.start(edges_from(0));
   const Outcome outcome = replay(0, with_rests(polish_.draw(), 1));
   polish_.tell(outcome);
-  polished_ = end();
+  polished_ = path_.back();
   return outcome == Outcome::better;
 }
 
@@ -124,7 +170,7 @@ std::vector<Passage> Shortening::passages(int pushes) {
     const std::size_t i = cut[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(cut.size()) - 1))];
     Nodes first = escape[i];
     first.edge.steps = rng_.uniformInt(1, first.edge.steps - 1);
-    first.to = problem_.extend(first.from, first.edge);
+    first.to = problem_.extend(first.from, first.edge, bound_);
     if (first.to < 0) break;
     escape[i].edge.steps -= first.edge.steps;
     escape[i].from = first.to;
@@ -200,11 +246,11 @@ TimedEdges Shortening::with_rests(TimedEdges edges, int count) const {
 Outcome Shortening::replay(int node, const TimedEdges& edges) {
   for (const TimedEdge& edge : edges) {
     if (problem_.spent()) break;
-    node = problem_.extend(node, edge);
-    if (!problem_.allowed(node)) return Outcome::worse;
+    node = problem_.extend(node, edge, bound_);
+    ++rollouts_;
+    if (!problem_.allowed(node, bound_)) return Outcome::worse;
     if (problem_.escaped(node)) {
-      start(node);
-      problem_.lower_bound(problem_.cost(node));
+      go_on_from(node);
       return Outcome::better;
     }
     if (!horizon_ && edge.wrenches.isZero(0.0) && problem_.at_rest(node)) break;

@@ -2,6 +2,7 @@
 // Makes an escape cheaper by small changes to its edges, each replayed in the world.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -13,8 +14,10 @@
 namespace energymargin::search {
 
 //! Local search around the best escape. What it tries are rollouts like all others: rows of the tree, and they count as
-//! nodes. AO-x's planner explores; this improves what the planner has found. With a clock an edge keeps its time when
-//! one before it changes: what lies between them is a wait, an edge without a wrench of any length.
+//! nodes. AO-x's planner explores; this improves what the planner has found. Where changes no longer help, it descends
+//! anew from another escape that it guesses, and then goes on with the best: the form of an escape, as the side on
+//! which it leaves, is rarely changed by small steps. With a clock an edge keeps its time when one before it changes:
+//! what lies between them is a wait, an edge without a wrench of any length. Then there is one descent.
 class Shortening {
  public:
   //! `bounded` is the search in which `problem`'s escapes are replayed.
@@ -24,24 +27,26 @@ class Shortening {
   Shortening(const Shortening&) = delete;
   Shortening& operator=(const Shortening&) = delete;
 
-  //! Goes on from the escape that ends in `node`.
-  void start(int node) { path_ = problem_.path_to(node); }
+  //! Goes on from the best escape, which ends in `node`; 0: there is none.
+  void start(int node);
 
   //! Waits from the root on, without a clock: an object that moves may leave by itself. True if it did.
   bool wait();
 
-  //! Tries one push from the root, on one object or all: there is no escape yet. With a clock it is at the bounds of
-  //! its axes, from some time on, for some time or up to the horizon: where time is short few draws of a planner's lead
-  //! out. Without one it may be weaker, or a wait. True if it led out; then the bound has fallen to its cost.
-  bool guess();
-
-  //! Tries one change. True if it gave a cheaper escape: then the problem's bound has fallen to its cost.
+  //! Tries one change, or one push from the root where a descent has no escape yet. True if it gave the cheapest escape
+  //! of all: then the problem's bound has fallen to its cost.
   bool attempt();
 
   //! The node in which the best escape ends.
-  int end() const { return path_.back(); }
+  int end() const { return best_; }
 
  private:
+  void descend_from(int node);
+  void go_on_from(int node);
+  bool descends();
+  bool is_best();
+  bool guess();
+  bool change();
   bool change_edges();
   bool polish();
   bool slow_down();
@@ -63,11 +68,19 @@ class Shortening {
   EdgeChanges changes_;
   Polish polish_;
   SlowMotion slow_motion_;
-  int polished_ = -1;         // the node in which the escape ends that the polish goes on from
-  int polishes_ = 0;          // attempts that were one
-  int others_ = 0;            // and those that were none
-  std::vector<int> path_{0};  // nodes from the root to the end of the best escape
-  int waited_ = 0;            // the node in which the last wait from the root ends
+  int best_ = 0;  // the node in which the best escape ends
+
+  // The descent.
+  std::vector<int> path_{0};                                // nodes from the root to the end of its escape
+  double bound_ = std::numeric_limits<double>::infinity();  // the escape's cost
+  double mark_ = bound_;                                    // a cost, and how many rollouts there were when it was it
+  int marked_ = 0;
+  int polishes_ = 0;   // attempts that were one
+  int others_ = 0;     // and those that were none
+  int polished_ = -1;  // the node in which the escape ends that the polish goes on from
+
+  int rollouts_ = 0;
+  int waited_ = 0;  // the node in which the last wait from the root ends
 };
 
 }  // namespace energymargin::search

@@ -14,7 +14,7 @@ Eigen::VectorXd bounded(const Eigen::VectorXd& wrenches, const Eigen::VectorXd& 
   for (Eigen::Index axis = 0; axis < wrenches.size(); ++axis) {
     if (std::abs(wrenches[axis]) > bounds[axis]) scale = std::min(scale, bounds[axis] / std::abs(wrenches[axis]));
   }
-  return scale * wrenches;
+  return (scale * wrenches).cwiseMin(bounds).cwiseMax(-bounds);  // rounding
 }
 
 }  // namespace

@@ -92,7 +92,9 @@ class BoundedProblem {
 
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   //! With a clock, whether it is an escape; at the horizon nothing else is allowed, since nothing can grow from it.
+  //! `bound` is in place of c.
   bool allowed(int node) const;
+  bool allowed(int node, double bound) const;
   bool escaped(int node) const;
 
   //! Whether a node's state is its parent's: without a wrench it stays there.
@@ -103,7 +105,9 @@ class BoundedProblem {
   bool worth_keeping(int node, double bound) const;
 
   //! The node that an edge from `node` leads to; it counts as one of the nodes. -1 if the limit was reached first.
+  //! `bound` is in place of c, where the rollout would end.
   int extend(int node, const Edge& edge);
+  int extend(int node, const Edge& edge, double bound);
 
   //! The same of each edge of a round, in its order: the same nodes on any number of threads. Fewer if the limit was
   //! reached: those before the first edge that it cut short.
