@@ -86,7 +86,7 @@ def test_an_error_shows_its_traceback_on_request(tmp_path, place):
     words.insert(place, "--traceback")
     done = run(*words, cwd=tmp_path)
     assert done.returncode == 2
-    assert "Traceback (most recent call last)" in done.stderr and "loading.py" in done.stderr
+    assert "Traceback (most recent call last)" in done.stderr and "files.py" in done.stderr
     assert done.stderr.strip().splitlines()[-1].startswith("error: none.h5")
 
 

@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-PROBLEM = ROOT / "tests/golden/problem-balance.json"
+PROBLEM = ROOT / "tests/golden/problem-grasp.json"
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

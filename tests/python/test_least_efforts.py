@@ -70,6 +70,6 @@ def test_negligible_efforts_count_as_the_same() -> None:
 def test_settings_out_of_range_and_tasks_that_cannot_be_lost_are_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="states is 0"):
         replace(least_efforts.STUDY.quick, states=0)
-    with pytest.raises(ValueError, match=r"expected|tasks has"):
+    with pytest.raises(ValueError, match="no task 'juggle'"):
         unknown = replace(least_efforts.STUDY.quick, tasks=("juggle",))
         least_efforts.STUDY.reproduce(unknown, tmp_path, threads=1)

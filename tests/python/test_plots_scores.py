@@ -343,7 +343,7 @@ def test_a_bad_argument_of_curves_is_named_with_what_was_expected(labelled, argu
 
 
 def test_the_effort_is_drawn_as_the_steps_of_its_history_up_to_the_last_node(push, ax):
-    result = escape_effort(push, nodes=200, seed=0)
+    result = escape_effort(push, nodes=200, seed=0, search="published")
     assert plots.plot_effort({"est": result}, ax=ax, known=0.01) is ax
     line = named(ax, "est")
     nodes, efforts = np.transpose(result.history)
@@ -384,7 +384,7 @@ def test_a_search_without_an_escape_is_said_instead_of_drawn(push, ax):
 
 
 def test_a_search_that_was_stopped_says_so(push, ax):
-    plots.plot_effort(escape_effort(push, nodes=10**6, timeout=0.1), ax=ax)
+    plots.plot_effort(escape_effort(push, nodes=10**6, timeout=0.1, search="published"), ax=ax)
     assert said(ax)[0].endswith("stopped early")
 
 

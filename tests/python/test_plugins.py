@@ -178,5 +178,5 @@ def test_a_parameter_that_a_task_does_not_tell_is_refused_with_the_way_out():
         def __init__(self, color):
             pass
 
-    with pytest.raises(ValueError, match=r"Silent .*parameter 'color': keep it as an attribute"):
+    with pytest.raises(ValueError, match=r"Silent .*parameter 'color': set one of that name"):
         datasets.generate(Silent("red"), trajectories=1, frames=2)

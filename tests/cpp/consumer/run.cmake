@@ -24,7 +24,7 @@ run(${WORK}/build/consumer)
 # The examples print what stands beside them. Three of them do in Python too (tests/python/test_examples.py).
 set(root ${CMAKE_CURRENT_LIST_DIR}/../../..)
 foreach(example 01_capture 02_effort 03_own_scene 04_own_planner)
-  set(problem ${root}/tests/golden/problem-balance.json)
+  set(problem ${root}/tests/golden/problem-grasp.json)
   if(example MATCHES own)
     set(problem "")
   endif()
