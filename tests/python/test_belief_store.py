@@ -10,11 +10,15 @@ from scipy.stats import norm
 from typer.testing import CliRunner
 
 import energymargin as em
+from energymargin import report
 from energymargin.beliefs import Uncertainty
 from energymargin.beliefs.scores import score_beliefs
 from energymargin.cli import app
 from energymargin.limits import Limit
+from energymargin.report.subject import read_subject
 from energymargin.store import ScoreStore, score_dataset
+from energymargin.viewer.sources import StoredScores
+from energymargin.viewer.texts import score_table
 
 PLACE = (0.02, 0.02, 0, 0, 0, 0)
 KNOWN = Uncertainty(pose={"object": PLACE, "effector": PLACE}, friction={"table": 0.05})
@@ -113,6 +117,34 @@ def test_a_state_whose_draws_have_no_place_is_named(dataset, tmp_path):
     far = Uncertainty(mass={"object": norm(-5.0, 0.1)})
     with pytest.raises(em.ScoreError, match="draws of the belief have no place or a friction"):
         score_dataset(dataset, tmp_path / "scores.db", ["capture"], uncertainty=far, **ASKED)
+
+
+def test_quantiles_are_those_of_the_particles(dataset, path):
+    with ScoreStore(path) as store:
+        run = store.run(1)
+        low, high = run.quantiles("capture", [0.0, 1.0]).T
+        for number in range(dataset.size):
+            values = run.particles(number, "capture")
+            assert (low[number], high[number]) == (values.min(), values.max())
+        assert run.quantiles("capture", []).shape == (dataset.size, 0)
+
+
+def test_the_report_shows_how_far_the_particles_lie_apart(dataset, path, tmp_path):
+    subject = read_subject(path, 1)
+    assert subject.sampling.uncertainty == KNOWN
+    page = tmp_path / "report.html"
+    report.write(path, page, run=1, options=report.Options(draws=20, pictures=0))
+    text = page.read_text()
+    assert "capture: 0.1 to 0.9 quantile" in text
+    assert "Not known for sure" in text and "3 particles; each score is the mean" in text
+
+
+def test_the_viewer_shows_a_low_quantile_beside_the_mean(dataset, path):
+    stored = StoredScores(path, dataset, 1)
+    (title, mean), (low_title, low) = stored.columns(4)
+    assert "mean of 3 particles" in title and low_title == "0.1 quantile"
+    table = score_table(None, 0, 5.0, stored.columns(4))
+    assert f">{mean['capture']:.3f}<" in table and f">{low['capture']:.3f}<" in table
 
 
 def run_command(*words):

@@ -119,7 +119,10 @@ def test_an_effort_is_shown_in_joules_and_an_infinite_one_in_words(problem):
 
 
 def test_a_search_that_was_stopped_says_that_it_is_not_complete(problem):
-    assert "Not complete" in shown(escape_effort(problem, nodes=10**6, timeout=0.05, search="published")).text
+    assert (
+        "Not complete"
+        in shown(escape_effort(problem, nodes=10**6, timeout=0.05, search="published")).text
+    )
     assert "Not complete" not in shown(escape_effort(problem, nodes=5)).text
 
 

@@ -117,7 +117,7 @@ def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
 
 def test_its_table_has_each_probability_with_its_interval():
     scored = score_state(two_balls(), SearchSettings(nodes=20, rollouts=25), 0)
-    table = score_table(scored, 20, 5.0, None)
+    table = score_table(scored, 20, 5.0)
     found = scored.probability
     for name, which, value in (
         ("probability", "captured", found.captured),
@@ -261,7 +261,7 @@ def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
     )
     with view(dataset, trajectory=0, frame=1, scores=path) as viewer:
         page = scored_page(viewer)
-        stored = page._stored.at(1)
+        ((_, stored),) = page._stored.columns(1)
         assert page.scored.values(1, 1.0) == stored
         assert page.scored.probability.rollouts == 12
         text = page._panel.scores.content

@@ -20,7 +20,7 @@ from energymargin.report.plots import (
     look,
     round_numbers,
 )
-from energymargin.report.subject import Data, Subject
+from energymargin.report.subject import BAND, Data, Subject
 
 __all__ = ["Along", "along"]
 
@@ -97,6 +97,7 @@ class _Course:
     x: NDArray[np.float64]
     x_title: str
     scores: dict[str, NDArray[np.float64]]
+    bands: dict[str, NDArray[np.float64]]
     captured: NDArray[np.bool_]
     captured_any: NDArray[np.bool_] | None
 
@@ -110,6 +111,7 @@ class _Course:
             x=frames if timed is None else timed.trajectories[t].times,
             x_title="frame" if timed is None else "time [s]",
             scores={metric: values[own] for metric, values in labelled.scores.items()},
+            bands={metric: ends[own] for metric, ends in subject.bands.items()},
             captured=labelled.captured[own],
             captured_any=None if some is None else some[own],
         )
@@ -149,6 +151,7 @@ def _figure(course: _Course) -> go.Figure:
             {f"yaxis{row + 1}": {"title": {"text": title}, "domain": domain, **scale.layout()}}
         )
         for metric in metrics:
+            made.add_traces(list(_belief(course, metric, axis, scale.high)))
             made.add_traces(list(_traces(course, metric, axis, scale.row(metric))))
         shapes += scale.border(axis)
     made.update_layout(shapes=shapes)
@@ -167,7 +170,8 @@ class _Scale:
     @classmethod
     def of(cls, course: _Course, metrics: Sequence[str]) -> _Scale:
         """Of all scores of these metrics; with zero."""
-        every = np.concatenate([course.scores[metric] for metric in metrics])
+        bands = [course.bands[metric].ravel() for metric in metrics if metric in course.bands]
+        every = np.concatenate([*(course.scores[metric] for metric in metrics), *bands])
         finite = every[np.isfinite(every)]
         low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
         if is_likelihood(metrics[0]) or low == high:
@@ -263,6 +267,28 @@ def _traces(course: _Course, metric: str, axis: str, top: float) -> Iterator[go.
             marker={"symbol": symbol, "size": 9, "color": color},
             hovertemplate=f"<b>{metric}: no escape found</b><br>{where}<extra></extra>",
         )
+
+
+def _belief(course: _Course, metric: str, axis: str, top: float) -> Iterator[go.Scatter]:
+    """Between the quantiles of the particles; what is infinite ends at `top`."""
+    if metric not in course.bands or np.isnan(course.bands[metric]).all():
+        return
+    low, high = np.minimum(course.bands[metric], top).T
+    color = look(metric)[0]
+    there = ~np.isnan(low)
+    yield go.Scatter(
+        x=np.concatenate([course.x[there], course.x[there][::-1]]),
+        y=np.concatenate([low[there], high[there][::-1]]),
+        name=f"{metric}: {BAND[0]:g} to {BAND[1]:g} quantile",
+        legendgroup=metric,
+        yaxis=axis,
+        mode="lines",
+        fill="toself",
+        fillcolor=color,
+        opacity=0.25,
+        line={"width": 0},
+        hoverinfo="skip",
+    )
 
 
 def _borders(x: NDArray[np.float64]) -> NDArray[np.float64]:

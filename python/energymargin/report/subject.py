@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import datasets
+from energymargin.beliefs.sampling import Sampling
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
@@ -30,6 +31,7 @@ from energymargin.scoring.settings import SearchSettings, algorithm
 from energymargin.store import ScoreStore
 
 __all__ = [
+    "BAND",
     "Data",
     "Fact",
     "Notice",
@@ -42,6 +44,7 @@ __all__ = [
     "version_facts",
 ]
 
+BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 SUFFIX = "-scores"  # of the file of scores that `energymargin score` makes beside a dataset
 Fact = tuple[str, str]
 """What it is, and its value."""
@@ -74,6 +77,11 @@ class Subject:
     seconds: dict[str, float]
     """Computing time of each metric, of all states [s]."""
     labelled: LabelledScores
+    sampling: Sampling | None
+    """What is not known of each state's model; None: each score is of the model as it is."""
+    bands: dict[str, NDArray[np.float64]]
+    """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
+    a belief."""
 
     @cached_property
     def members(self) -> list[NDArray[np.int64]]:
@@ -145,6 +153,8 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             up_to_date=run.up_to_date,
             seconds=run.times(),
             labelled=run.labelled_scores(),
+            sampling=run.sampling,
+            bands={} if run.sampling is None else {m: run.quantiles(m, BAND) for m in run.asked},
         )
 
 
@@ -231,6 +241,8 @@ def _facts(subject: Subject, data: Data) -> Iterator[Fact]:
     if any(metric in TIMED for metric in subject.metrics):
         yield "Probabilities", disturbance_in_words(subject.settings)
     yield "Settings", ", ".join(map(_setting, subject.settings.items()))
+    if subject.sampling is not None:
+        yield "Not known for sure", f"{subject.sampling}; each score is the mean of its particles"
     yield "Run", f"{subject.number} of {subject.path.name}"
     if data.path is not None:
         yield "Dataset", data.path.name
@@ -362,4 +374,7 @@ def _command(subject: Subject, data: Data, metrics: Sequence[str] | None) -> str
             words.append(option)
         elif value != known[name]:
             words += [option, str(value)]
+    if subject.sampling is not None:
+        words += ["--belief", subject.sampling.uncertainty.to_json()]
+        words += ["--particles", str(subject.sampling.particles)]
     return shlex.join(words)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -237,6 +237,19 @@ class Run:
             (self.asked[metric], self.dataset, self.future_number, number),
         ).fetchone()
         return None if row is None else _unpacked(row[0])
+
+    def quantiles(self, metric: str, shares: Sequence[float]) -> NDArray[np.float64]:
+        """Of the scores of each state's particles, shape (N, len(shares)): one of them, below or at
+        which that share of them are. NaN where there are none.
+
+        Errors: as `curve`.
+        """
+        found = np.full((self.states, len(shares)), np.nan)
+        for number in range(self.states):
+            particles = self.particles(number, metric)
+            if particles is not None:
+                found[number] = np.quantile(particles, shares, method="inverted_cdf")
+        return found
 
     def curves(self) -> Iterator[tuple[int, int, str, Curve]]:
         """All curves, in the order of the states: trajectory, frame, metric, and the curve."""

@@ -176,11 +176,8 @@ class Page:
     def _show_scores(self) -> None:
         """Of the nodes that are shown, at the slider's lambda; and along the trajectory."""
         panel, file, first = self._panel, self._stored, self._frames.first
-        beside: dict[str, Any] = {"stored": None}
-        if file is not None and first is not None:
-            beside = {"stored": file.at(first + self._frame), "stored_as": file.title}
-        shown = self._nodes(), value_of(panel.rate)
-        panel.scores.content = score_table(self.scored, *shown, **beside)
+        stored = [] if file is None or first is None else file.columns(first + self._frame)
+        panel.scores.content = score_table(self.scored, self._nodes(), value_of(panel.rate), stored)
         panel.plot(self._frames.times, self._along(), self._frame)
 
     def _along(self) -> dict[str, NDArray[np.float64]]:

@@ -23,6 +23,7 @@ PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
 BODIES = (".urdf", ".stl", ".obj", ".dae")
 Progress = Callable[[int, int], None]
 
+LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
 SEARCHED = (
     *("nodes", "seed", "search", "rollouts"),
     *("strength", "objects", "common_random_numbers"),
@@ -217,13 +218,20 @@ class StoredScores:
             """Horizon and plan of each state; None: the scores have no clock."""
             nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
             ahead = "" if chosen.future is None else f", {chosen.future}"
-            self.title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
-            """What a column of them is called."""
+            self._title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
             self._scores = chosen.labelled_scores().scores
+            self._low: dict[str, NDArray[np.float64]] = {}
+            if chosen.sampling is not None:
+                self._title += f", mean of {chosen.sampling.particles} particles"
+                self._low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.asked}
 
-    def at(self, number: int) -> dict[str, float]:
-        """The scores of the state of that number, by metric; NaN is one that is missing."""
-        return {metric: float(values[number]) for metric, values in self._scores.items()}
+    def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
+        """The scores of the state of that number, by metric, with a title; NaN is one that is
+        missing. Of a belief also what one particle in ten is below."""
+        columns = [(self._title, self._scores)]
+        if self._low:
+            columns.append((f"{LOW:g} quantile", self._low))
+        return [(title, {m: float(v[number]) for m, v in of.items()}) for title, of in columns]
 
     def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
         """The scores of so many states from number `first` on, NaN where there is none."""

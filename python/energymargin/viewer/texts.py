@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from html import escape
 
 import matplotlib
@@ -86,20 +86,21 @@ def score_table(
     scored: Scored | None,
     nodes: int,
     rate: float,
-    stored: Mapping[str, float] | None,
-    stored_as: str = "",
+    stored: Sequence[tuple[str, Mapping[str, float]]] = (),
 ) -> str:
     """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
-    of a file of scores, under the title `stored_as`."""
+    of a file of scores: columns with their titles."""
     live = {} if scored is None else _live(scored, nodes, rate)
-    of_file = {name: stored[key] for name, key in STORED.items() if stored and key in stored}
-    rows = [name for name in NAMES if name in live or name in of_file]
+    of_file = [
+        (title, {name: of[key] for name, key in STORED.items() if key in of})
+        for title, of in stored
+    ]
+    there = {name for _, values in [("", live), *of_file] for name in values}
+    rows = [name for name in NAMES if name in there]
     if not rows:
         return plain("Not scored yet.")
-    timed = "probability" in of_file if scored is None else scored.capture is None
-    columns = [("this state" if timed else "this tree", live)] + (
-        [(stored_as, of_file)] if stored is not None else []
-    )
+    timed = "probability" in there if scored is None else scored.capture is None
+    columns = [("this state" if timed else "this tree", live), *of_file]
     head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
     intervals = {} if scored is None else _intervals(scored)
     body = "".join(
