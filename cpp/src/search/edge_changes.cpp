@@ -13,8 +13,8 @@ constexpr double largest_nudge = 0.5;
 constexpr double silent_share = 0.5;  // of the changes of an axis in all edges leave nothing along it
 constexpr double weakest = 1e-3;      // of the factors by which all edges are weakened, drawn evenly in their logarithm
 constexpr double axis_share = 0.5;    // of the nudges are along one axis
-constexpr double end_share = 0.15;  // of the nudges set an axis to zero or to a bound
-constexpr double rest_share = 0.5;  // of the edges that are cut go on without a wrench
+constexpr double end_share = 0.15;    // of the nudges set an axis to zero or to a bound
+constexpr double rest_share = 0.5;    // of the edges that are cut go on without a wrench
 
 // With a clock.
 constexpr double all_share = 0.5;    // of the shifts, and of the pushes that become one, take all edges

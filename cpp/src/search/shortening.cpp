@@ -23,7 +23,7 @@ constexpr double even_share = 0.5;       // of the guesses are not at the bounds
 
 // A descent ends once so many rollouts have not brought its cost down to this share of what it was.
 constexpr int patience = 100;
-constexpr double gain = 0.98;
+constexpr double much_lower = 0.98;
 
 // With a clock.
 constexpr double whole_share = 0.5;   // of the changes begin at the root, and of the guesses last up to the horizon
@@ -58,7 +58,7 @@ void Shortening::go_on_from(int node) {
 }
 
 bool Shortening::descends() {
-  if (bound_ < gain * mark_) {
+  if (bound_ < much_lower * mark_) {
     mark_ = bound_;
     marked_ = rollouts_;
   }

@@ -51,15 +51,15 @@ TimedEdges SlowMotion::operator()(const std::vector<Passage>& escape, const Stat
 }
 
 double SlowMotion::work(const Eigen::VectorXd& wrenches, const Passage& passage, const State& frame) const {
-  const double duration = passage.edge.steps * step_;
+  const double time = passage.edge.steps * step_;
   double work = 0.0;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const BodyState from = StateLayout::read(passage.from.data() + objects_[i]);
     const BodyState to = StateLayout::read(passage.to.data() + objects_[i]);
     const BodyState moving = StateLayout::read(frame.data() + objects_[i]);
     const auto wrench = wrenches.segment<wrench_axes>(static_cast<Eigen::Index>(i) * wrench_axes);
-    work += wrench.head<3>().dot(to.position - from.position - duration * moving.velocity);
-    work += wrench.tail<3>().dot(rotation(from, to) - duration * moving.angular_velocity);
+    work += wrench.head<3>().dot(to.position - from.position - time * moving.velocity);
+    work += wrench.tail<3>().dot(rotation(from, to) - time * moving.angular_velocity);
   }
   return work;
 }
