@@ -131,7 +131,10 @@ def test_the_authors_scores_are_a_run_as_any_other(folder, tmp_path):
         assert np.array_equal(found.scores[name], values)
     assert np.array_equal(found.captured, labelled.captured)
     stored = StoredScores(tmp_path / "s.db", dataset)  # of the viewer
-    assert stored.title == "published" and stored.at(5)["capture"] == labelled.scores["capture"][5]
+    assert (
+        stored.title == "published"
+        and stored.columns(5)[0][1]["capture"] == labelled.scores["capture"][5]
+    )
     em.store.score_dataset(dataset, tmp_path / "s.db", ["force"])
     with ScoreStore(tmp_path / "s.db") as store:
         assert len(store.runs()) == 2

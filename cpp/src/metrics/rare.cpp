@@ -6,6 +6,7 @@
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/parallel.hpp"
+#include "energymargin/random.hpp"
 #include "energymargin/signed_distance.hpp"
 #include "metrics/looks.hpp"
 #include "metrics/splitting.hpp"
@@ -15,6 +16,7 @@
 namespace energymargin {
 namespace {
 
+constexpr std::size_t pilots = 20;         // rollouts that tell how long the rate of the level lasts
 constexpr std::size_t fewest_batches = 4;  // that have a variance: Student's distribution of three degrees of freedom
 
 using Level = std::function<double(const State&)>;
@@ -38,9 +40,10 @@ struct Replica {
 // Rollouts of one batch, one after another.
 class ReplicaSimulator {
  public:
-  ReplicaSimulator(const Problem& problem, const RareOptions& options)
+  ReplicaSimulator(const Problem& problem, const RareOptions& options, double ahead)
       : problem_(problem),
         options_(options),
+        ahead_(ahead),
         timing_(*timing_of(problem)),
         captured_(problem.captured, problem.scene),
         level_(options.level ? options.level : Level(SignedDistance(problem.captured, problem.scene, problem.state))),
@@ -65,6 +68,22 @@ class ReplicaSimulator {
     return replica;
   }
 
+  // How long the rate of the level lasts, as the correlation of its gains from look to look tells [s].
+  double memory(std::uint64_t seed) {
+    double squares = 0.0, products = 0.0;
+    for (std::size_t number = 0; number < pilots && !options_.limit.reached(); ++number) {
+      draw(seed, number);
+      for (std::size_t i = 1; i < gains_.size(); ++i) {
+        squares += 0.5 * (gains_[i - 1] * gains_[i - 1] + gains_[i] * gains_[i]);
+        products += gains_[i - 1] * gains_[i];
+      }
+    }
+    const double longest = timing_.horizon * problem_.scene.stepping().step;
+    if (!(products > 0.0)) return 0.0;
+    if (products >= squares) return longest;
+    return std::min(-time_between_looks_ / std::log(products / squares), longest);
+  }
+
   // Throws Diverged, Cancelled or TimedOut.
   Replica undisturbed() {
     const Disturbance zero(problem_.scene.with_role(Role::object).size());
@@ -83,6 +102,7 @@ class ReplicaSimulator {
   // The past of a branch is simulated again: a simulation that is restored at a state is not the one that goes on.
   void simulate(Replica& replica) {
     search::Exit exit(timing_.dwell);
+    gains_.clear();
     look(problem_.state, 0, exit, replica);
     ++simulated_;
     if (options_.rollout_counter) ++*options_.rollout_counter;
@@ -111,7 +131,8 @@ class ReplicaSimulator {
     exit.look(captured_(state), step);
     const double now = level_(state);
     if (std::isnan(now)) reject("level", "not a number", "a number for every state");
-    double level = step > 0 ? now + options_.ahead * (now - last_) / time_between_looks_ : now;
+    double level = step > 0 ? now + ahead_ * (now - last_) / time_between_looks_ : now;
+    if (step > 0) gains_.push_back(now - last_);
     last_ = now;
     if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
     std::vector<double>& highest = replica.highest_until;
@@ -127,12 +148,14 @@ class ReplicaSimulator {
 
   const Problem& problem_;
   const RareOptions& options_;
+  double ahead_;  // [s]
   Timing timing_;
   Membership captured_;
   Level level_;
   World world_;
   double time_between_looks_;  // [s]
   double last_ = 0.0;          // level of the state at the last look
+  std::vector<double> gains_;  // of that level, from look to look
   long long steps_ = 0;
   int simulated_ = 0;
   int diverged_ = 0;
@@ -150,10 +173,11 @@ struct ReplicaBatch {
   bool complete = false;
 };
 
-ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, int replicas, std::size_t number) {
+ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, double ahead, int replicas,
+                       std::size_t number) {
   const std::uint64_t seed = stream(options.seed, number);
   Random random(seed, std::numeric_limits<std::uint64_t>::max());  // a stream that no rollout has
-  ReplicaSimulator simulator(problem, options);
+  ReplicaSimulator simulator(problem, options, ahead);
   const auto draw = [&](std::size_t rollout) { return simulator.draw(seed, rollout); };
   const auto branch = [&](const Replica& parent, double level, std::size_t rollout) {
     return simulator.branch(parent, level, seed, rollout);
@@ -245,7 +269,7 @@ void validate(const Problem& problem, const RareOptions& options) {
   if (!timing_of(problem)) reject("problem", "without horizon and plan", "one with: problem.replace(horizon=...)");
   require_at_least("rollouts", options.rollouts, fewest_replicas);
   require_at_least("threads", options.threads, 1);
-  require_not_negative("ahead", options.ahead);
+  if (options.ahead) require_not_negative("ahead", *options.ahead);
   validate(options.disturbance, problem);
   const bool branches = std::holds_alternative<disturbances::Uniform>(options.disturbance) ||
                         std::holds_alternative<disturbances::Gaussian>(options.disturbance) ||
@@ -262,15 +286,16 @@ void validate(const Problem& problem, const RareOptions& options) {
 CaptureProbability rare_capture_probability(const Problem& problem, const RareOptions& options) {
   validate(problem);
   validate(problem, options);
-  ReplicaSimulator simulator(problem, options);
+  ReplicaSimulator simulator(problem, options, 0.0);
   const Replica undisturbed = simulator.undisturbed();
+  const double ahead = options.ahead ? *options.ahead : simulator.memory(stream(options.seed, splitting_batches));
   std::vector<ReplicaBatch> batches(splitting_batches);
   parallel_for(
       batches.size(), options.threads,
       [&](std::size_t i) {
         const int rest = options.rollouts % splitting_batches;
         const int replicas = options.rollouts / splitting_batches + (static_cast<int>(i) < rest ? 1 : 0);
-        batches[i] = run_batch(problem, options, replicas, i);
+        batches[i] = run_batch(problem, options, ahead, replicas, i);
       },
       options.limit);
   const auto missing =

@@ -218,17 +218,18 @@ class StoredScores:
             """Horizon and plan of each state; None: the scores have no clock."""
             nodes = f", {self.search['nodes']:,} nodes" if "nodes" in self.search else ""
             ahead = "" if chosen.future is None else f", {chosen.future}"
-            self._title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
+            self.title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
+            """What the column of them is called."""
             self._scores = chosen.labelled_scores().scores
             self._low: dict[str, NDArray[np.float64]] = {}
             if chosen.sampling is not None:
-                self._title += f", mean of {chosen.sampling.particles} particles"
+                self.title += f", mean of {chosen.sampling.particles} particles"
                 self._low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.asked}
 
     def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
         """The scores of the state of that number, by metric, with a title; NaN is one that is
         missing. Of a belief also what one particle in ten is below."""
-        columns = [(self._title, self._scores)]
+        columns = [(self.title, self._scores)]
         if self._low:
             columns.append((f"{LOW:g} quantile", self._low))
         return [(title, {m: float(v[number]) for m, v in of.items()}) for title, of in columns]

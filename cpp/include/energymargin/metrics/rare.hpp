@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 
 #include "energymargin/metrics/probability.hpp"
 
@@ -17,14 +18,16 @@ struct RareOptions {
   //! How near to its loss a state is: replicas split where it rises. Unset: SignedDistance of the capture set. The
   //! probability is unbiased with any level; its interval is narrow with a good one.
   std::function<double(const State&)> level{};
-  double ahead = 0.1;  //!< the level is that of the state, and what it gains in so long at its rate of now [s]
-  Limit limit{};       //!< ends it early: the batches that are complete count, up to the first that is not
+  //! The level is that of the state, and what it gains in so long at its rate of now [s]. Unset: as long as a rate is
+  //! remembered, which rollouts of their own tell.
+  std::optional<double> ahead{};
+  Limit limit{};  //!< ends it early: the batches that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
 };
 
 //! The batches, and the fewest replicas.
-inline constexpr int splitting_batches = 20;
-inline constexpr int fewest_replicas = 2 * splitting_batches;
+inline constexpr int splitting_batches = 10;
+inline constexpr int fewest_replicas = 4 * splitting_batches;
 
 //! Of all objects. A rollout that diverges counts as captured from there on. Throws std::invalid_argument on a problem
 //! without horizon and plan, on bad options, a disturbance that cannot branch, or a capture set that has no distance;
