@@ -151,7 +151,8 @@ class LeastEfforts:
         """The problems of each task, and each problem on its own whose answer is known."""
         groups: dict[str, list[str]] = {}
         for name in self.answers:
-            groups.setdefault(name if name in CLOSED_FORMS else name.split()[0], []).append(name)
+            of_task = f"states of {name.split()[0]}"
+            groups.setdefault(name if name in CLOSED_FORMS else of_task, []).append(name)
         return groups
 
     def ratios(self, group: str, nodes: int) -> NDArray[np.float64]:

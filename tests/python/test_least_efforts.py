@@ -50,7 +50,7 @@ def test_the_study_compares_efforts_with_the_best_known_and_goes_on_with_what_is
     result = study.reproduce(settings, tmp_path, threads=1)
     state = next(name for name in result.answers if name.startswith("topple"))
     assert result.answers[state] <= result.searches[state][0].effort(settings.nodes)
-    assert (result.ratios("topple", settings.nodes) >= 1.0).all()
+    assert (result.ratios("states of topple", settings.nodes) >= 1.0).all()
     assert set(BARRIERS) < set(result.groups)
     lines = (tmp_path / "searches.jsonl").read_text().splitlines(keepends=True)
     (tmp_path / "searches.jsonl").write_text("".join(lines[:-1]))
@@ -63,8 +63,8 @@ def test_the_study_compares_efforts_with_the_best_known_and_goes_on_with_what_is
 def test_negligible_efforts_count_as_the_same() -> None:
     search = least_efforts.Search([(10, 1e-12)], 100)
     result = least_efforts.LeastEfforts(100, {"push 0 0": 1e-15}, {"push 0 0": [search]})
-    assert result.ratios("push", 100).tolist() == [1.0]
-    assert np.isinf(result.ratios("push", 5)).all()
+    assert result.ratios("states of push", 100).tolist() == [1.0]
+    assert np.isinf(result.ratios("states of push", 5)).all()
 
 
 def test_settings_out_of_range_and_tasks_that_cannot_be_lost_are_named(tmp_path: Path) -> None:
