@@ -1669,8 +1669,8 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
             success, by_object and tolerance, and for Uniform, Gaussian and noise of the plan.
         level: with rare, a function of a state, shape (n,), that rises towards a loss; by default the signed distance to the
             edge of the capture set, as a share of the start's. `lost` is unbiased with any, and precise with a good one.
-        ahead: with rare, what the level gains in so long at its rate of now counts too [s]; by default 0.1, about what a body
-            needs to come to rest.
+        ahead: with rare, what the level gains in so long at its rate of now counts too [s]; by default as long as a rate is
+            remembered, which 20 rollouts of their own tell.
         timeout: the call ends after so many seconds.
         cancel: the call ends once it is set.
         progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
