@@ -26,7 +26,7 @@ Args:
     search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
     sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
         the others at their bounds, along one axis, zero, or that of the edge before.
-    shorten: spend three quarters of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
+    shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
         weakened, cut in two and merged, and each change is simulated (improved).
     stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
     lower_bound: after the search, bound the effort from below too, as `effort_lower_bound` does. It has the time that the

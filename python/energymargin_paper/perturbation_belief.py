@@ -65,7 +65,7 @@ class Scored:
 
     scores: list[float]
     """Of each state: the mean over the particles."""
-    parted: int
+    separated: int
     """Particles of all states whose bodies were moved apart."""
     redrawn: int
     """Draws that had no place."""
@@ -84,7 +84,7 @@ class Regained:
     """Of beliefs about them, at equal steps."""
     reference: NDArray[np.float64]
     """Of beliefs about them, at many more."""
-    parted: float
+    separated: float
     """Share of the reference's particles whose bodies were moved apart."""
     redrawn: float
     """Draws that had no place, for each of its particles."""
@@ -117,7 +117,7 @@ def believed_scores(
     progress: Callable[[int, int], None],
 ) -> dict[tuple[str, int], tuple[NDArray[np.float64], float, float]]:
     """By kind and draw of the errors: the scores of all states (N,), the share of particles that
-    were parted, and the draws without a place for each particle. What the folder has is kept."""
+    were separated, and the draws without a place for each particle. What the folder has is kept."""
     first = next(iter(wrong.values())).dataset
     jobs = [
         Job(kind, draw, number, particles, settings.nodes, settings.seed)
@@ -137,7 +137,7 @@ def believed_scores(
         count = first.size * particles
         found[kind, draw] = (
             np.concatenate([scored.scores for scored in own]),
-            sum(scored.parted for scored in own) / count,
+            sum(scored.separated for scored in own) / count,
             sum(scored.redrawn for scored in own) / count,
         )
     return found
@@ -161,7 +161,7 @@ def _scored(
     scores = [of_state["capture"] for of_state in found.values()]
     return Scored(
         [score.mean for score in scores],
-        sum(score.particles.parted for score in scores),
+        sum(score.particles.separated for score in scores),
         sum(score.particles.redrawn for score in scores),
     )
 
@@ -202,11 +202,11 @@ def regained_markdown(
         "",
         f"- At equal steps a belief regains at least half of what the reference does {says}.",
         *(
-            f"- Of the reference's particles with errors of {one.kind}, {100 * one.parted:.0f} % "
+            f"- Of the reference's particles with errors of {one.kind}, {100 * one.separated:.0f} % "
             f"had bodies that were moved apart; {100 * one.redrawn:.0f} draws for 100 particles "
             "had no place and were made again."
             for one in found
-            if one.parted or one.redrawn
+            if one.separated or one.redrawn
         ),
         "",
     ]

@@ -86,7 +86,7 @@ def test_errors_of_a_pose_are_along_and_about_the_worlds_axes():
         assert body["position"] == pytest.approx((0.3 + error[0], 0, 1))
         turned = Rotation.from_rotvec(error[3:]) * Rotation.from_euler("z", np.pi / 2)
         assert (turned.inv() * Rotation.from_quat(body["orientation"])).magnitude() < 1e-9
-    assert particles.parted == particles.redrawn == 0
+    assert particles.separated == particles.redrawn == 0
 
 
 def test_a_covariance_is_that_of_the_errors():
@@ -138,7 +138,7 @@ def test_particles_that_overlap_are_parted_and_counted():
     particles, found = drawn(belief)
     errors = particles.values(particles.sources[0])[:, 0]
     places = np.array([state["object"]["position"][0] for state in found])
-    assert particles.parted == (errors > 0.005 + 0.01 * HALF).sum() > 10
+    assert particles.separated == (errors > 0.005 + 0.01 * HALF).sum() > 10
     assert places.max() < 0.005 + 0.01 * HALF + 1e-9
     free = errors < 0.005
     assert places[free] == pytest.approx(errors[free]) and particles.redrawn == 0

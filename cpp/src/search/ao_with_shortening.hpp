@@ -16,9 +16,9 @@ enum class Confirm {
 };
 
 //! As the function of two arguments. With `shortening`, unless it is null, a wait comes first, and then the planner and
-//! it take turns: it guesses until there is an escape. The planner keeps at least a quarter of the nodes, so AO-x stays
-//! asymptotically optimal. With Confirm::best it is to be done again with Confirm::each_turn if any escape was
-//! discarded.
+//! it take turns: it guesses until there is an escape. The planner keeps a tenth of the nodes, with a clock half, so
+//! AO-x stays asymptotically optimal. With Confirm::best it is to be done again with Confirm::each_turn if any escape
+//! was discarded.
 Escape ao(BoundedProblem& problem, ompl::base::Planner& planner, Shortening* shortening, Confirm confirm);
 
 }  // namespace energymargin::search

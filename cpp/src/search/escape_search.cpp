@@ -1,5 +1,7 @@
 #include "search/escape_search.hpp"
 
+#include <optional>
+
 #include "energymargin/random.hpp"
 #include "search/ao_with_shortening.hpp"
 #include "search/est.hpp"
@@ -13,8 +15,9 @@ Escape run(const Problem& problem, const Region& captured, const EscapeSearchOpt
   BoundedProblem bounded(problem, &captured, options.nodes, options.seed, options.limit, options.sampling);
   bounded.count_in(options.node_counter);
   if (options.stop_at_escape) bounded.stop_at_escape();
-  Shortening shortening(problem, bounded, stream(options.seed, streams::shortening));
-  Shortening* const turns = options.shorten ? &shortening : nullptr;
+  std::optional<Shortening> shortening;
+  if (options.shorten) shortening.emplace(problem, bounded, stream(options.seed, streams::shortening));
+  Shortening* const turns = shortening ? &*shortening : nullptr;
   const std::uint64_t seed = stream(options.seed, streams::planner);
   if (options.planner == FeasiblePlanner::est) {
     Est est(bounded, seed);

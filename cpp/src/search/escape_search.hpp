@@ -20,7 +20,7 @@ struct EscapeSearchOptions {
   std::uint64_t seed = 0;
   Limit limit{};
   Sampling sampling = Sampling::mixed;
-  bool shorten = true;                       //!< three quarters of the nodes make the best escape cheaper
+  bool shorten = true;                       //!< most nodes make the best escape cheaper
   bool stop_at_escape = false;               //!< a rollout ends where it is seen outside
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, and falls to 0 if the search is done again
 };

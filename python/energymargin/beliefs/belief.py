@@ -45,7 +45,7 @@ class Particles:
     """Where each was drawn in the unit cube, shape (N, D)."""
     sources: list[Source]
     """What was drawn; their inputs are the D columns of `points`."""
-    parted: int
+    separated: int
     """Particles whose bodies overlapped, and were moved apart."""
     redrawn: int
     """Draws that could not be, and for which another was taken: bodies that found no place, a
@@ -56,7 +56,7 @@ class Particles:
         return len(self.problems)
 
     def first(self, count: int) -> Particles:
-        """So many of them; `parted` and `redrawn` stay those of all."""
+        """So many of them; `separated` and `redrawn` stay those of all."""
         return replace(self, problems=self.problems[:count], points=self.points[:count])
 
     def values(self, source: Source) -> NDArray[np.float64]:
@@ -128,7 +128,7 @@ class Belief:
         count = whole_number("count", count, 1)
         place = _Place(self._world, self.problem, self._sources)
         problems: list[Problem] = []
-        points, parted, redrawn = [], 0, 0
+        points, separated, redrawn = [], 0, 0
         for point in _points(sum(len(s.inputs) for s in self._sources), count, seed):
             found = self._drawn(place, point)
             if found is None:
@@ -142,10 +142,10 @@ class Belief:
             problem, moved = found
             problems.append(problem)
             points.append(point)
-            parted += moved
+            separated += moved
             if len(problems) == count:
                 break
-        return Particles(problems, np.array(points), self.sources, parted, redrawn)
+        return Particles(problems, np.array(points), self.sources, separated, redrawn)
 
     def _drawn(self, place: _Place, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
         """The problem at a point of the unit cube, and whether bodies were moved apart; None if it
@@ -188,7 +188,7 @@ class _Place:
     def __init__(self, world: World, problem: Problem, sources: list[Source]) -> None:
         self._world = world
         self._bodies = [source.body for source in sources if source.quantity == "pose"]
-        # Bodies are parted along the axes on which their place is not known.
+        # Bodies are separated along the axes on which their place is not known.
         along = np.zeros(3)
         for source in sources:
             if source.quantity == "pose":

@@ -154,7 +154,7 @@ def read_subject(path: str | os.PathLike[str], number: int | None) -> Subject:
             seconds=run.times(),
             labelled=run.labelled_scores(),
             sampling=run.sampling,
-            bands={} if run.sampling is None else {m: run.quantiles(m, BAND) for m in run.asked},
+            bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
         )
 
 

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from energymargin.deprecations import once_positional
-from energymargin.metrics import TIMED
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
@@ -156,7 +155,8 @@ class _RunsTable:
             kinds[name] = _widest([_kind(_asked(run).get(name)) for run in self.runs])
         kinds |= {"algorithm": str}
         kinds |= {metric: float for run in self.runs for metric in run.metrics}
-        kinds |= {name: float for run in self.runs for name in _quantiles(run)}
+        spread = [metric for run in self.runs for metric in run.with_quantiles]
+        kinds |= {name: float for metric in spread for name in _quantile_columns(metric)}
         return kinds | {"seconds": float}
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
@@ -165,6 +165,7 @@ class _RunsTable:
         for run in self.runs:
             of_run = {"run": run.number, "task": run.task, "algorithm": run.algorithm}
             of_run |= {n: None if v is None else kinds[n](v) for n, v in _asked(run).items()}
+            spread = {metric: run.quantiles(metric, QUANTILES) for metric in run.with_quantiles}
             for number, state in enumerate(run.rows()):
                 values = of_run | dict(zip(run.metrics, state.scores, strict=True))
                 values |= {
@@ -176,24 +177,14 @@ class _RunsTable:
                     "succeeded_any": _flag(state.success_any),
                     "seconds": state.seconds,
                 }
-                for name, (metric, share) in _quantiles(run).items():
-                    particles = run.particles(number, metric)
-                    if particles is not None:
-                        values[name] = float(np.quantile(particles, share, method="inverted_cdf"))
+                for metric, of_states in spread.items():
+                    found = [None if np.isnan(q) else float(q) for q in of_states[number]]
+                    values |= zip(_quantile_columns(metric), found, strict=True)
                 yield tuple(values.get(column) for column in kinds)
 
 
-def _quantiles(run: Run) -> dict[str, tuple[str, float]]:
-    """Of a run with a belief: metric and share of each column of quantiles. A probability is a mean
-    of noughts and ones, and has none."""
-    if run.sampling is None:
-        return {}
-    return {
-        f"{metric}_q{round(100 * share)}": (metric, share)
-        for metric in run.metrics
-        if metric not in TIMED
-        for share in QUANTILES
-    }
+def _quantile_columns(metric: str) -> list[str]:
+    return [f"{metric}_q{round(100 * share)}" for share in QUANTILES]
 
 
 def _asked(run: Run) -> dict[str, Any]:

@@ -201,15 +201,7 @@ class Run:
         each, shape (T,) both. "probability" and "probability/any" have curves; raises ValueError on
         a metric that the run does not have, and on a number that no state has.
         """
-        whole_number("number", number, 0, self.states - 1)
-        if metric not in self.asked:
-            raise ValueError(f"metric is {metric!r}, expected one of {', '.join(self.metrics)}")
-        row = self._database.execute(
-            "SELECT times, curve FROM posed JOIN curves "
-            "ON curves.problem = posed.problem AND stream = number AND question = ? "
-            "WHERE dataset = ? AND future = ? AND number = ?",
-            (self.asked[metric], self.dataset, self.future_number, number),
-        ).fetchone()
+        row = self._found("times, curve", "curves", number, metric)
         return None if row is None else (_unpacked(row[0]), _unpacked(row[1]))
 
     @property
@@ -227,28 +219,47 @@ class Run:
 
         Errors: as `curve`.
         """
+        row = self._found("scores", "particles", number, metric)
+        return None if row is None else _unpacked(row[0])
+
+    def _found(self, columns: str, table: str, number: int, metric: str) -> tuple[Any, ...] | None:
+        """What `curves` or `particles` has of a state and a metric; None if it is not there."""
         whole_number("number", number, 0, self.states - 1)
-        if metric not in self.asked:
-            raise ValueError(f"metric is {metric!r}, expected one of {', '.join(self.metrics)}")
-        row = self._database.execute(
-            "SELECT scores FROM posed JOIN particles "
-            "ON particles.problem = posed.problem AND stream = number AND question = ? "
+        self._require_asked(metric)
+        row: tuple[Any, ...] | None = self._database.execute(
+            f"SELECT {columns} FROM posed JOIN {table} "
+            f"ON {table}.problem = posed.problem AND stream = number AND question = ? "
             "WHERE dataset = ? AND future = ? AND number = ?",
             (self.asked[metric], self.dataset, self.future_number, number),
         ).fetchone()
-        return None if row is None else _unpacked(row[0])
+        return row
+
+    def _require_asked(self, metric: str) -> None:
+        if metric not in self.asked:
+            raise ValueError(f"metric is {metric!r}, expected one of {', '.join(self.metrics)}")
+
+    @property
+    def with_quantiles(self) -> list[str]:
+        """The metrics whose particles have quantiles: none without a belief, and no probability,
+        which is a mean of noughts and ones."""
+        return [] if self.sampling is None else [m for m in self.metrics if m not in TIMED]
 
     def quantiles(self, metric: str, shares: Sequence[float]) -> NDArray[np.float64]:
-        """Of the scores of each state's particles, shape (N, len(shares)): one of them, below or at
-        which that share of them are. NaN where there are none.
+        """Quantiles of the scores of each state's particles, shape (N, len(shares)): the lowest
+        score below or at which so large a share of them is. NaN where there are no particles.
 
-        Errors: as `curve`.
+        Raises ValueError on a metric that the run does not have.
         """
+        self._require_asked(metric)
         found = np.full((self.states, len(shares)), np.nan)
-        for number in range(self.states):
-            particles = self.particles(number, metric)
-            if particles is not None:
-                found[number] = np.quantile(particles, shares, method="inverted_cdf")
+        rows = self._database.execute(
+            "SELECT number, scores FROM posed JOIN particles "
+            "ON particles.problem = posed.problem AND stream = number AND question = ? "
+            "WHERE dataset = ? AND future = ?",
+            (self.asked[metric], self.dataset, self.future_number),
+        )
+        for number, scores in rows:
+            found[number] = np.quantile(_unpacked(scores), shares, method="inverted_cdf")
         return found
 
     def curves(self) -> Iterator[tuple[int, int, str, Curve]]:

@@ -221,10 +221,9 @@ class StoredScores:
             self.title = f"{chosen.settings.get('source', 'stored')}{nodes}{ahead}"
             """What the column of them is called."""
             self._scores = chosen.labelled_scores().scores
-            self._low: dict[str, NDArray[np.float64]] = {}
             if chosen.sampling is not None:
                 self.title += f", mean of {chosen.sampling.particles} particles"
-                self._low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.asked}
+            self._low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
 
     def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
         """The scores of the state of that number, by metric, with a title; NaN is one that is

@@ -16,7 +16,7 @@ namespace energymargin {
 //! How an escape is searched for.
 enum class Search {
   published,  //!< the paper's: controls drawn evenly, nothing shortened
-  improved    //!< mixed controls, and three quarters of the nodes make the best escape cheaper
+  improved    //!< mixed controls, and most nodes make the best escape cheaper
 };
 
 struct EffortOptions {
