@@ -12,26 +12,16 @@ from typing import Any
 import numpy as np
 
 from energymargin import meshes
-from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene, World
+from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
+from energymargin.scenes.additions import Additions, Pair, added
 from energymargin.scenes.files import found
-from energymargin.scenes.urdf_model import (
-    Geometry,
-    Joint,
-    Link,
-    MeshFile,
-    Robot,
-    moved,
-    place,
-    pose,
-    read,
-)
+from energymargin.scenes.poses import moved, place, pose
+from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
 
 __all__ = ["from_urdf"]
 
-OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
-Pair = tuple[str, str]
 # What `joints` may set; the rest is the file's.
 CONTROL = (
     "start",
@@ -47,28 +37,6 @@ CONTROL = (
 UNLIMITED = (-math.inf, math.inf)
 SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
 Control = Mapping[str, Mapping[str, Any]]
-
-
-@dataclass(frozen=True)
-class _Additions:
-    """Keywords of what is added to a scene."""
-
-    bodies: list[dict[str, Any]]
-    joints: list[dict[str, Any]]
-    disabled: list[Pair]
-
-    def add_to(self, scene: Scene, limit: Limit) -> Scene:
-        """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
-        for keywords in self.bodies:
-            limit.require(f"body {keywords['name']!r} was added")
-            scene.add_body(**keywords)
-        for keywords in self.joints:
-            limit.require(f"joint {keywords['name']!r} was added")
-            scene.add_joint(**keywords)
-        for body_a, body_b in self.disabled:
-            limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
-            scene.disable_collisions(body_a, body_b)
-        return scene
 
 
 def from_urdf(
@@ -162,12 +130,12 @@ def from_urdf(
     for name, link in robot.links.items():
         default = friction if link.friction is None else link.friction
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
-    new = _Additions(
+    new = Additions(
         list(bodies.values()),
         joint_keywords(robot.joints, joints or {}, prefix),
         _disabled_pairs(robot, pairs, prefix, self_collision=self_collision),
     )
-    return _added(scene, new, prefix, limit, self_collision=self_collision)
+    return added(scene, new, prefix, limit, self_collision=self_collision)
 
 
 def _bodies(
@@ -180,20 +148,6 @@ def _bodies(
         keywords = body(link, shaping, fixed=fixed and name == robot.root)
         bodies[name] = {"name": prefix + name, **keywords}
     return bodies
-
-
-def _added(
-    scene: Scene | None, new: _Additions, prefix: str, limit: Limit, *, self_collision: bool
-) -> Scene:
-    """The scene, or a new one, with a robot; an error leaves a given scene as it was."""
-    if scene is not None:
-        _check_names(scene, new)
-    made = new.add_to(Scene() if scene is None else _empty(scene), limit)
-    if self_collision:
-        limit.require("links that overlap were looked for")
-        require_no_overlap(made, prefix)
-    limit.require("the scene was made")
-    return made if scene is None else new.add_to(scene, Limit())
 
 
 def _check_choices(base: str, inertia: str, **several: Any) -> None:
@@ -228,30 +182,6 @@ def _check_links(robot: Robot, **named: Iterable[str]) -> None:
             if name not in robot.links:
                 known = ", ".join(robot.links)
                 raise ValueError(f"{argument} has {name!r}, expected one of {known}")
-
-
-def _check_names(scene: Scene, new: _Additions) -> None:
-    """No two bodies of a scene, and no two joints, have the same name."""
-    for what, there, added in (
-        ("body", scene.bodies, new.bodies),
-        ("joint", scene.joints, new.joints),
-    ):
-        taken = {item.name for item in there}
-        for name in (keywords["name"] for keywords in added):
-            if name in taken:
-                raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
-
-
-def _empty(scene: Scene) -> Scene:
-    """A scene without bodies, stepped as the given one."""
-    return Scene(
-        scene.gravity,
-        scene.step,
-        scene.solver_iterations,
-        scene.solver_tolerance,
-        scene.friction_directions,
-        scene.margin,
-    )
 
 
 @dataclass(frozen=True)
@@ -347,23 +277,6 @@ def _lumps(robot: Robot) -> list[list[str]]:
     for name in robot.links:
         lumps.setdefault(tops[name], []).append(name)
     return list(lumps.values())
-
-
-def require_no_overlap(robot: Scene, prefix: str) -> None:
-    """Raises ValueError that lists the links which overlap at the start."""
-    if not robot.joints:
-        return
-    depths: dict[Pair, float] = {}
-    for contact in World(robot).contacts(robot.pack()):
-        pair = (contact.body_a.removeprefix(prefix), contact.body_b.removeprefix(prefix))
-        depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
-    deep = {pair: depth for pair, depth in sorted(depths.items()) if depth > OVERLAP}
-    if deep:
-        found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
-        raise ValueError(
-            f"links overlap at the start: {found}; another start, "
-            f"disable_collisions={list(deep)}, or self_collision=False avoids that"
-        )
 
 
 def joint_keywords(

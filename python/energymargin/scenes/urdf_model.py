@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Box, Compound, Cylinder, MassProperties, Part, Sphere
+from energymargin._core import Box, Cylinder, Sphere
 from energymargin.limits import Limit
+from energymargin.scenes.poses import Pose
 from energymargin.scenes.urdf_elements import checked
 
 __all__ = [
@@ -24,17 +25,10 @@ __all__ = [
     "Joint",
     "Link",
     "MeshFile",
-    "Pose",
     "Robot",
-    "moved",
-    "place",
-    "pose",
     "read",
-    "vector",
 ]
 
-Pose = NDArray[np.float64]
-"""A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 
@@ -379,83 +373,3 @@ def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
         seen.add(name)
         at = joints[name]
     return at.name, multiplier, offset
-
-
-def pose(position: Sequence[float], orientation: Sequence[float]) -> Pose:
-    """From a position (3,) [m] and a unit quaternion x, y, z, w; ValueError on anything else."""
-    quaternion = vector("orientation", orientation, 4)
-    if abs(np.linalg.norm(quaternion) - 1.0) > 1e-6:
-        raise ValueError(f"orientation is {orientation!r}, expected a unit quaternion x, y, z, w")
-    matrix = np.eye(4)
-    matrix[:3, :3] = _turn(quaternion)
-    matrix[:3, 3] = vector("position", position, 3)
-    return matrix
-
-
-def place(matrix: Pose) -> dict[str, NDArray[np.float64]]:
-    """The keywords position (3,) and orientation (4,) of a pose."""
-    return {"position": matrix[:3, 3], "orientation": _quaternion(matrix[:3, :3])}
-
-
-def moved(compound: Compound, matrix: Pose) -> Compound:
-    """A compound whose parts stand at their frame, moved to a pose."""
-    parts = [Part(part.shape, **place(matrix)) for part in compound.parts]
-    if compound.solid is None:
-        return Compound(parts)
-    from scipy.spatial.transform import Rotation
-
-    solid = compound.solid
-    turned = Rotation.from_matrix(matrix[:3, :3]) * Rotation.from_quat(solid.axes)
-    center = matrix[:3, :3] @ solid.center + matrix[:3, 3]
-    return Compound(
-        parts, solid=MassProperties(solid.volume, center, solid.moments, turned.as_quat())
-    )
-
-
-def vector(name: str, given: Any, size: int) -> NDArray[np.float64]:
-    """An argument of `size` finite numbers; ValueError on anything else."""
-    values = np.asarray(given, float)
-    if values.shape != (size,) or not np.isfinite(values).all():
-        raise ValueError(f"{name} is {given!r}, expected {size} finite numbers")
-    return values
-
-
-# Of scipy, to its last bit; to import that takes longer than to make and to score a hand.
-
-
-def _turn(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix (3, 3) of a quaternion x, y, z, w."""
-    x, y, z, w = quaternion / _norm(quaternion)
-    xx, yy, zz, ww = x * x, y * y, z * z, w * w
-    return np.array(
-        [
-            [xx - yy - zz + ww, 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), -xx + yy - zz + ww, 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), -xx - yy + zz + ww],
-        ]
-    )
-
-
-def _quaternion(turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """x, y, z, w of a matrix (3, 3), by the largest of the four (Shepperd 1978). Of q and -q it is
-    the one in which the first of w, x, y, z that is not 0 is above 0."""
-    m = turn
-    trace = m[0, 0] + m[1, 1] + m[2, 2]
-    largest = int(np.argmax([m[0, 0], m[1, 1], m[2, 2], trace]))
-    quaternion = np.empty(4)
-    if largest == 3:
-        quaternion[:] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 1 + trace
-    else:
-        i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
-        quaternion[i] = 1 - trace + 2 * m[i, i]
-        quaternion[j] = m[j, i] + m[i, j]
-        quaternion[k] = m[k, i] + m[i, k]
-        quaternion[3] = m[k, j] - m[j, k]
-    quaternion /= _norm(quaternion)
-    x, y, z, w = quaternion
-    return -quaternion if next(number for number in (w, x, y, z) if number != 0) < 0 else quaternion
-
-
-def _norm(quaternion: NDArray[np.float64]) -> float:
-    x, y, z, w = quaternion
-    return float(np.sqrt(x * x + y * y + z * z + w * w))

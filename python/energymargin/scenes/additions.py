@@ -1,0 +1,91 @@
+"""What a file of a robot adds to a scene: all of it, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from energymargin._core import Scene, World
+from energymargin.limits import Limit
+
+__all__ = ["Additions", "Pair", "added"]
+
+OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Additions:
+    """Keywords of what is added to a scene."""
+
+    bodies: list[dict[str, Any]]
+    joints: list[dict[str, Any]]
+    disabled: list[Pair]
+
+    def add_to(self, scene: Scene, limit: Limit) -> Scene:
+        """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
+        for keywords in self.bodies:
+            limit.require(f"body {keywords['name']!r} was added")
+            scene.add_body(**keywords)
+        for keywords in self.joints:
+            limit.require(f"joint {keywords['name']!r} was added")
+            scene.add_joint(**keywords)
+        for body_a, body_b in self.disabled:
+            limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
+            scene.disable_collisions(body_a, body_b)
+        return scene
+
+
+def added(
+    scene: Scene | None, new: Additions, prefix: str, limit: Limit, *, self_collision: bool
+) -> Scene:
+    """The scene, or a new one, with a robot; an error leaves a given scene as it was."""
+    if scene is not None:
+        _check_names(scene, new)
+    made = new.add_to(Scene() if scene is None else _empty(scene), limit)
+    if self_collision:
+        limit.require("links that overlap were looked for")
+        _require_no_overlap(made, prefix)
+    limit.require("the scene was made")
+    return made if scene is None else new.add_to(scene, Limit())
+
+
+def _check_names(scene: Scene, new: Additions) -> None:
+    """No two bodies of a scene, and no two joints, have the same name."""
+    for what, there, added in (
+        ("body", scene.bodies, new.bodies),
+        ("joint", scene.joints, new.joints),
+    ):
+        taken = {item.name for item in there}
+        for name in (keywords["name"] for keywords in added):
+            if name in taken:
+                raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
+
+
+def _empty(scene: Scene) -> Scene:
+    """A scene without bodies, stepped as the given one."""
+    return Scene(
+        scene.gravity,
+        scene.step,
+        scene.solver_iterations,
+        scene.solver_tolerance,
+        scene.friction_directions,
+        scene.margin,
+    )
+
+
+def _require_no_overlap(robot: Scene, prefix: str) -> None:
+    """Raises ValueError that lists the links which overlap at the start."""
+    if not robot.joints:
+        return
+    depths: dict[Pair, float] = {}
+    for contact in World(robot).contacts(robot.pack()):
+        pair = (contact.body_a.removeprefix(prefix), contact.body_b.removeprefix(prefix))
+        depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
+    deep = {pair: depth for pair, depth in sorted(depths.items()) if depth > OVERLAP}
+    if deep:
+        found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
+        raise ValueError(
+            f"links overlap at the start: {found}; another start, "
+            f"disable_collisions={list(deep)}, or self_collision=False avoids that"
+        )
