@@ -178,6 +178,19 @@ def test_xacro_is_refused_whether_or_not_its_namespace_is_declared(tmp_path, nam
         built(tmp_path, text)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ('size="0.1 0.1 0.1"', 'size="${size} 0.1 0.1"', "link 'base': <box size="),
+        ('name="shoulder"', 'name="${prefix}shoulder"', "<joint name="),
+        ('<box size="0.1 0.1 0.1"/>', '<mesh filename="$(find arm)/arm.stl"/>', "<mesh filename="),
+    ],
+)
+def test_an_expression_of_xacro_is_refused_by_its_place(tmp_path, old, new, place):
+    with pytest.raises(ValueError, match=rf"{place}'\$.* expression of xacro, .*into URDF"):
+        built(tmp_path, ARM.replace(old, new, 1))
+
+
 @pytest.mark.parametrize("element", ["a", "link", "visual"])
 def test_elements_that_are_nested_without_end_are_refused(tmp_path, element):
     deep = f"<{element}>" * 200_000 + f"</{element}>" * 200_000

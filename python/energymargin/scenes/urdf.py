@@ -59,6 +59,7 @@ def from_urdf(
     disable_collisions: Iterable[Sequence[str]] = (),
     packages: Sequence[str | Path] = (),
     ignore: Iterable[str] = (),
+    subtree: str | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> Scene:
@@ -103,6 +104,9 @@ def from_urdf(
             ROS_PACKAGE_PATH and the folders above the file.
         ignore: what to leave out: elements by tag, attributes as "tag.attribute". What is simulated
             in one parent and not in another is named with it, as "link/origin".
+        subtree: a link by name: that one and what hangs on it become bodies, and the others, with
+            their joints and meshes, are not read. It is the root then: `base`, `position` and
+            `orientation` are its own.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -120,7 +124,7 @@ def from_urdf(
     limit = Limit(timeout, cancel)
     _check_choices(base, inertia, ignore=ignore, packages=packages)
     root = pose(position, orientation)
-    robot = read(Path(path), tuple(ignore), limit, free=base == "free")
+    robot = read(Path(path), tuple(ignore), limit, free=base == "free", subtree=subtree)
     roles, frictions, pairs = roles or {}, frictions or {}, _pairs(disable_collisions)
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)

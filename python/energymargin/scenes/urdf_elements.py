@@ -16,6 +16,7 @@ from typing import BinaryIO
 from xml.parsers import expat
 
 from energymargin.limits import Limit
+from energymargin.scenes.urdf_subtree import keep_subtree
 
 __all__ = ["checked"]
 
@@ -28,6 +29,7 @@ NUMBERS = {
     **dict.fromkeys(("velocity", "damping", "multiplier", "offset"), (1,)),
 }
 XACRO = "xacro:"  # its elements make others, so they are never left out for want of a declaration
+EXPRESSIONS = ("${", "$(")  # of xacro, in attributes
 LOOKS = ("visual", "material")
 # What asks for nothing at this value.
 NOTHING = {
@@ -94,9 +96,12 @@ GRAMMAR = {
 }
 
 
-def checked(path: Path, ignore: Collection[str], limit: Limit) -> ET.Element:
+def checked(
+    path: Path, ignore: Collection[str], limit: Limit, subtree: str | None = None
+) -> ET.Element:
     """The root of a URDF file in which all is understood, without what is to be ignored.
 
+    `subtree`: the link that is kept with all that hangs on it; other links and joints are not read.
     `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
     "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone. Warns
     once of elements and attributes whose namespace the file does not declare, and leaves them out.
@@ -108,6 +113,8 @@ def checked(path: Path, ignore: Collection[str], limit: Limit) -> ET.Element:
     if root.tag != "robot":
         tag = root.tag.removeprefix(UNDECLARED)
         raise ValueError(f"{path} is no URDF file: its root is <{tag}>, expected <robot>")
+    if subtree is not None:
+        keep_subtree(root, subtree)
     undeclared: Counter[str] = Counter()
     _strip(root, "", {*LOOKS, *ignore}, undeclared)
     unknown: Counter[str] = Counter()
@@ -194,6 +201,7 @@ def _walk(element: ET.Element, where: str, unknown: Counter[str]) -> None:
         if name not in element.attrib:
             raise ValueError(f"{where}: <{element.tag}> has no {name!r}")
     for name, text in element.attrib.items():
+        _require_no_expression(element.tag, name, text, where)
         if name in (*rule.needs, *rule.takes):
             _check_numbers(element.tag, name, text, where)
         else:
@@ -215,6 +223,14 @@ def _check_counts(element: ET.Element, rule: _Element, where: str) -> None:
             raise ValueError(f"{where}: <{element.tag}> has {counts[tag]} <{tag}>, expected one")
     if element.tag == "geometry" and len(element) != 1:
         raise ValueError(f"{where}: <geometry> has {len(element)} shapes, expected one")
+
+
+def _require_no_expression(tag: str, name: str, text: str, where: str) -> None:
+    if any(mark in text for mark in EXPRESSIONS):
+        raise ValueError(
+            f"{where}: <{tag} {name}={text!r}> is an expression of xacro, expected a value: xacro "
+            "turns such a file into URDF"
+        )
 
 
 def _check_numbers(tag: str, name: str, text: str, where: str) -> None:

@@ -187,17 +187,26 @@ def _carrying(link: Link, frame: Link, at: Pose) -> Link:
     return replace(link, geometries=link.geometries + shapes, friction=frame.friction)
 
 
-def read(path: Path, ignore: Collection[str], limit: Limit, *, free: bool) -> Robot:
-    """The model of a file, without its frames: they are merged into the links that carry them.
+def read(
+    path: Path,
+    ignore: Collection[str],
+    limit: Limit,
+    *,
+    free: bool,
+    subtree: str | None = None,
+) -> Robot:
+    """The model of a file, or of one link and what hangs on it, without its frames.
+
+    Frames are merged into the links that carry them.
 
     Raises FileNotFoundError, ValueError that names what is wrong, or what is not simulated, and
     TimeoutError or Cancelled at the limit.
     """
-    element = checked(path, ignore, limit)
+    element = checked(path, ignore, limit, subtree)
     links = _by_name("link", [_link(link) for link in element.findall("link")])
     joints = _by_name("joint", [_joint(joint) for joint in element.findall("joint")])
     limit.require(f"{path} was read")
-    robot = Robot(_root(links, joints), links, _followed(joints, limit))
+    robot = Robot(_root(links, joints), links, _followed(joints, limit, subtree))
     return without_frames(robot, limit, free=free)
 
 
@@ -348,17 +357,19 @@ def _require_tree(root: str, links: dict[str, Link], joints: dict[str, Joint]) -
             raise ValueError(f"the joints above link {name!r} form a loop, expected a tree")
 
 
-def _followed(joints: dict[str, Joint], limit: Limit) -> dict[str, Joint]:
+def _followed(joints: dict[str, Joint], limit: Limit, subtree: str | None) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint at the end of its chain."""
     followed = {}
     for name, joint in joints.items():
         limit.require(f"joint {name!r} was read")
-        mimic = _source(joint, joints) if joint.mimic else None
+        mimic = _source(joint, joints, subtree) if joint.mimic else None
         followed[name] = replace(joint, mimic=mimic)
     return followed
 
 
-def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
+def _source(
+    joint: Joint, joints: dict[str, Joint], subtree: str | None
+) -> tuple[str, float, float]:
     seen, multiplier, offset, at = {joint.name}, 1.0, 0.0, joint
     if joint.type == "fixed":
         raise ValueError(f"joint {joint.name!r} is fixed, and yet a mimic; expected one of the two")
@@ -367,8 +378,15 @@ def _source(joint: Joint, joints: dict[str, Joint]) -> tuple[str, float, float]:
         offset += multiplier * shift
         multiplier *= factor
         if name not in joints or joints[name].type == "fixed" or name in seen:
+            outside = subtree is not None and name not in joints
             raise ValueError(
-                f"joint {at.name!r} mimics {name!r}, expected a joint that moves, without a circle"
+                f"joint {at.name!r} mimics {name!r}, expected a joint "
+                + (
+                    f"below the link {subtree!r}; a subtree of a link further up has both, and "
+                    "ignore=('joint/mimic',) makes each joint one of its own"
+                    if outside
+                    else "that moves, without a circle"
+                )
             )
         seen.add(name)
         at = joints[name]
