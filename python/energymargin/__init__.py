@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from energymargin import datasets as datasets
     from energymargin import evaluation as evaluation
     from energymargin import executors as executors
+    from energymargin import monitor as monitor
     from energymargin import plots as plots
     from energymargin import recordings as recordings
     from energymargin import report as report
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from energymargin import viewer as viewer
     from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
+    from energymargin.monitor import Monitor
     from energymargin.plausibility import PlausibilityWarning
     from energymargin.scoring import ScoreError, ScoreTable, SearchSettings, score
 
@@ -89,6 +91,7 @@ __all__ = [
     "LowerBound",
     "MassProperties",
     "Mimic",
+    "Monitor",
     "Part",
     "Plan",
     "Plane",
@@ -117,6 +120,7 @@ __all__ = [
     "force_score",
     "mass_properties",
     "mesh",
+    "monitor",
     "recordings",
     "regions",
     "scenes",
@@ -136,6 +140,7 @@ SUBPACKAGES = (
     "datasets",
     "evaluation",
     "executors",
+    "monitor",
     "plots",
     "recordings",
     "report",
@@ -146,6 +151,7 @@ SUBPACKAGES = (
 )
 HOMES = {
     "Belief": "beliefs",
+    "Monitor": "monitor",
     "PlausibilityWarning": "plausibility",
     "ScoreError": "scoring",
     "ScoreTable": "scoring",

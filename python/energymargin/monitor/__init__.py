@@ -1,0 +1,29 @@
+"""A stream of states scored as it comes, with an alarm, and the alarm's threshold from data.
+
+`Monitor` scores the states that a robot's loop pushes, in the background. `threshold` chooses when
+it is to raise its alarm, so that at most a given share of the trajectories has a false one;
+`alarms` says what such an alarm announces.
+"""
+
+from energymargin.monitor.alarm import Alarm
+from energymargin.monitor.calibration import (
+    Alarms,
+    Threshold,
+    alarms,
+    first_loss,
+    threshold,
+)
+from energymargin.monitor.monitor import Monitor
+from energymargin.monitor.readings import Counters, Reading
+
+__all__ = [
+    "Alarm",
+    "Alarms",
+    "Counters",
+    "Monitor",
+    "Reading",
+    "Threshold",
+    "alarms",
+    "first_loss",
+    "threshold",
+]

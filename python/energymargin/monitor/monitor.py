@@ -1,0 +1,354 @@
+"""Scores of a stream of states, in the background and newest first."""
+
+from __future__ import annotations
+
+import atexit
+import bisect
+import inspect
+import logging
+import math
+import threading
+import time as clock
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energymargin._core import (
+    Cancel,
+    CaptureProbability,
+    Problem,
+    capture_probability,
+    disturbances,
+)
+from energymargin.checks import not_negative_number, positive_number, whole_number
+from energymargin.closing import Closing
+from energymargin.executors.threads import thread_count
+from energymargin.monitor.alarm import Alarm
+from energymargin.monitor.pace import Pace
+from energymargin.monitor.readings import Counters, Reading, slope
+
+__all__ = ["Monitor"]
+
+LONGEST_CLOSE = 0.2  # s
+UNKNOWN = (math.nan, math.nan)
+
+_log = logging.getLogger("energymargin.monitor")
+
+ProblemOf = Callable[[NDArray[np.float64]], Problem] | Callable[..., Problem]
+
+
+@dataclass(frozen=True)
+class _Pushed:
+    """A state that waits."""
+
+    time: float
+    state: NDArray[np.float64]
+    came: float
+    """By the machine's clock [s]."""
+    cancel: Cancel
+    """Set once nobody wants its score any more."""
+
+
+class Monitor(Closing):
+    """Scores the states of a robot's loop in the background, at the rate that the machine holds.
+
+    `push` returns at once. Workers take the newest state that waits; of those that wait too long
+    the oldest is dropped. What a state's score says is a Reading: `latest`, `history`, or
+    `on_reading`. Use it in a `with` statement, or `close` it.
+    """
+
+    def __init__(
+        self,
+        problem_of: ProblemOf,
+        *,
+        alarm: Alarm | float | None = None,
+        period: float = 1 / 30,
+        rollouts: int | tuple[int, int] = 30,
+        disturbance: Any = None,
+        seed: int = 0,
+        workers: int = 1,
+        threads: int | None = None,
+        waiting: int = 1,
+        trend_window: float = 0.5,
+        kept: int = 1000,
+        on_reading: Callable[[Reading], object] | None = None,
+    ) -> None:
+        """Starts the workers.
+
+        Args:
+            problem_of: the question about a state: a function of it, shape (n,), or of its time [s]
+                and it. The problem has a horizon, and best a plan: `task.future` makes one.
+            alarm: when the alarm goes on and off; a number is Alarm(on=number), None never.
+            period: between two states [s]. A reading is late that comes longer after its push.
+            rollouts: of each score; (least, most) takes as many as fit into a period.
+            disturbance: as of `capture_probability`; None: Uniform().
+            seed: of every score, so that two states meet the same disturbances.
+            workers: states that are scored at once.
+            threads: of each score; None: all cores, shared by the workers.
+            waiting: states that may wait for a worker.
+            trend_window: time over which the trend is taken [s].
+            kept: readings in `history`, at most.
+            on_reading: called with each reading, by one worker at a time. It should be short.
+
+        The value depends on state, seed and number of rollouts alone: the same bits on any machine.
+        Raises ValueError on bad arguments.
+        """
+        self._asks_time = _takes_time(problem_of)
+        self._problem_of: Callable[..., Problem] = problem_of
+        self._alarm = _alarm_of(alarm)
+        self._period = positive_number("period", period)
+        self._pace = Pace(rollouts, self._period)
+        self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
+        self._seed = whole_number("seed", seed, 0, 2**64 - 1)
+        count = whole_number("workers", workers, 1)
+        self._threads = max(1, thread_count(threads) // (count if threads is None else 1))
+        self._most_waiting = whole_number("waiting", waiting, 1)
+        self._trend_window = positive_number("trend_window", trend_window)
+        self._kept = whole_number("kept", kept, 1)
+        if not (on_reading is None or callable(on_reading)):
+            raise ValueError(f"on_reading is {on_reading!r}, expected a function of a Reading")
+        self._on_reading = on_reading
+
+        self._lock = threading.Condition()
+        self._delivery = threading.RLock()  # readings come one after the other
+        self._waiting: deque[_Pushed] = deque()
+        self._busy = 0
+        self._history: list[Reading] = []
+        self._counts = Counters(0, 0, 0, 0, 0)
+        self._cancel = Cancel()
+        self._last_error = ""
+        self._closed = False
+        self._newest = self._followed = -math.inf  # times of states: pushed, known to the alarm
+        self._recent: deque[float] = deque(maxlen=1 if self._alarm is None else self._alarm.window)
+        self._is_on = False
+        self._workers = [
+            threading.Thread(target=self._work, name=f"energymargin monitor {k}", daemon=True)
+            for k in range(count)
+        ]
+        for worker in self._workers:
+            worker.start()
+        atexit.register(self.close)  # a worker in the core must not outlive the interpreter
+
+    def push(self, time: float, state: ArrayLike) -> None:
+        """A new state, shape (n,), at its time [s]. It is copied, and never waited for.
+
+        Raises ValueError on a state that is no vector, or a time that does not rise (`reset` begins
+        anew), RuntimeError once the monitor is closed. A state that makes no problem is a reading
+        with an error.
+        """
+        if not math.isfinite(time):
+            raise ValueError(f"time is {time!r}, expected a finite number")
+        vector = np.array(state, dtype=float)
+        if vector.ndim != 1:
+            raise ValueError(f"state has shape {vector.shape}, expected (n,)")
+        vector.setflags(write=False)
+        with self._lock:
+            if self._closed:
+                raise RuntimeError("the monitor is closed")
+            if time <= self._newest:
+                raise ValueError(
+                    f"time is {time:g} s after {self._newest:g} s, expected it to rise; reset() "
+                    "begins a new trajectory"
+                )
+            self._newest = float(time)
+            self._waiting.append(_Pushed(self._newest, vector, clock.monotonic(), self._cancel))
+            self._count(pushed=1)
+            if len(self._waiting) > self._most_waiting:
+                self._waiting.popleft()
+                self._count(dropped=1)
+            self._lock.notify()
+
+    @property
+    def latest(self) -> Reading | None:
+        """The reading of the newest state that has one."""
+        with self._lock:
+            return self._history[-1] if self._history else None
+
+    @property
+    def history(self) -> tuple[Reading, ...]:
+        """The last readings, in the order of their times."""
+        with self._lock:
+            return tuple(self._history)
+
+    @property
+    def counters(self) -> Counters:
+        """How many states came, and what became of them."""
+        with self._lock:
+            return self._counts
+
+    @property
+    def alarm(self) -> bool:
+        """Whether the alarm is on."""
+        with self._lock:
+            return self._is_on
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Waits until no state waits and none is scored; whether that came within `timeout` [s]."""
+        limit = None if timeout is None else not_negative_number("timeout", timeout)
+        with self._lock:
+            return self._lock.wait_for(lambda: not (self._waiting or self._busy), limit)
+
+    def reset(self) -> None:
+        """A new trajectory begins: forgets states that wait, readings, trend and alarm.
+
+        Counters go on.
+        """
+        with self._lock:
+            self._cancel.set()
+            self._cancel = Cancel()
+            self._forget()
+
+    def close(self) -> None:
+        """Ends the workers within 0.2 s. States without a reading are dropped."""
+        with self._lock:
+            self._closed = True
+            self._cancel.set()
+            self._count(dropped=len(self._waiting))
+            self._waiting.clear()
+            self._lock.notify_all()
+        end = clock.monotonic() + LONGEST_CLOSE
+        for worker in self._workers:
+            if worker is not threading.current_thread():
+                worker.join(max(end - clock.monotonic(), 0.0))
+        atexit.unregister(self.close)
+
+    def _forget(self) -> None:
+        self._count(dropped=len(self._waiting))
+        self._waiting.clear()
+        self._history.clear()
+        self._newest = self._followed = -math.inf
+        self._recent.clear()
+        self._is_on = False
+
+    def _count(self, **more: int) -> None:
+        own = self._counts._asdict()
+        self._counts = Counters(**{name: own[name] + more.get(name, 0) for name in own})
+
+    def _work(self) -> None:
+        while (pushed := self._next()) is not None:
+            try:
+                self._deliver(pushed, self._score(pushed))
+            finally:
+                with self._lock:
+                    self._busy -= 1
+                    self._lock.notify_all()
+
+    def _next(self) -> _Pushed | None:
+        """The newest state that waits, once there is one; None at the end."""
+        with self._lock:
+            self._lock.wait_for(lambda: self._waiting or self._closed)
+            if self._closed:
+                return None
+            self._busy += 1
+            return self._waiting.pop()
+
+    def _score(self, pushed: _Pushed) -> CaptureProbability | Exception:
+        begun = clock.monotonic()
+        with self._lock:
+            rollouts = self._pace.rollouts
+        try:
+            given = (pushed.time, pushed.state) if self._asks_time else (pushed.state,)
+            problem = self._problem_of(*given)
+            asked = clock.monotonic()
+            probability = capture_probability(
+                problem,
+                disturbance=self._disturbance,
+                rollouts=rollouts,
+                seed=self._seed,
+                threads=self._threads,
+                cancel=pushed.cancel,
+            )
+        except Exception as error:  # whatever it is, the next state may be better
+            return error
+        with self._lock:
+            self._pace.note(rollouts, asked - begun, clock.monotonic() - asked)
+        return probability
+
+    def _deliver(self, pushed: _Pushed, score: CaptureProbability | Exception) -> None:
+        with self._delivery:
+            with self._lock:
+                if pushed.cancel.is_set:
+                    self._count(dropped=1)
+                    return
+                reading = self._noted(pushed, score)
+            self._call(reading)
+            if reading.error is not None:
+                self._warn(f"the state at {reading.time:g} s has no score", reading.error)
+
+    def _noted(self, pushed: _Pushed, score: CaptureProbability | Exception) -> Reading:
+        """The reading, once alarm, history and counters know it."""
+        lateness = clock.monotonic() - pushed.came
+        late = lateness > self._period
+        if isinstance(score, Exception):
+            reading = Reading(
+                *(pushed.time, math.nan, UNKNOWN, 0, math.nan, self._is_on, lateness, late),
+                error=score,
+            )
+            self._count(failed=1)
+        else:
+            value = float(score.captured)
+            self._follow(pushed.time, value)
+            reading = Reading(
+                *(pushed.time, value, score.interval(), score.rollouts, math.nan),
+                *(self._is_on, lateness, late, score),
+            )
+            reading = replace(reading, trend=self._trend(reading))
+            self._count(scored=1, late=int(late))
+        bisect.insort(self._history, reading, key=lambda known: known.time)
+        del self._history[: -self._kept]
+        return reading
+
+    def _follow(self, time: float, value: float) -> None:
+        """The alarm; an older state than the newest one changes nothing."""
+        if time > self._followed:
+            self._followed = time
+            self._recent.append(value)
+            if self._alarm is not None:
+                self._is_on = self._alarm.after(self._recent, is_on=self._is_on)
+
+    def _trend(self, reading: Reading) -> float:
+        """Of this reading and those of the time before it."""
+        first = reading.time - self._trend_window
+        near = [r for r in self._history if first <= r.time < reading.time and r.error is None]
+        near.append(reading)
+        return slope([r.time for r in near], [r.value for r in near])
+
+    def _call(self, reading: Reading) -> None:
+        if self._on_reading is None:
+            return
+        try:
+            self._on_reading(reading)
+        except Exception as error:
+            self._warn("on_reading failed", error)
+
+    def _warn(self, what: str, error: Exception) -> None:
+        """Logs an error, and the same one again only after another."""
+        text = f"{type(error).__name__}: {error}"
+        if text != self._last_error:
+            self._last_error = text
+            _log.warning("%s: %s", what, text)
+
+
+def _takes_time(problem_of: object) -> bool:
+    """Whether it is a function of a time and a state; ValueError unless of these, or the state."""
+    expected = "expected a function of a state, or of a time and a state"
+    if not callable(problem_of):
+        raise ValueError(f"problem_of is {problem_of!r}, {expected}")
+    try:
+        parameters = inspect.signature(problem_of).parameters.values()
+    except (TypeError, ValueError):
+        return False
+    positional = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    needed = sum(p.default is p.empty for p in positional)
+    others = any(p.kind == p.KEYWORD_ONLY and p.default is p.empty for p in parameters)
+    if needed > 2 or not positional or others:
+        raise ValueError(f"problem_of takes {inspect.signature(problem_of)}, {expected}")
+    return needed == 2
+
+
+def _alarm_of(alarm: Alarm | float | None) -> Alarm | None:
+    return alarm if alarm is None or isinstance(alarm, Alarm) else Alarm(alarm)
