@@ -11,21 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
-from typing import Any
 
 import mujoco
 import numpy as np
 from mujoco.rollout import Rollout
-from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from edges import Edge, Vector, axes, inertia, objects
-from mujoco_model import Twin, chain_base, turned
+from edges import Edge, Vector, objects
+from energymargin.mujoco import model_of
+from energymargin.mujoco.states import States
 
 __all__ = ["MuJoCoEdges"]
 
 PHYSICS = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
 APPLIED = mujoco.mjtState.mjSTATE_XFRC_APPLIED.value
+CONTROLS = mujoco.mjtState.mjSTATE_CTRL.value
 WHOLE = PHYSICS | APPLIED | mujoco.mjtState.mjSTATE_WARMSTART.value
 
 
@@ -36,8 +36,8 @@ class Batch:
     steps: int
     starts: Vector
     """Shape (B, n)."""
-    wrenches: Vector
-    """Shape (B, steps, 6 bodies)."""
+    controls: Vector
+    """And the wrenches, shape (B, steps, controls + 6 bodies)."""
     states: Vector
     """After each step, shape (B, steps, n): where it puts them."""
     sensors: Vector
@@ -48,17 +48,16 @@ class MuJoCoEdges:
 
     def __init__(self, problem: em.Problem, edges: Sequence[Edge]) -> None:
         """Builds the model, and the arrays that start each edge."""
-        self.twin = Twin(problem)
-        self.scene = self.twin.scene
-        self.model = mujoco.MjModel.from_xml_string(self.twin.text)
+        self.scene = problem.scene
+        self.model = model_of(problem.scene, problem.state)
         self.data = mujoco.MjData(self.model)
+        mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
         self.edge_steps = [edge.steps for edge in edges]
-        positions, velocities = self._states(np.array([edge.start for edge in edges]))
-        applied = self._applied(edges)
-        self.wholes, self.starts, self.applied = [], [], applied
-        for at, speed, wrench in zip(positions, velocities, applied, strict=True):
-            self.data.qpos[:], self.data.qvel[:] = at, speed
-            self.data.xfrc_applied[:] = wrench.reshape(-1, 6)
+        self.wholes, self.starts, self.applied = [], [], self._applied(edges)
+        states = States(self.scene, self.model)
+        for edge, wrenches in zip(edges, self.applied, strict=True):
+            states.write(self.data, edge.start)
+            self.data.xfrc_applied[:] = wrenches.reshape(-1, 6)
             self.wholes.append(self._state(WHOLE))
             self.starts.append(self._state(PHYSICS))
         self._threads = Rollout(nthread=0)
@@ -82,8 +81,8 @@ class MuJoCoEdges:
                 [self.model] * len(batch.starts),
                 [self.data],
                 batch.starts,
-                batch.wrenches,
-                control_spec=APPLIED,
+                batch.controls,
+                control_spec=CONTROLS | APPLIED,
                 skip_checks=True,
                 nstep=batch.steps,
                 state=batch.states,
@@ -121,9 +120,10 @@ class MuJoCoEdges:
         for steps, group in groupby(order, lambda edge: self.edge_steps[edge]):
             chosen = list(group)
             starts = np.array([self.starts[edge] for edge in chosen])
-            wrenches = np.repeat(self.applied[chosen][:, None], steps, axis=1)
+            targets = np.tile(self.data.ctrl, (len(chosen), 1))
+            controls = np.hstack([targets, self.applied[chosen]])[:, None].repeat(steps, axis=1)
             states = np.zeros((len(chosen), steps, starts.shape[1]))
-            made.append(Batch(steps, starts, wrenches, states, np.zeros((len(chosen), steps, 0))))
+            made.append(Batch(steps, starts, controls, states, np.zeros((len(chosen), steps, 0))))
         return made
 
     def _state(self, of: int) -> Vector:
@@ -134,54 +134,7 @@ class MuJoCoEdges:
     def _applied(self, edges: Sequence[Edge]) -> Vector:
         """On all bodies, shape (M, 6 bodies)."""
         wrenches = np.zeros((len(edges), self.model.nbody, 6))
-        for body in self.scene.bodies:
-            if body.force.any():
-                wrenches[:, self.model.body(body.name).id, :3] += np.ravel(body.force)
         given = np.array([edge.wrenches for edge in edges])
         for number, name in enumerate(objects(self.scene)):
             wrenches[:, self.model.body(name).id] += given[:, number]
         return wrenches.reshape(len(edges), -1)
-
-    def _states(self, states: Vector) -> tuple[Vector, Vector]:
-        """The scene's states, shape (M, n), as MuJoCo has them: qpos and qvel."""
-        positions = np.tile(self.model.qpos0, (len(states), 1))
-        velocities = np.zeros((len(states), self.model.nv))
-
-        def put(joint: str, position: Any, velocity: Any) -> None:
-            of = self.model.joint(joint)
-            place, speed = np.atleast_2d(position.T).T, np.atleast_2d(velocity.T).T
-            first, start = int(of.qposadr[0]), int(of.dofadr[0])
-            positions[:, first : first + place.shape[1]] = place
-            velocities[:, start : start + speed.shape[1]] = speed
-
-        links = {joint.child for joint in self.scene.joints}
-        for body in self.scene.bodies:
-            if not body.fixed and body.name not in links:
-                self._put_body(body, states[:, self.scene.slice(body.name)], put)
-        for joint in self.scene.joints:
-            if joint.type != "fixed" and not joint.held:
-                now = states[:, self.scene.joint_slice(joint.name)]
-                put(joint.name, now[:, 0], now[:, 1])
-        return positions, velocities
-
-    def _put_body(self, body: em.Body, now: Vector, put: Any) -> None:
-        """Of a free body's 13 numbers, shape (M, 13), what its joints say."""
-        place, orientation, velocity, spin = np.split(now, (3, 7, 10), axis=1)
-        linear, angular = axes(body.linear_factor), axes(body.angular_factor)
-        turn = Rotation.from_quat(orientation)
-        if linear == angular == (0, 1, 2):
-            put(
-                body.name,
-                np.hstack([place, turned(orientation)]),
-                np.hstack([velocity, turn.inv().apply(spin)]),
-            )
-            return
-        arm = turn.apply(inertia(body).center)
-        base, turned_base = chain_base(body, self.twin.now[body.name])
-        rest = base + Rotation.from_quat(turned_base).apply(inertia(body).center)
-        slid, speed = place + arm - rest, velocity + np.cross(spin, arm)
-        for axis in linear:
-            put(f"{body.name}/slide{axis}", slid[:, axis], speed[:, axis])
-        for axis in angular:
-            angle = 2.0 * np.arctan2(orientation[:, axis], orientation[:, 3])
-            put(f"{body.name}/hinge{axis}", angle, spin[:, axis])

@@ -11,8 +11,8 @@ import numpy as np
 
 import energymargin as em
 from edges import Edge, Vector, edges_of, positions
+from energymargin.mujoco.mjcf import TOLERANCE
 from measurements import Pairs, Settings, Tell, in_turns, problems_of, rollouts
-from mujoco_model import TOLERANCE
 from mujoco_rollouts import MuJoCoEdges
 from pybullet_rollouts import PyBulletScene
 from tables import markdown

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from energymargin import evaluation as evaluation
     from energymargin import executors as executors
     from energymargin import monitor as monitor
+    from energymargin import mujoco as mujoco
     from energymargin import plots as plots
     from energymargin import recordings as recordings
     from energymargin import report as report
@@ -141,6 +142,7 @@ SUBPACKAGES = (
     "evaluation",
     "executors",
     "monitor",
+    "mujoco",
     "plots",
     "recordings",
     "report",

@@ -1,0 +1,133 @@
+"""A scene in MJCF, from the same numbers: its twin in MuJoCo.
+
+Contacts are pairs that are named one by one, since MuJoCo would take the larger of two bodies'
+coefficients of friction, where a scene takes their product. They are as stiff as MuJoCo lets them
+be at a step, and their friction cones are elliptic: MuJoCo's own softness and pyramids end further
+from a scene's ends, and most take longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations, product
+from typing import Any
+from xml.etree import ElementTree as xml
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energymargin._core import Body, Scene, Spring
+from energymargin.checks import positive_number
+from energymargin.mujoco.mjcf_bodies import Bodies, numbers, rigid
+from energymargin.mujoco.needed import needed
+
+__all__ = ["START", "TOLERANCE", "model_of", "to_mjcf"]
+
+START = "start"  # the keyframe's name
+TOLERANCE = 1e-8  # of the solver
+CONTACT_STEPS = 2  # time constant of a contact; MuJoCo makes a shorter one so long
+OTHER_FRICTION = "0.005 0.0001 0.0001"  # torsional and rolling, which contacts of three axes ignore
+
+
+def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> str:
+    """A scene as MJCF text.
+
+    Args:
+        scene: all of it.
+        state: the keyframe "start", shape (n,), by default the scene's own. Locked axes and held
+            joints stay where they are in it.
+        step: MuJoCo's [s], by default the scene's. The shorter, the stiffer are contacts.
+
+    Bodies and joints have the scene's names. A joint's drive is an actuator of the joint's name
+    whose control is the target; a body's constant force is an actuator without control. Raises
+    ValueError on what MJCF cannot express: a body with one locked axis of rotation, a joint with
+    one limit for both ends, a body of the name "world".
+    """
+    at = np.asarray(scene.pack() if state is None else state, dtype=float)
+    return _Document(scene, at, positive_number("step", scene.step if step is None else step)).text
+
+
+def model_of(scene: Scene, state: ArrayLike | None = None, *, step: float | None = None) -> Any:
+    """The `mujoco.MjModel` of a scene, from `to_mjcf`.
+
+    `mujoco.mj_resetDataKeyframe(model, data, 0)` puts an MjData to the state. Raises ValueError as
+    `to_mjcf`, and on what MuJoCo refuses; ImportError without the extra `mujoco`.
+    """
+    return needed().MjModel.from_xml_string(to_mjcf(scene, state, step=step))
+
+
+class _Document:
+    def __init__(self, scene: Scene, state: np.ndarray[Any, Any], step: float) -> None:
+        self.scene = scene
+        self.step = step
+        self.root = xml.Element("mujoco")
+        xml.SubElement(self.root, "compiler", angle="radian")
+        xml.SubElement(self.root, "option", self._options())
+        self.bodies = Bodies(scene, state, self.root, step)
+        self._add_springs()
+        self._add_contacts()
+        frame = {key: numbers(values) for key, values in self.bodies.start.items() if values}
+        xml.SubElement(xml.SubElement(self.root, "keyframe"), "key", {"name": START, **frame})
+        for section in list(self.root):
+            if not len(section) and not section.attrib:
+                self.root.remove(section)
+
+    @property
+    def text(self) -> str:
+        xml.indent(self.root)
+        return xml.tostring(self.root, encoding="unicode")
+
+    def _options(self) -> dict[str, str]:
+        # Euler's method would take the damping of actuators explicitly: light fingers would shake.
+        damped = self.scene.joints or any(spring.damping for spring in self.scene.springs)
+        return {
+            "timestep": repr(self.step),
+            "gravity": numbers(self.scene.gravity),
+            "tolerance": repr(TOLERANCE),
+            "solver": "Newton",
+            "cone": "elliptic",
+            "integrator": "implicitfast" if damped else "Euler",
+        }
+
+    def _add_springs(self) -> None:
+        tendons = xml.SubElement(self.root, "tendon")
+        for number, spring in enumerate(self.scene.springs):
+            self._add_spring(tendons, f"spring{number}", spring)
+
+    def _add_spring(self, tendons: xml.Element, name: str, spring: Spring) -> None:
+        law = {"stiffness": spring.stiffness, "damping": spring.damping}
+        law["springlength"] = spring.rest_length
+        numbered = {key: repr(value) for key, value in law.items()}
+        tendon = xml.SubElement(tendons, "spatial", {"name": name, **numbered})
+        for end, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b)):
+            site = f"{name}/{end}"
+            xml.SubElement(self.bodies.elements[end], "site", name=site, pos=numbers(point))
+            xml.SubElement(tendon, "site", site=site)
+
+    def _add_contacts(self) -> None:
+        contacts = xml.SubElement(self.root, "contact")
+        for a, b in self._colliding():
+            friction = repr(a.friction * b.friction)
+            law = {
+                "condim": "3",
+                "friction": f"{friction} {friction} {OTHER_FRICTION}",
+                "solref": numbers((CONTACT_STEPS * self.step, 1.0)),
+            }
+            for one, other in product(self.bodies.geoms[a.name], self.bodies.geoms[b.name]):
+                xml.SubElement(contacts, "pair", {"geom1": one, "geom2": other, **law})
+
+    def _colliding(self) -> Iterator[tuple[Body, Body]]:
+        apart = {frozenset(pair) for pair in self.scene.disabled_collisions}
+        apart |= {frozenset((joint.parent, joint.child)) for joint in self.scene.joints}
+        carriers = {joint.child: joint.parent for joint in self.scene.joints if rigid(joint)}
+        fixed = {body.name for body in self.scene.bodies if body.fixed}
+
+        def base(name: str) -> str:
+            """That it is one with; all that is fixed is one."""
+            while name in carriers:
+                name = carriers[name]
+            return "" if name in fixed else name
+
+        for a, b in combinations(self.scene.bodies, 2):
+            if frozenset((a.name, b.name)) not in apart and base(a.name) != base(b.name):
+                yield a, b

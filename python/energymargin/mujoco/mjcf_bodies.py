@@ -1,0 +1,264 @@
+"""Bodies, joints and their drives in MJCF.
+
+A body with locked axes stands on slides and a hinge or a ball: one for each axis that is free. Held
+joints are welds, mimics are equalities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+from xml.etree import ElementTree as xml
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from energymargin._core import (
+    Body,
+    Box,
+    Compound,
+    ConvexHull,
+    Cylinder,
+    Inertial,
+    Joint,
+    MassProperties,
+    Plane,
+    Scene,
+    Sphere,
+    mass_properties,
+)
+
+__all__ = ["Bodies", "inertia_of", "motion_of", "numbers", "rigid"]
+
+HINGES = {"revolute": "hinge", "prismatic": "slide"}
+UNLIMITED = 1e6  # [rad] or [m], of one end that has no limit
+EQUALITY_STEPS = 2  # time constant of a mimic, the shortest that MuJoCo has
+
+Vector = NDArray[np.float64]
+
+
+class Bodies:
+    """All bodies of a scene at a state, as elements of a document."""
+
+    def __init__(self, scene: Scene, state: Vector, root: xml.Element, step: float) -> None:
+        """Adds them to the document's root; `step` [s] is MuJoCo's."""
+        self.elements: dict[str, xml.Element] = {}
+        self.geoms: dict[str, list[str]] = {}
+        """By body, the names of its parts."""
+        self.start: dict[str, list[float]] = {"qpos": [], "qvel": [], "ctrl": []}
+        """The state, as MuJoCo has it."""
+        self._scene, self._now, self._step = scene, scene.unpack(state), step
+        self._by_name = {body.name: body for body in scene.bodies}
+        self._assets = xml.SubElement(root, "asset")
+        self._world = xml.SubElement(root, "worldbody")
+        self._equalities = xml.SubElement(root, "equality")
+        self._actuators = xml.SubElement(root, "actuator")
+        links = {joint.child for joint in scene.joints}
+        for body in scene.bodies:
+            if body.name not in links:
+                self._add(body)
+        self._add_forces()
+
+    def _add(self, body: Body) -> None:
+        """One that hangs on no other, and its links."""
+        linear, angular = _axes(body.linear_factor), _axes(body.angular_factor)
+        if len(angular) == 2 and not body.fixed:
+            raise ValueError(f"'{body.name}' turns about 2 axes, expected 0, 1 or 3 for MJCF")
+        now = self._now.get(body.name, {})
+        position, orientation = (
+            (body.position, body.orientation)
+            if body.fixed
+            else (now["position"], now["orientation"])
+        )
+        element = self._place(self._world, body, position, orientation)
+        if body.fixed:
+            pass
+        elif len(linear) == len(angular) == 3:
+            xml.SubElement(element, "freejoint", name=body.name)
+            spin = _turn(orientation).inv().apply(now["angular_velocity"])
+            self._begin([*position, *_scalar_first(orientation)], [*now["velocity"], *spin])
+        else:
+            self._add_chain(element, body, linear, angular)
+        self._add_links(element, body)
+
+    def _add_chain(
+        self, element: xml.Element, body: Body, linear: tuple[int, ...], angular: tuple[int, ...]
+    ) -> None:
+        now, center = self._now[body.name], np.array(inertia_of(body).center)
+        turn, spin = _turn(now["orientation"]), now["angular_velocity"]
+        speed = now["velocity"] + np.cross(spin, turn.apply(center))
+        own = turn.inv().apply(np.eye(3))  # the world's axes, in the body's frame
+        for axis in linear:
+            name = f"{body.name}/slide{axis}"
+            xml.SubElement(element, "joint", name=name, type="slide", axis=numbers(own[axis]))
+            self._begin([0.0], [speed[axis]])
+        if len(angular) == 3:
+            ball = {"name": f"{body.name}/ball", "type": "ball", "pos": numbers(center)}
+            xml.SubElement(element, "joint", ball)
+            self._begin([1.0, 0.0, 0.0, 0.0], turn.inv().apply(spin))
+            return
+        for axis in angular:
+            hinge = {"name": f"{body.name}/hinge{axis}", "type": "hinge", "pos": numbers(center)}
+            xml.SubElement(element, "joint", {**hinge, "axis": numbers(own[axis])})
+            self._begin([0.0], [spin[axis]])
+
+    def _add_links(self, parent: xml.Element, body: Body) -> None:
+        for joint in self._scene.joints:
+            if joint.parent == body.name:
+                self._add_link(parent, joint)
+
+    def _add_link(self, parent: xml.Element, joint: Joint) -> None:
+        body = self._by_name[joint.child]
+        turn, shift = _turn(joint.orientation), np.array(joint.origin)
+        position, velocity = motion_of(joint, self._now.get("joints", {}))
+        if joint.held:
+            held = position * np.array(joint.axis)
+            if joint.type == "revolute":
+                turn = turn * Rotation.from_rotvec(held)
+            else:
+                shift = shift + turn.apply(held)
+        of_child = _turn(joint.child_orientation)
+        turn = turn * of_child.inv()
+        origin = shift - turn.apply(np.array(joint.child_origin))
+        element = self._place(parent, body, origin, turn.as_quat())
+        if not rigid(joint):
+            axis = numbers(of_child.apply(np.array(joint.axis)))
+            of = {"name": joint.name, "type": HINGES[joint.type], "axis": axis}
+            at = {"pos": numbers(joint.child_origin)}
+            xml.SubElement(element, "joint", {**of, **at, **_limits(joint)})
+            self._begin([position], [velocity])
+            self._drive(joint)
+        self._add_links(element, body)
+
+    def _drive(self, joint: Joint) -> None:
+        if joint.mimic:
+            line = numbers((joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0))
+            joints = {"joint1": joint.name, "joint2": joint.mimic.joint, "polycoef": line}
+            solref = numbers((EQUALITY_STEPS * self._step, 1.0))
+            xml.SubElement(self._equalities, "joint", {**joints, "solref": solref})
+            return
+        stiffness, damping = joint.stiffness, joint.damping
+        if not (stiffness or damping):
+            return
+        bias = (damping * joint.target_velocity, -stiffness, -damping)
+        law = {"gainprm": repr(stiffness), "biastype": "affine", "biasprm": numbers(bias)}
+        most = joint.torque_limit
+        limit = {"forcerange": numbers((-most, most))} if np.isfinite(most) else {}
+        names = {"name": joint.name, "joint": joint.name}
+        xml.SubElement(self._actuators, "general", {**names, **law, **limit})
+        self.start["ctrl"].append(joint.target)
+
+    def _add_forces(self) -> None:
+        """At centres of mass, along the world's axes."""
+        forced = [body for body in self._scene.bodies if np.any(body.force) and not body.fixed]
+        if forced:
+            xml.SubElement(self._world, "site", name="world")
+        for body in forced:
+            site = {"name": f"{body.name}/center", "pos": numbers(inertia_of(body).center)}
+            xml.SubElement(self.elements[body.name], "site", site)
+            law = {"gainprm": "0", "biastype": "affine", "biasprm": "1 0 0"}
+            at = {"site": site["name"], "refsite": "world", "gear": numbers([*body.force, 0, 0, 0])}
+            xml.SubElement(self._actuators, "general", {"name": f"{body.name}/force", **at, **law})
+            self.start["ctrl"].append(0.0)
+
+    def _place(
+        self, parent: xml.Element, body: Body, position: Any, orientation: Any
+    ) -> xml.Element:
+        element = xml.SubElement(
+            parent, "body", {"name": body.name, **_pose(position, orientation)}
+        )
+        self.elements[body.name], self.geoms[body.name] = element, []
+        if not body.fixed:
+            of = inertia_of(body)
+            mass = {"mass": repr(body.mass), "diaginertia": numbers(of.moments)}
+            xml.SubElement(element, "inertial", {**mass, **_pose(of.center, of.axes)})
+        for solid, at in _parts(body.shape):
+            name = f"{body.name}/{len(self.geoms[body.name])}"
+            self.geoms[body.name].append(name)
+            # Only the pairs that are named collide, and the body's own mass counts.
+            off = {"contype": "0", "conaffinity": "0", "mass": "0"}
+            xml.SubElement(element, "geom", {"name": name, **self._solid(solid, name), **at, **off})
+        return element
+
+    def _solid(self, solid: Any, name: str) -> dict[str, str]:
+        if isinstance(solid, Plane):
+            normal = np.array(solid.normal)
+            at = {"pos": numbers(solid.offset * normal), "zaxis": numbers(normal)}
+            return {"type": "plane", "size": "0 0 1", **at}
+        if isinstance(solid, ConvexHull):
+            xml.SubElement(self._assets, "mesh", name=name, vertex=numbers(solid.points.ravel()))
+            return {"type": "mesh", "mesh": name}
+        if isinstance(solid, Box):
+            return {"type": "box", "size": numbers(np.array(solid.size) / 2)}
+        if isinstance(solid, Sphere):
+            return {"type": "sphere", "size": repr(solid.radius)}
+        kind = "cylinder" if isinstance(solid, Cylinder) else "capsule"
+        return {"type": kind, "size": numbers((solid.radius, solid.length / 2))}
+
+    def _begin(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
+        self.start["qpos"] += positions
+        self.start["qvel"] += velocities
+
+
+def rigid(joint: Joint) -> bool:
+    """Whether its two bodies move as one."""
+    return bool(joint.held) or joint.type == "fixed"
+
+
+def motion_of(joint: Joint, joints: dict[str, Any]) -> tuple[float, float]:
+    """Its position and velocity, from those of the joints in a state."""
+    if joint.type == "fixed":
+        return 0.0, 0.0
+    mimic = joint.mimic
+    if mimic is None:
+        return joints[joint.name]["position"], joints[joint.name]["velocity"]
+    followed = joints[mimic.joint]
+    position = mimic.multiplier * followed["position"] + mimic.offset
+    return position, mimic.multiplier * followed["velocity"]
+
+
+def inertia_of(body: Body) -> Inertial | MassProperties:
+    """Its own, or that of its shape."""
+    return body.inertial or mass_properties(body.shape, body.mass)
+
+
+def numbers(values: Iterable[float]) -> str:
+    """In XML, to the last bit."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _limits(joint: Joint) -> dict[str, str]:
+    low, high = joint.limits
+    if joint.mimic or not (np.isfinite(low) or np.isfinite(high)):
+        return {}
+    if low == high:
+        raise ValueError(f"limits of '{joint.name}' are {joint.limits}, expected two for MJCF")
+    return {"range": numbers((max(low, -UNLIMITED), min(high, UNLIMITED)))}
+
+
+def _parts(shape: Any) -> Iterator[tuple[Any, dict[str, str]]]:
+    """Solids, each with its pose in the body's frame."""
+    if isinstance(shape, Compound):
+        for part in shape.parts:
+            yield part.shape, _pose(part.position, part.orientation)
+    else:
+        yield shape, {}
+
+
+def _pose(position: Any, orientation: Any) -> dict[str, str]:
+    return {"pos": numbers(position), "quat": numbers(_scalar_first(orientation))}
+
+
+def _axes(factor: Any) -> tuple[int, ...]:
+    """Those that are free."""
+    return tuple(axis for axis in range(3) if factor[axis] > 0.0)
+
+
+def _turn(orientation: Any) -> Rotation:
+    return Rotation.from_quat(np.array(orientation))
+
+
+def _scalar_first(quaternion: Any) -> Vector:
+    """Of x, y, z, w, as MuJoCo has them."""
+    return np.roll(quaternion, 1)

@@ -1,0 +1,89 @@
+"""A plan's wrenches, targets and motors in MuJoCo."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Plan
+from energymargin.mujoco.needed import needed
+from energymargin.mujoco.states import States
+
+__all__ = ["Robot"]
+
+Vector = NDArray[np.float64]
+
+STANDARD_GRAVITY = 9.81  # m/s^2, of the default limits of motors, as of a Plan
+SHARE_OF_WEIGHT = 2.0  # that these hold
+ALMOST = 1e-6  # of a row: so close to its end, a time is in the next one
+
+
+class Robot:
+    """What follows a plan.
+
+    Targets are the controls of the joints' position actuators. A motor's wrench would bring its
+    body to the wanted velocity in one step if nothing but gravity acted on it.
+    """
+
+    def __init__(self, plan: Plan, model: Any, states: States) -> None:
+        """Raises ValueError on a body that the model lacks, or a joint without such an actuator."""
+        self._mujoco, self._plan, self._model, self._states = needed(), plan, model, states
+        self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
+        self._targets = [(self._actuator(j), rows) for j, rows in plan.targets.items()]
+        self._motors = [
+            (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
+        ]
+
+    def act(self, data: Any, time: float) -> None:
+        """Sets the controls, and adds to the wrenches, for the step that begins at a time [s]."""
+        row, last = int(time / self._plan.step + ALMOST), self._plan.rows - 1
+        for actuator, targets in self._targets:
+            data.ctrl[actuator] = targets[min(row, last)]
+        if row > last:
+            return
+        for body, wrenches in self._wrenches:
+            data.xfrc_applied[body] += wrenches[row]
+        for body, velocities, limits in self._motors:
+            wrench = self._motor(data, body, velocities[row])
+            data.xfrc_applied[body] += np.clip(wrench, -limits, limits)
+
+    def _motor(self, data: Any, body: int, wanted: Vector) -> Vector:
+        """The wrench of a motor without limits, shape (6,)."""
+        model, step = self._model, self._model.opt.timestep
+        twist = self._states.twist(data, body, self._mujoco.mjtObj.mjOBJ_BODY)
+        axes = data.ximat[body].reshape(3, 3)
+        inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
+        speed = wanted[:3] + np.cross(wanted[3:], data.xipos[body] - data.xpos[body])
+        push = (speed - twist[3:]) / step - model.opt.gravity
+        turn = inertia @ (wanted[3:] - twist[:3]) / step
+        return np.concatenate([model.body_subtreemass[body] * push, turn])
+
+    def _limits(self, name: str) -> Vector:
+        """Of a motor, shape (6,)."""
+        model, body = self._model, self._states.body_id(name)
+        force, torque = self._plan.limits.get(name, (None, None))
+        if force is None:
+            force = SHARE_OF_WEIGHT * model.body_subtreemass[body] * STANDARD_GRAVITY
+        if torque is None:
+            first = model.body_geomadr[body]
+            geoms = slice(first, first + model.body_geomnum[body])
+            reaches = np.linalg.norm(model.geom_pos[geoms], axis=1) + model.geom_rbound[geoms]
+            torque = force * reaches.max(initial=0.0)
+        return np.repeat([force, torque], 3)
+
+    def _actuator(self, joint: str) -> int:
+        """The one that a target controls."""
+        model, kinds = self._model, self._mujoco.mjtObj
+        number = self._mujoco.mj_name2id(model, kinds.mjOBJ_JOINT, joint)
+        on_joint = model.actuator_trntype == self._mujoco.mjtTrn.mjTRN_JOINT
+        controls = model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]
+        springy = controls & (model.actuator_gainprm[:, 0] > 0)
+        found = np.flatnonzero(on_joint & springy & (model.actuator_trnid[:, 0] == number))
+        if number < 0 or len(found) != 1:
+            raise ValueError(
+                f"plan has targets of joint '{joint}', for which model has {len(found)} position "
+                "actuators, expected 1"
+            )
+        return int(found[0])
