@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from energymargin import datasets as datasets
     from energymargin import evaluation as evaluation
     from energymargin import executors as executors
+    from energymargin import gym as gym
     from energymargin import monitor as monitor
     from energymargin import mujoco as mujoco
     from energymargin import plots as plots
@@ -141,6 +142,7 @@ SUBPACKAGES = (
     "datasets",
     "evaluation",
     "executors",
+    "gym",
     "monitor",
     "mujoco",
     "plots",
@@ -165,7 +167,7 @@ HOMES = {
 
 
 def _lazy(name: str) -> Any:
-    """`plots`, `report` and `viewer` need the extras of these names."""
+    """`gym`, `plots`, `report` and `viewer` need the extras of these names."""
     if name in SUBPACKAGES:
         return import_module(f"energymargin.{name}")
     if name in HOMES:

@@ -30,7 +30,16 @@ import energymargin as em
 em.tasks.make("grasp").rollout(0, frames=2)
 print([name for name in {HEAVY} if name in sys.modules])
 """
-FOREIGN = ("dask", "h5py", "matplotlib.pyplot", "pandas", "plotly.graph_objects", "rich", "viser")
+FOREIGN = (
+    "dask",
+    "gymnasium",
+    "h5py",
+    "matplotlib.pyplot",
+    "pandas",
+    "plotly.graph_objects",
+    "rich",
+    "viser",
+)
 FIRST = f"""
 import os
 for name in {(*FOREIGN, "scipy.spatial", "skimage.measure", "sklearn.metrics", "trimesh", "typer")}:
@@ -73,11 +82,11 @@ def test_every_part_can_be_the_first_that_is_imported():
 
 
 def test_every_public_name_is_there_and_no_other():
-    for name in (*energymargin.__all__, "plots", "report", "viewer", "__version__"):
+    for name in (*energymargin.__all__, "gym", "plots", "report", "viewer", "__version__"):
         assert getattr(energymargin, name) is getattr(energymargin, name)
         assert name in dir(energymargin)
     assert not hasattr(energymargin, "nothing")
-    lazy = {"plots", "report", "viewer", "__version__"}
+    lazy = {"gym", "plots", "report", "viewer", "__version__"}
     assert {*energymargin.__all__, *lazy} == set(dir(energymargin))
 
 

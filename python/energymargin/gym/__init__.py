@@ -1,0 +1,22 @@
+"""Manipulation in gymnasium: environments of the tasks, and a wrapper that scores any environment.
+
+`CaptureWrapper` puts the score of each state into `info` and the reward, and filters actions. The
+environments are known to `gymnasium.make` once this package is imported: `import energymargin.gym`,
+or `gymnasium.make("energymargin.gym:EnergyMarginPush-v0")`.
+"""
+
+try:
+    import gymnasium  # noqa: F401
+except ImportError as error:
+    raise ImportError("em.gym needs gymnasium: pip install 'energymargin[gym]'") from error
+
+from energymargin.gym.channels import CHANNELS, Channel
+from energymargin.gym.environment import TaskEnv
+from energymargin.gym.filters import ActionFilter
+from energymargin.gym.questions import Future, present
+from energymargin.gym.registration import register_environments
+from energymargin.gym.wrapper import CaptureWrapper
+
+__all__ = ["CHANNELS", "ActionFilter", "CaptureWrapper", "Channel", "Future", "TaskEnv", "present"]
+
+register_environments()

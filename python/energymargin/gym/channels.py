@@ -1,0 +1,125 @@
+"""The numbers of an action: what of a task's drive is the agent's, and within which bounds.
+
+What is not, such as the table that sinks under a grasp, follows the task's script.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Plan
+from energymargin.checks import whole_number
+from energymargin.tasks import balance, grasp, push, push_multi, scoop, topple
+from energymargin.tasks.scripted import Drive
+
+__all__ = ["CHANNELS", "Channel", "acted", "action_of", "planned"]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One number of an action: of the wrench on a body, or the target of a joint.
+
+    Raises ValueError unless it is of a body or of a joint, with finite bounds.
+    """
+
+    low: float
+    """The least [N, N m, rad or m]."""
+    high: float
+    """The most, in the same unit."""
+    body: str | None = None
+    """On which the wrench acts."""
+    axis: int = 0
+    """Of the wrench: 0 to 2 are forces on x, y and z, 3 to 5 torques about them."""
+    joint: str | None = None
+    """Whose control gets the target."""
+    offset: float = 0.0
+    """What acts when the number is 0, such as the force that holds a weight."""
+
+    def __post_init__(self) -> None:
+        """Checks them."""
+        if (self.body is None) == (self.joint is None):
+            raise ValueError(f"{self} is of a body and a joint, or of none: expected one of them")
+        whole_number("axis", self.axis, 0, 5)
+        if not (np.isfinite([self.low, self.high]).all() and self.low < self.high):
+            raise ValueError(f"low is {self.low} and high {self.high}, expected finite low < high")
+
+
+def acted(drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64]) -> Drive:
+    """The drive of a control step, with the action in its channels in every row."""
+    wrenches = {body: rows.copy() for body, rows in drive.wrenches.items()}
+    targets = {joint: rows.copy() for joint, rows in drive.targets.items()}
+    for channel, number in zip(channels, action, strict=True):
+        rows = targets[channel.joint] if channel.joint else wrenches[channel.body or ""]
+        place = slice(None) if channel.joint else (slice(None), channel.axis)
+        rows[place] = channel.offset + number
+    return Drive(wrenches, targets)
+
+
+def planned(
+    plan: Plan, channels: Sequence[Channel], action: NDArray[np.float64], rows: int
+) -> Plan:
+    """The plan, with the action in its channels in the first rows."""
+    whole = Drive(plan.wrenches, plan.targets)
+    first, rest = acted(whole.between(0, rows), channels, action), whole.between(rows, plan.rows)
+    return Plan(
+        plan.step,
+        wrenches={b: np.concatenate([r, rest.wrenches[b]]) for b, r in first.wrenches.items()},
+        targets={j: np.concatenate([r, rest.targets[j]]) for j, r in first.targets.items()},
+    )
+
+
+def action_of(drive: Drive, channels: Sequence[Channel]) -> NDArray[np.float64]:
+    """The action that does what a drive does on average, as near as the bounds let it."""
+    numbers = [
+        np.mean(
+            drive.targets[channel.joint]
+            if channel.joint
+            else drive.wrenches[channel.body or ""][:, channel.axis]
+        )
+        - channel.offset
+        for channel in channels
+    ]
+    low, high = ([c.low for c in channels], [c.high for c in channels])
+    return np.asarray(np.clip(np.array(numbers), low, high))
+
+
+def _force(body: str, bounds: Sequence[tuple[float, float]]) -> tuple[Channel, ...]:
+    """On x, y and so on, within bounds [N]."""
+    return tuple(Channel(low, high, body, axis) for axis, (low, high) in enumerate(bounds))
+
+
+# As much as the script ever pushes ahead, and a third of that to both sides.
+PUSH_MOST = push.DRIVE_AHEAD_RANGE[1] * push.FRICTION_RANGE[1] / push.FRICTION_MIDDLE  # N
+BAR_MOST = 2 * push_multi.FORCE_SPREAD  # N; twice the script's noise, which is more than its push
+SCOOP_MOST = (3.0, 1.0, 3.0)  # m/s^2; the script needs at most 1.2, in its shortest bend
+
+CHANNELS: dict[str, tuple[Channel, ...]] = {
+    "push": _force("effector", [(-PUSH_MOST / 3, PUSH_MOST / 3), (0.0, PUSH_MOST)]),
+    "balance": (
+        replace(
+            Channel(*balance.LIFT_RANGE, "effector", 1),
+            offset=-balance.SUPPORT_MASS * balance.GRAVITY[1],
+        ),
+        Channel(-balance.TORQUE_SPREAD, balance.TORQUE_SPREAD, "effector", 5),
+    ),
+    "topple": (Channel(0.0, topple.PUSH_RANGE[1], "base", 0),),
+    "grasp": tuple(
+        Channel(
+            min(opened, clenched * grasp.CLENCH_RANGE[1]) - grasp.TARGET_NOISE,
+            max(opened, clenched * grasp.CLENCH_RANGE[1]) + grasp.TARGET_NOISE,
+            joint=f"finger_{finger}_joint_{number}",
+        )
+        for finger in grasp.FINGERS
+        for number, (opened, clenched) in enumerate(zip(grasp.OPEN, grasp.CLENCHED, strict=True), 1)
+    ),
+    "scoop": _force("scoop", [(-scoop.SCOOP_MASS * a, scoop.SCOOP_MASS * a) for a in SCOOP_MOST]),
+    "push-multi": (
+        *_force("bar", [(-BAR_MOST, BAR_MOST)] * 2),
+        Channel(-push_multi.TORQUE_SPREAD, push_multi.TORQUE_SPREAD, "bar", 5),
+    ),
+}
+"""By task, the channels of its environment."""

@@ -1,0 +1,251 @@
+"""A task as an environment of gymnasium: its start, its scene, and an agent in place of its script.
+
+Between two control steps the action is held. Everything random comes from `np_random`, in the order
+of the task's own trajectories: `reset(seed=3)` starts as `task.rollout(seed=3)` does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from energymargin import tasks
+from energymargin._core import Problem, World
+from energymargin.checks import one_of, positive_number, whole_number
+from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
+from energymargin.gym.pictures import picture
+from energymargin.tasks.base import Params
+from energymargin.tasks.object_sets import Regions
+from energymargin.tasks.scripted import Drive, ScriptedTask
+
+__all__ = ["CONTROL_STEP", "PATIENCE", "TaskEnv"]
+
+CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
+PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
+
+Array = NDArray[np.float64]
+
+
+class TaskEnv(gymnasium.Env[Array, Array]):
+    """A task with a script, driven by an agent.
+
+    The observation is the scene's state, shape (n,); `task.scene(params).unpack` reads it. The
+    action has a number for each channel, in N, N m or rad. The reward comes with the last step: the
+    share of the objects that are in the success set, so 0 or 1 of a single one.
+
+    An episode terminates once all objects are in their success sets, and once none has been
+    captured for `patience`. It is truncated at the task's length.
+
+    `info` has "time" [s], "captured" (whether any object is, now), "success" (whether all are in
+    their success sets), and "lost" (whether the patience is over).
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012  (gymnasium's type)
+        "render_modes": ["rgb_array"],
+        "render_fps": round(1 / CONTROL_STEP),
+    }
+    state: Array
+    """Where the scene is, shape (n,)."""
+    start: Array
+    """Where it was at the start of the episode."""
+    params: Params
+    """What was drawn for this episode alone, such as the friction."""
+    _done: int
+    """Steps of the simulation."""
+    _outside: float
+    """Since an object was captured [s]."""
+    _seen: Array | None
+    """States whose surroundings a picture shows."""
+
+    def __init__(
+        self,
+        task: str | ScriptedTask,
+        *,
+        channels: Sequence[Channel] | None = None,
+        control_step: float = CONTROL_STEP,
+        patience: float = PATIENCE,
+        render_mode: str | None = None,
+        **parameters: Any,
+    ) -> None:
+        """An environment of a task.
+
+        Args:
+            task: its name, or a task of your own.
+            channels: what the agent drives; None takes CHANNELS of the task's name.
+            control_step: for how long an action is held [s], whole steps of the simulation.
+            patience: for how long no object may be captured before the episode is lost [s].
+            render_mode: None, or "rgb_array": a picture of bodies and sets, which needs the extra
+                `plots`.
+            parameters: of the task, by name, such as friction=0.3.
+
+        Raises ValueError on a task without a script or channels, and on numbers out of range.
+        """
+        self.task = _scripted(task, parameters)
+        self.channels = _channels(self.task.name, channels)
+        self._held = _whole_steps("control_step", control_step, self.task.step)
+        self.patience = positive_number("patience", patience)
+        if render_mode is not None:
+            one_of("render_mode", render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        self._low = np.array([channel.low for channel in self.channels])
+        self._high = np.array([channel.high for channel in self.channels])
+        self._begin(np.random.default_rng(0))  # an episode to ask about before the first reset
+        kind: Any = np.float64
+        self.action_space = spaces.Box(self._low, self._high, dtype=kind)
+        self.observation_space = spaces.Box(-np.inf, np.inf, self.state.shape, kind)
+
+    @property
+    def time(self) -> float:
+        """Since the start of the episode [s]."""
+        return float(self._done * self.task.step)
+
+    @property
+    def control_step(self) -> float:
+        """For how long an action is held [s]."""
+        return float(self._held * self.task.step)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """A new episode; its start and params are those of `task.rollout(seed)`. No options."""
+        super().reset(seed=seed)
+        self._begin(self.np_random)
+        return self.state.copy(), self._info()
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Holds an action, clipped to its bounds, for a control step.
+
+        Raises ValueError on an action of another shape, or with a number that is not finite.
+        """
+        drive = acted(self._rows(), self.channels, self._checked(action))
+        steps = min(self._held, self.task.steps - self._done)
+        if steps < 1:
+            raise ValueError("the episode is over, expected reset() before the next step")
+        moved = self._world.simulate(
+            self.state, steps, drives=drive.wrenches, targets=drive.targets, record=[steps]
+        )
+        self.state = np.array(moved.states[-1])
+        self._done += steps
+        self._outside = 0.0 if self._any_captured() else self._outside + steps * self.task.step
+        info = self._info()
+        terminated = info["success"] or info["lost"]
+        truncated = not terminated and self._done == self.task.steps
+        reward = self._share_of_success() if terminated or truncated else 0.0
+        return self.state.copy(), reward, terminated, truncated, info
+
+    def nominal_action(self) -> Array:
+        """What the task's script does in the next control step, on average."""
+        return action_of(self._rows(), self.channels)
+
+    def present(self) -> Problem:
+        """The question of the task at this state, without a clock."""
+        return self.task.problem(self.state, self.params)
+
+    def future(
+        self, horizon: float, action: Array | None = None, hold: float | None = None
+    ) -> Problem:
+        """Does it stay captured over the next `horizon` [s]?
+
+        The robot holds `action` for `hold` [s], by default a control step, and follows the script
+        afterwards; without an action it follows the script. Raises ValueError on times that are not
+        whole steps of the simulation.
+        """
+        plan = self.task.plan(self.state, self.time, self.params, horizon)
+        if action is not None:
+            rows = self._held if hold is None else _whole_steps("hold", hold, self.task.step)
+            plan = planned(plan, self.channels, self._checked(action), min(rows, plan.rows))
+        return self.present().replace(
+            captured=self._captured,
+            scene=self._world.scene,
+            horizon=horizon,
+            plan=plan,
+            effector="coast",
+        )
+
+    def render(self) -> Any:
+        """The state as a picture, shape (height, width, 3) of bytes; None without a render mode."""
+        if self.render_mode is None:
+            return None
+        if self._seen is None:
+            script = self._script
+            whole = self._world.simulate(
+                self.start,
+                self.task.steps,
+                drives=script.wrenches,
+                targets=script.targets,
+                record=[0, self.task.steps],
+            )
+            self._seen = np.array(whole.states)
+        return picture(self.present(), self.task.plane, self._seen, f"{self.time:.2f} s")
+
+    def _begin(self, random: np.random.Generator) -> None:
+        """An episode, drawn in the order of `ScriptedTask.rollout`, so that seeds agree."""
+        self.params = self.task.draw(random)
+        self._world = World(self.task.scene(self.params))
+        self.start = np.asarray(self.task.start(self._world, self.params, random))
+        self._script = self.task.script(self.params)
+        self._captured: Regions = self.task.captured_throughout(self.params)
+        self._succeeded: Regions = self.task.succeeded(self.params)
+        self.state = self.start.copy()
+        self._done, self._outside, self._seen = 0, 0.0, None
+
+    def _rows(self) -> Drive:
+        """The script's rows of the next control step; the last one, once it is over."""
+        first = min(self._done, self.task.steps - 1)
+        return self._script.between(first, min(first + self._held, self.task.steps))
+
+    def _checked(self, action: Array) -> Array:
+        numbers = np.asarray(action, dtype=float)
+        if numbers.shape != self._low.shape or not np.isfinite(numbers).all():
+            raise ValueError(f"action is {action!r}, expected {len(self._low)} finite numbers")
+        return np.asarray(np.clip(numbers, self._low, self._high))
+
+    def _info(self) -> dict[str, Any]:
+        return {
+            "time": self.time,
+            "captured": self._any_captured(),
+            "success": self._share_of_success() == 1.0,
+            "lost": self._outside >= self.patience - self.task.step / 2,
+        }
+
+    def _any_captured(self) -> bool:
+        return any(self._inside(self._captured))
+
+    def _share_of_success(self) -> float:
+        return float(np.mean(self._inside(self._succeeded)))
+
+    def _inside(self, sets: Regions) -> list[bool]:
+        """Of each object, or of all together."""
+        by_object = sets.values() if isinstance(sets, dict) else [sets]
+        return [bool(region.contains(self._world.scene, self.state)) for region in by_object]
+
+
+def _scripted(task: str | ScriptedTask, parameters: dict[str, Any]) -> ScriptedTask:
+    made = tasks.make(task, **parameters) if isinstance(task, str) else task
+    if not isinstance(made, ScriptedTask):
+        raise ValueError(f"task is {task!r}, expected one with a script: a ScriptedTask")
+    if made is task and parameters:
+        raise ValueError(f"parameters are {parameters}, expected none with a task that is made")
+    return made
+
+
+def _channels(name: str, channels: Sequence[Channel] | None) -> tuple[Channel, ...]:
+    chosen = CHANNELS.get(name) if channels is None else tuple(channels)
+    if not chosen:
+        raise ValueError(
+            f"channels is {channels!r}, expected what the agent drives: task {name!r} has none "
+            "of its own"
+        )
+    return chosen
+
+
+def _whole_steps(name: str, duration: float, step: float) -> int:
+    steps = positive_number(name, duration) / step
+    if abs(steps - round(steps)) > 1e-6 * steps:
+        raise ValueError(f"{name} is {duration!r} s, expected whole steps of {step:g} s")
+    return whole_number(name, round(steps), 1)

@@ -1,0 +1,350 @@
+"""Scores of an environment's states in `info` and the reward, and actions that are filtered."""
+
+from dataclasses import dataclass
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+import energymargin as em
+from energymargin import gym
+from energymargin.gym.filters import choose
+from energymargin.scoring import SearchSettings
+
+FEW = SearchSettings(rollouts=8, nodes=8)
+SOON = gym.Future(horizon=0.1)
+SHELF = 0.1  # m, half of its length
+
+
+def ledge():
+    """A block on a shelf, with 2 N of friction; beyond the shelf's ends it is lost."""
+    scene = em.Scene()
+    scene.add_plane("shelf", friction=1.0)
+    scene.add_body(
+        "block",
+        em.Box((0.04, 0.04, 0.04)),
+        mass=0.2,
+        position=(0.0, 0.0, 0.02),
+        friction=1.0,
+        role="object",
+        linear_factor=(1, 0, 1),
+        angular_factor=(0, 0, 0),
+    )
+    return scene
+
+
+class Ledge(gymnasium.Env):
+    """Another simulator's environment: an agent gives a block its velocity along a shelf."""
+
+    action_space = spaces.Box(-1.0, 1.0, (1,), np.float64)
+    observation_space = spaces.Box(-np.inf, np.inf, (1,), np.float64)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.x, self.speed = self.np_random.uniform(-0.02, 0.02), 0.0
+        return np.array([self.x]), {"mine": 1}
+
+    def step(self, action):
+        self.speed = float(action[0])
+        self.x += 0.04 * self.speed
+        return np.array([self.x]), 1.0, abs(self.x) > SHELF, False, {"mine": 2}
+
+
+SCENE = ledge()
+ON_SHELF = em.regions.Box("block", (0, 0, 0), (2 * SHELF, 1, 1))
+
+
+def question(env, action=None):
+    """Does the block stay on the shelf for a fifth of a second after the action?"""
+    speed = env.unwrapped.speed if action is None else float(action[0])
+    state = SCENE.pack(block={"position": (env.unwrapped.x, 0, 0.02), "velocity": (speed, 0, 0)})
+    return em.Problem(
+        SCENE,
+        state,
+        force=(2.1, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.1,
+        captured=ON_SHELF,
+        horizon=0.2,
+        start_outside=True,
+    )
+
+
+def push(**words):
+    env = gymnasium.make("energymargin.gym:EnergyMarginPush-v0").unwrapped
+    return gym.CaptureWrapper(env, words.pop("problem_of", SOON), settings=FEW, **words)
+
+
+def test_each_state_has_its_score_and_interval_in_info():
+    env = push()
+    _, info = env.reset(seed=0)
+    _, _, _, _, after = env.step(env.unwrapped.nominal_action())
+    for told in (info["capture"], after["capture"]):
+        assert 0 <= told["low"] <= told["score"] <= told["high"] <= 1
+        assert told["low"] < told["high"]
+    assert {"time", "captured"} <= set(after)
+
+
+def test_the_score_is_the_capture_probability_of_the_problem():
+    env = gym.CaptureWrapper(Ledge(), question, settings=SearchSettings(rollouts=400))
+    env.reset(seed=0)
+    env.unwrapped.x = 0.07
+    told = env.step(np.array([0.47]))[4]["capture"]
+    expected = em.capture_probability(question(env), rollouts=4000, seed=1).captured
+    assert 0.2 < expected < 0.8
+    assert told["score"] == pytest.approx(expected, abs=0.08)  # three standard errors
+
+
+def test_an_episode_is_the_same_for_the_same_seed_and_another_for_another():
+    def told(env, seed):
+        env.reset(seed=seed)
+        steps = [env.step(np.array([0.5])) for _ in range(3)]
+        return [(s[0].tolist(), s[4]["capture"]["score"], s[4]["filter"]["chosen"]) for s in steps]
+
+    words = {"settings": SearchSettings(rollouts=20), "action_filter": gym.ActionFilter()}
+    env = gym.CaptureWrapper(Ledge(), question, **words)
+    first = told(env, 7)
+    assert told(gym.CaptureWrapper(Ledge(), question, **words), 7) == first
+    assert told(env, 7) == first
+    assert told(env, 8) != first
+
+
+def test_the_environment_draws_the_same_with_the_wrapper_and_without():
+    plain, wrapped = Ledge(), gym.CaptureWrapper(Ledge(), question, settings=FEW)
+    starts = []
+    for env in (plain, wrapped):
+        seeded = env.reset(seed=5)[0]
+        env.step(np.zeros(1))
+        starts.append((seeded, env.reset()[0]))
+    assert starts[0] == starts[1]
+
+
+def test_without_a_seed_the_environments_own_one_counts():
+    env = gym.CaptureWrapper(Ledge(), question, settings=FEW)
+    env.reset()
+    env.unwrapped.x = 0.09
+    first = env.step(np.zeros(1))[4]["capture"]
+    again = gym.CaptureWrapper(Ledge(), question, settings=FEW)
+    again.reset(seed=env.np_random_seed)
+    again.unwrapped.x = 0.09
+    assert again.step(np.zeros(1))[4]["capture"] == first
+
+
+@pytest.mark.parametrize("metric", ["capture", "success", "effort/est", "force"])
+def test_a_metric_without_a_clock_is_that_of_the_present(metric):
+    env = push(problem_of=gym.present, metric=metric)
+    told = env.reset(seed=0)[1]["capture"]
+    assert set(told) == {"score"} and not np.isnan(told["score"])
+
+
+def test_each_probability_can_be_told():
+    env = gymnasium.make("energymargin.gym:EnergyMarginScoop-v0").unwrapped
+    scores = {}
+    for metric in ("probability", "probability/any", "probability/success"):
+        wrapped = gym.CaptureWrapper(env, SOON, metric=metric, settings=FEW)
+        scores[metric] = wrapped.reset(seed=0)[1]["capture"]["score"]
+    assert scores["probability"] <= scores["probability/any"] == 1.0
+    assert scores["probability/success"] == 0.0
+
+
+def test_nothing_to_ask_is_no_score_and_no_filter():
+    env = gym.CaptureWrapper(
+        Ledge(), lambda env, action=None: None, action_filter=gym.ActionFilter(), reward_weight=1.0
+    )
+    assert np.isnan(env.reset(seed=0)[1]["capture"]["score"])
+    _, reward, _, _, info = env.step(np.array([0.3]))
+    assert reward == 1.0 and env.last_action == [0.3]
+    assert not info["filter"]["changed"] and np.isnan(info["filter"]["probabilities"]).all()
+
+
+def test_potential_shaping_adds_nothing_to_an_episode_but_its_start():
+    """The sum of discounted bonuses is minus the first potential, whatever the agent does."""
+    discount, weight = 0.9, 3.0
+    env = gym.CaptureWrapper(
+        Ledge(), question, settings=FEW, reward_weight=weight, discount=discount
+    )
+    for speed in (1.0, 0.7):
+        total, factor = 0.0, 1.0
+        first = env.reset(seed=0)[1]["capture"]["score"]
+        for _ in range(20):
+            _, reward, terminated, _, _ = env.step(np.array([speed]))
+            total += factor * (reward - 1.0)
+            factor *= discount
+            if terminated:
+                break
+        assert terminated and total == pytest.approx(-weight * first)
+
+
+def test_an_additive_score_is_paid_at_each_step():
+    env = gym.CaptureWrapper(Ledge(), question, settings=FEW, reward_weight=0.5, shaping="additive")
+    env.reset(seed=0)
+    _, reward, _, _, info = env.step(np.zeros(1))
+    assert info["capture"]["score"] > 0
+    assert reward == 1.0 + 0.5 * info["capture"]["score"]
+
+
+def test_the_filter_takes_the_action_that_holds_the_block_where_the_policys_loses_it():
+    env = gym.CaptureWrapper(
+        Ledge(),
+        question,
+        settings=SearchSettings(rollouts=30),
+        action_filter=gym.ActionFilter(
+            candidates=3, propose=lambda env, action, random: [np.array([0.9]), np.array([-0.5])]
+        ),
+    )
+    env.reset(seed=0)
+    env.unwrapped.x = 0.09
+    _, _, terminated, _, info = env.step(np.array([1.0]))
+    assert info["filter"]["chosen"] == 2 and info["filter"]["changed"] and not terminated
+    assert env.last_action == [-0.5]
+    assert info["filter"]["probabilities"][2] > 0.9 > info["filter"]["probabilities"][0]
+
+
+def test_the_policys_action_is_kept_where_it_is_as_good_and_the_others_are_not_asked():
+    env = gym.CaptureWrapper(
+        Ledge(), question, settings=FEW, action_filter=gym.ActionFilter(candidates=4)
+    )
+    env.reset(seed=0)
+    _, _, _, _, info = env.step(np.array([0.1]))
+    told = info["filter"]
+    assert told["chosen"] == 0 and env.last_action == [0.1]
+    assert told["probabilities"][0] == 1.0 and np.isnan(told["probabilities"][1:]).all()
+
+
+@dataclass
+class Share:
+    """What a filter looks at of a capture probability."""
+
+    captured: float
+    effective: float = 30.0
+
+
+@pytest.mark.parametrize(
+    ("shares", "chosen"),
+    [((0.5, 0.6, 0.55), 0), ((0.5, 1.0, 0.9), 1), ((0.0, 0.0, 0.0), 0), ((0.5, 0.9, 0.9), 1)],
+    ids=["within the error", "the best", "none", "the first of equals"],
+)
+def test_a_candidate_is_chosen_if_it_is_better_by_more_than_the_error(shares, chosen):
+    found = choose(len(shares), lambda number: Share(shares[number]), 0.95)
+    assert found.number == chosen
+    np.testing.assert_array_equal(found.probabilities, shares)
+
+
+def test_the_policys_action_is_seldom_changed_by_chance_alone():
+    """Of candidates that are equally good, at most 1 - confidence."""
+    random = np.random.default_rng(0)
+    changed = [
+        choose(5, dict(enumerate(map(Share, draws))).__getitem__, 0.95).number > 0
+        for draws in random.binomial(30, 0.6, (2000, 5)) / 30
+    ]
+    assert np.mean(changed) < 0.05
+
+
+def test_all_candidates_meet_the_same_disturbances():
+    """Equal actions have equal probabilities."""
+    env = gym.CaptureWrapper(
+        Ledge(),
+        question,
+        settings=SearchSettings(rollouts=20),
+        action_filter=gym.ActionFilter(propose=lambda env, action, random: [action.copy()] * 4),
+    )
+    env.reset(seed=0)
+    env.unwrapped.x = 0.09
+    told = env.step(np.array([0.43]))[4]["filter"]
+    assert 0 < told["probabilities"][0] < 0.9
+    assert len(set(told["probabilities"])) == 1 and told["chosen"] == 0
+
+
+def test_noise_stays_in_the_action_space_and_has_its_spread():
+    env, random = Ledge(), np.random.default_rng(0)
+    near = gym.ActionFilter(candidates=500, spread=0.1).others(env, np.array([0.0]), random)
+    assert np.std(near) == pytest.approx(0.1, rel=0.2)
+    wide = gym.ActionFilter(candidates=500).others(env, np.array([1.0]), random)
+    assert all(env.action_space.contains(action) for action in wide)
+    assert np.std(gym.ActionFilter(candidates=500).others(env, np.array([0.0]), random)) > 0.2
+
+
+def test_several_environments_run_side_by_side():
+    envs = gymnasium.vector.SyncVectorEnv(
+        [lambda: gym.CaptureWrapper(Ledge(), question, settings=FEW)] * 2
+    )
+    _, info = envs.reset(seed=[1, 2])
+    assert info["capture"]["score"].shape == (2,)
+
+
+def test_a_registered_environment_is_made_again_with_its_wrapper():
+    env = gymnasium.make("energymargin.gym:EnergyMarginPush-v0")
+    wrapped = gym.CaptureWrapper(env, SOON, settings=FEW)
+    again = gymnasium.make(wrapped.spec)
+    assert again.reset(seed=2)[1]["capture"] == wrapped.reset(seed=2)[1]["capture"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"metric": "margin"}, "metrics is 'margin'"),
+        ({"metric": "effort/est", "reward_weight": 1.0}, "an effort may be infinite"),
+        ({"metric": None, "reward_weight": 1.0}, "expected a likelihood in the reward"),
+        ({"reward_weight": np.nan}, "reward_weight is nan"),
+        ({"shaping": "sparse"}, "shaping is 'sparse', expected 'potential' or 'additive'"),
+        ({"discount": 1.1}, "discount is 1.1"),
+        ({"threads": 0}, "threads is 0"),
+        ({"problem_of": 3}, "problem_of is 3, expected a function"),
+        ({"problem_of": lambda: None}, r"expected to be called as problem_of\(env\)"),
+        (
+            {"problem_of": lambda env: None, "action_filter": gym.ActionFilter()},
+            r"and problem_of\(env, action\)",
+        ),
+        ({"action_filter": gym.ActionFilter(spread=(0.1, 0.1, 0.1))}, "spread has shape"),
+    ],
+)
+def test_a_bad_argument_is_named(words, message):
+    with pytest.raises(ValueError, match=message):
+        push(**words)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"candidates": 1}, "candidates is 1"),
+        ({"confidence": 1.0}, "confidence is 1.0"),
+        ({"spread": -1.0}, "spread is -1.0"),
+    ],
+)
+def test_a_bad_filter_is_refused(words, message):
+    with pytest.raises(ValueError, match=message):
+        gym.ActionFilter(**words)
+
+
+def test_an_action_space_that_has_no_noise_asks_for_a_function():
+    def wrapped(space, **words):
+        env = Ledge()
+        env.action_space = space
+        return gym.CaptureWrapper(env, question, action_filter=gym.ActionFilter(**words))
+
+    with pytest.raises(ValueError, match="noise needs a Box"):
+        wrapped(spaces.Discrete(3))
+    with pytest.raises(ValueError, match="has no bounds"):
+        wrapped(spaces.Box(-np.inf, np.inf, (1,)))
+    wrapped(spaces.Discrete(3), propose=lambda env, action, random: [0, 1, 2])
+    crowd = wrapped(spaces.Discrete(3), candidates=2, propose=lambda *_: [0, 1, 2])
+    crowd.reset(seed=0)
+    with pytest.raises(ValueError, match="propose returned 3 actions, expected at most 1"):
+        crowd.step(np.zeros(1))
+
+
+def test_a_problem_without_a_horizon_is_refused_and_says_what_to_do():
+    env = push(problem_of=gym.present)
+    with pytest.raises(ValueError, match=r"problem\.replace\(horizon=\.\.\.\)"):
+        env.reset(seed=0)
+
+
+def test_the_questions_of_our_environments_are_refused_to_others():
+    with pytest.raises(ValueError, match=r"for another write problem_of\(env\)"):
+        gym.CaptureWrapper(Ledge(), SOON).reset(seed=0)
+
+
+def test_a_step_comes_after_a_reset():
+    with pytest.raises(ValueError, match=r"expected reset\(\) before step\(\)"):
+        gym.CaptureWrapper(Ledge(), question).step(np.zeros(1))
