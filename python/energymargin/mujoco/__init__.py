@@ -1,9 +1,10 @@
-"""MuJoCo, as a second opinion: scenes as its models, and what becomes of an escape there.
+"""MuJoCo: states from its data, and a second opinion: scenes as its models, escapes replayed.
 
 The functions need MuJoCo: pip install 'energymargin[mujoco]'.
 """
 
 from energymargin.mujoco.mjcf import model_of, to_mjcf
 from energymargin.mujoco.replay import Replay, replay
+from energymargin.mujoco.state import set_state, state, targets
 
-__all__ = ["Replay", "model_of", "replay", "to_mjcf"]
+__all__ = ["Replay", "model_of", "replay", "set_state", "state", "targets", "to_mjcf"]
