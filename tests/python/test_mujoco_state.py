@@ -43,7 +43,7 @@ def hand(**body):
     scene.add_body("palm", em.Box((0.08, 0.08, 0.04)), mass=0.3, role="effector", **body)
     scene.add_body("left", box, mass=0.05, role="effector")
     scene.add_body("right", box, mass=0.05, role="effector")
-    moves = dict(parent="palm", type="prismatic", axis=(1, 0, 0))
+    moves = {"parent": "palm", "type": "prismatic", "axis": (1, 0, 0)}
     scene.add_joint(
         "left", child="left", origin=(0.03, 0, 0.05), limits=(-0.02, 0.02), stiffness=100, **moves
     )
@@ -169,7 +169,7 @@ def test_a_fixed_body_that_is_elsewhere_in_the_model_is_refused():
     model, data = moved()
     scene = em.Scene()
     scene.add_body("palm", em.Sphere(0.1), mass=0.0, position=(0, 0, 9))
-    with pytest.raises(ValueError, match="'palm' is .* fixed in the scene; base='free'"):
+    with pytest.raises(ValueError, match=r"'palm' is .* fixed in the scene; base='free'"):
         em.mujoco.state(scene, model, data)
 
 
