@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Compound, MassProperties, Part
 
-__all__ = ["Pose", "moved", "place", "pose", "vector"]
+__all__ = ["Pose", "from_rpy", "moved", "place", "pose", "vector"]
 
 Pose = NDArray[np.float64]
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
@@ -25,6 +25,19 @@ def pose(position: Sequence[float], orientation: Sequence[float]) -> Pose:
     matrix[:3, :3] = _turn(quaternion)
     matrix[:3, 3] = vector("position", position, 3)
     return matrix
+
+
+def from_rpy(xyz: Sequence[float], rpy: Sequence[float]) -> Pose:
+    """From xyz [m] and rpy [rad]: turns about the fixed axes x, then y, then z."""
+    (sx, sy, sz), (cx, cy, cz) = np.sin(rpy), np.cos(rpy)
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
+        [cy * cz, sy * (sx * cz) - cx * sz, sy * (cx * cz) + sx * sz],
+        [cy * sz, sy * (sx * sz) + cx * cz, sy * (cx * sz) - sx * cz],
+        [-sy, cy * sx, cy * cx],
+    ]
+    matrix[:3, 3] = xyz
+    return matrix + 0.0  # no -0
 
 
 def place(matrix: Pose) -> dict[str, NDArray[np.float64]]:

@@ -18,6 +18,7 @@ from energymargin.meshes import THRESHOLD
 from energymargin.scenes.additions import Additions, Pair, added
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
+from energymargin.scenes.urdf_inertias import warn_of_links
 from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robot, read
 
 __all__ = ["from_urdf"]
@@ -130,6 +131,7 @@ def from_urdf(
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
     shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages), limit)
     bodies = _bodies(robot, shaping, prefix, fixed=base == "fixed")
+    warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
     for name, link in robot.links.items():
         default = friction if link.friction is None else link.friction

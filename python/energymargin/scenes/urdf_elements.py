@@ -16,6 +16,7 @@ from typing import BinaryIO
 from xml.parsers import expat
 
 from energymargin.limits import Limit
+from energymargin.scenes.urdf_origins import warn_of_origins
 from energymargin.scenes.urdf_subtree import keep_subtree
 
 __all__ = ["checked"]
@@ -104,7 +105,8 @@ def checked(
     `subtree`: the link that is kept with all that hangs on it; other links and joints are not read.
     `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
     "parent/tag.attribute"; what is simulated somewhere is ignored with its parent alone. Warns
-    once of elements and attributes whose namespace the file does not declare, and leaves them out.
+    once of elements and attributes whose namespace the file does not declare, and leaves them out;
+    and of origins that look misplaced.
     Raises FileNotFoundError, ValueError that names all that the library does not do, or the first
     mistake, and TimeoutError or Cancelled at the limit.
     """
@@ -115,6 +117,7 @@ def checked(
         raise ValueError(f"{path} is no URDF file: its root is <{tag}>, expected <robot>")
     if subtree is not None:
         keep_subtree(root, subtree)
+    warn_of_origins(path, root)
     undeclared: Counter[str] = Counter()
     _strip(root, "", {*LOOKS, *ignore}, undeclared)
     unknown: Counter[str] = Counter()

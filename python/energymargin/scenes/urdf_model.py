@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Box, Cylinder, Sphere
 from energymargin.limits import Limit
-from energymargin.scenes.poses import Pose
+from energymargin.scenes.poses import Pose, from_rpy
 from energymargin.scenes.urdf_elements import checked
 
 __all__ = [
@@ -306,17 +306,8 @@ def _inertia(element: ET.Element | None) -> NDArray[np.float64] | None:
 
 
 def _pose(origin: ET.Element | None) -> Pose:
-    """From xyz [m] and rpy [rad]: turns about the fixed axes x, then y, then z."""
-    angles = np.array(_numbers(origin, "rpy", (0.0,) * 3))
-    (sx, sy, sz), (cx, cy, cz) = np.sin(angles), np.cos(angles)
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [cy * cz, sy * (sx * cz) - cx * sz, sy * (cx * cz) + sx * sz],
-        [cy * sz, sy * (sx * sz) + cx * cz, sy * (cx * sz) - sx * cz],
-        [-sy, cy * sx, cy * cx],
-    ]
-    matrix[:3, 3] = _numbers(origin, "xyz", (0.0,) * 3)
-    return matrix + 0.0  # no -0
+    nothing = (0.0, 0.0, 0.0)
+    return from_rpy(_numbers(origin, "xyz", nothing), _numbers(origin, "rpy", nothing))
 
 
 def _root(links: dict[str, Link], joints: dict[str, Joint]) -> str:

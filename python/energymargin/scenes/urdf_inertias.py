@@ -1,0 +1,185 @@
+"""Links whose inertia, centre of mass or place contradicts their collision shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import (
+    Box,
+    Capsule,
+    Compound,
+    ConvexHull,
+    Cylinder,
+    Inertial,
+    Sphere,
+    mass_properties,
+)
+from energymargin.plausibility import warn
+from energymargin.scenes.poses import pose
+from energymargin.scenes.urdf_model import Robot
+
+__all__ = ["warn_of_links"]
+
+# A body with all its mass in its farthest point has a radius of gyration of its reach. Shapes may
+# be those of a fingertip alone, so that a link reaches farther than they do.
+LARGEST_GYRATION = 2.0  # of the reach of the shapes from the centre of mass
+LEAST_GYRATION = 0.01  # a ten thousandth of the inertia; wrong units make it a millionth
+OUTSIDE = 1.0  # of the shapes' extent, by which a centre of mass may be outside of their box
+APART = 10.0  # of the larger of two links, by which a joint may hold them apart
+# An inertia that differs by the first is that of the shapes, and from the second on another one.
+SAME = 0.1
+OTHER = 0.3
+NAMED = 3  # links in a warning; a robot has many
+
+WAY_OUT = "inertia='shapes' takes it from the collision shapes"
+
+
+class _Doubt(NamedTuple):
+    kind: str
+    link: str
+    text: str
+    """What is wrong with this link, behind its name."""
+
+
+# What is wrong with all links of a kind.
+KINDS = {
+    "too large": "more than bodies of their mass and size can have: wrong units, or a placeholder? "
+    + WAY_OUT,
+    "too small": "that of a point beside their size: wrong units, or a mesh in millimetres? "
+    + WAY_OUT,
+    "other axes": "that of their shapes about other axes: is the rpy of the inertial's origin "
+    "wrong? " + WAY_OUT,
+    "origin": "that of their shapes about the link's origin, expected about the centre of mass. "
+    + WAY_OUT,
+    "outside": "far outside of their shapes: is the inertial's or the collision's origin wrong?",
+    "apart": "far from the parent: is the origin of the joint or of the collision wrong?",
+}
+
+
+def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, Any]]) -> None:
+    """Warns once of each kind of contradiction, with the links that have it.
+
+    `bodies`: by link, keywords of `Scene.add_body`. Only what cannot be meant is doubted: a link
+    may reach beyond its collision shapes.
+    """
+    points = {name: corners(body["shape"]) for name, body in bodies.items()}
+    found: dict[str, list[_Doubt]] = {}
+    for doubt in (*_of_masses(bodies, points), *_of_places(robot, points)):
+        found.setdefault(doubt.kind, []).append(doubt)
+    texts = [(f"{path}: {kind}", f"{path.name}: {_text(of)}") for kind, of in found.items()]
+    warn(texts, f"{path} {found}")
+
+
+def _text(doubts: list[_Doubt]) -> str:
+    kind = doubts[0].kind
+    more = f", and {len(doubts) - NAMED} more" if len(doubts) > NAMED else ""
+    listed = ", ".join(f"{doubt.link!r} ({doubt.text})" for doubt in doubts[:NAMED])
+    what = {"outside": "the centre of mass of", "apart": ""}.get(kind, "the inertia of")
+    links = "link" if len(doubts) == 1 else "links"
+    verb = "are" if kind == "apart" and len(doubts) > 1 else "is"
+    return f"{what} {links} {listed}{more} {verb} {KINDS[kind]}".strip()
+
+
+def _of_masses(
+    bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, NDArray[np.float64]]
+) -> Iterator[_Doubt]:
+    for name, body in bodies.items():
+        inertial, mass = body.get("inertial"), body["mass"]
+        if inertial is None or not len(points[name]):
+            continue
+        center = np.asarray(inertial.center)
+        low, high = points[name].min(axis=0), points[name].max(axis=0)
+        extent = float((high - low).max())
+        away = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - center, center - high))))
+        if away > OUTSIDE * extent:
+            yield _Doubt("outside", name, f"{away:.3g} m away from shapes of {extent:.3g} m")
+        gyration = float(np.sqrt(0.5 * np.sum(inertial.moments) / mass))
+        reach = float(np.linalg.norm(points[name] - center, axis=1).max())
+        if gyration > LARGEST_GYRATION * reach:
+            yield _Doubt("too large", name, _radius(gyration, reach))
+        elif gyration < LEAST_GYRATION * reach:
+            yield _Doubt("too small", name, _radius(gyration, reach))
+        elif kind := _of_other_axes(body["shape"], mass, inertial):
+            yield _Doubt(kind, name, _moments(inertial))
+
+
+def _radius(gyration: float, reach: float) -> str:
+    return f"radius of gyration {gyration:.3g} m, shapes within {reach:.3g} m"
+
+
+def _moments(inertial: Inertial) -> str:
+    return "moments " + ", ".join(f"{moment:.3g}" for moment in inertial.moments) + " kg m^2"
+
+
+def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
+    """The kind of doubt about an inertia that is that of the shapes, but for its axes."""
+    solid = mass_properties(shape, mass)
+    own = _tensor(inertial.moments, inertial.axes)
+    expected = _tensor(solid.moments, solid.axes)
+    if not solid.volume > 0.0 or _difference(own, expected) < OTHER:
+        return ""
+    if _difference(np.sort(inertial.moments), np.sort(solid.moments)) < SAME:
+        return "other axes"
+    center = np.asarray(inertial.center)
+    moved = expected + mass * (center @ center * np.eye(3) - np.outer(center, center))
+    return "origin" if _difference(own, moved) < SAME else ""
+
+
+def _difference(own: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(own - expected) / np.linalg.norm(expected))
+
+
+def _tensor(moments: Any, axes: Any) -> NDArray[np.float64]:
+    """Matrix (3, 3) along the axes of the body's frame."""
+    turn = pose((0.0, 0.0, 0.0), axes)[:3, :3]
+    return np.asarray(turn @ np.diag(moments) @ turn.T)
+
+
+def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Iterator[_Doubt]:
+    """Links that are far from those they hang on, with all joints at 0."""
+    for joint in robot.joints.values():
+        child, parent = points[joint.child], points[joint.parent]
+        if not len(child) or not len(parent):
+            continue
+        child = child @ joint.origin[:3, :3].T + joint.origin[:3, 3]
+        boxes = [(part.min(axis=0), part.max(axis=0)) for part in (child, parent)]
+        (low, high), (other_low, other_high) = boxes
+        gap = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - other_high, other_low - high))))
+        largest = max(float((high - low).max()) for low, high in boxes)
+        if gap > APART * largest:
+            text = f"{gap:.3g} m from {joint.parent!r} by joint {joint.name!r}"
+            yield _Doubt("apart", joint.child, text)
+
+
+def corners(shape: Any) -> NDArray[np.float64]:
+    """Points whose convex hull has the solid in it, in the body's frame, shape (n, 3); round parts
+    have the corners of their box."""
+    if not isinstance(shape, Compound):
+        return _solid_corners(shape)
+    placed = [
+        _solid_corners(part.shape) @ matrix[:3, :3].T + matrix[:3, 3]
+        for part in shape.parts
+        for matrix in [pose(part.position, part.orientation)]
+    ]
+    return np.concatenate(placed) if placed else np.empty((0, 3))
+
+
+def _solid_corners(solid: Any) -> NDArray[np.float64]:
+    if isinstance(solid, ConvexHull):
+        return np.asarray(solid.points, float)
+    half = np.empty(3)
+    if isinstance(solid, Box):
+        half[:] = 0.5 * np.asarray(solid.size)
+    elif isinstance(solid, Sphere):
+        half[:] = solid.radius
+    else:
+        assert isinstance(solid, Cylinder | Capsule)
+        ends = solid.radius if isinstance(solid, Capsule) else 0.0
+        half[:] = solid.radius, solid.radius, 0.5 * solid.length + ends
+    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    return np.asarray(signs * half)
