@@ -1,4 +1,4 @@
-"""The command `energymargin import`: from recordings of a camera to a dataset.
+"""The command `energymargin import`: from recordings of a camera or a robot to a dataset.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -17,14 +17,26 @@ from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
-    from energymargin.recordings import Recording
+    from energymargin.recordings import Columns, Recording
     from energymargin.tasks import Task
 
 __all__ = ["import_recordings"]
 
 
 FilesArgument = Annotated[
-    list[Path] | None, typer.Argument(help="The recordings: CSV files, a row a frame.")
+    list[Path] | None,
+    typer.Argument(help="The recordings: CSV files, a row a frame, or bags of ROS 2 (MCAP)."),
+]
+ObjectTopicOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Of bags, the topic of the object's poses, as /box/pose, or with a frame, as /tf:box.",
+        metavar="TOPIC",
+    ),
+]
+EffectorTopicOption = Annotated[
+    str | None,
+    typer.Option(help="The same of the effector, the robot's tool.", metavar="TOPIC"),
 ]
 TaskOption = Annotated[
     str | None, typer.Option(help="Whose scene and capture set these recordings have.")
@@ -87,6 +99,8 @@ def import_recordings(
     output: OutputOption = None,
     parameter: ParameterOption = None,
     columns: ColumnsOption = None,
+    object_topic: ObjectTopicOption = None,
+    effector_topic: EffectorTopicOption = None,
     captured: CapturedOption = None,
     repair: RepairOption = True,
     longest_gap: LongestGapOption = 0.1,
@@ -97,6 +111,8 @@ def import_recordings(
     """Read recordings of a camera and make them a dataset of a task, to be scored frame by frame.
 
     Example: `energymargin import a.csv b.csv --task push -p friction=0.3 --labels labels.csv`
+
+    Bags: `energymargin import a.mcap --object-topic /box/pose --effector-topic /tf:tool0 ...`
 
     The authors' data: `energymargin import --published dynamicCageForMPPI-data -o published`
     """
@@ -117,7 +133,8 @@ def import_recordings(
     output = output or Path(f"{task}-recorded.h5")
     made = registry.make(task, **parsed(parameter or []))
     require_free(output, overwrite=overwrite)
-    read = _read(files, columns, repair=repair, longest_gap=longest_gap, smoothing=smoothing)
+    rules = {"repair": repair, "longest_gap": longest_gap, "smoothing": smoothing}
+    read = _read(files, columns, (object_topic, effector_topic), rules)
     dataset = _labelled_dataset(made, read, labels, captured, most_overlap)
     dataset.save(output)
     written = escape(str(output))
@@ -127,15 +144,43 @@ def import_recordings(
     )
 
 
-def _read(files: Sequence[Path], columns: Path | None, **options: Any) -> list[Recording]:
-    """`options` are those of `recordings.read_csv`."""
+def _read(
+    files: Sequence[Path],
+    columns: Path | None,
+    topics: tuple[str | None, str | None],
+    rules: dict[str, Any],
+) -> list[Recording]:
+    """`topics` of bags: the object's and the effector's; `rules` are those of both readers."""
     from energymargin import recordings
+    from energymargin.recordings.bags import is_bag
 
     layout, read = recordings.Columns.of(columns), []
     for path in files:
-        read.append(recordings.read_csv(path, layout, **options))
+        if is_bag(path):
+            read.append(_read_bag(path, layout, topics, rules))
+        else:
+            read.append(recordings.read_csv(path, layout, **rules))
         say(f"{escape(str(path))}: {_summary(read[-1])}")
     return read
+
+
+def _read_bag(
+    path: Path, layout: Columns, topics: tuple[str | None, str | None], rules: dict[str, Any]
+) -> Recording:
+    from energymargin import recordings
+
+    if layout.columns or layout.units:
+        raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
+    object_topic, effector_topic = topics
+    if object_topic is None or effector_topic is None:
+        known = ", ".join(f"{name} ({kind})" for name, kind in recordings.bag_topics(path).items())
+        raise ValueError(
+            f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
+            f"{known or 'none'}"
+        )
+    return recordings.read_mcap(
+        path, object=object_topic, effector=effector_topic, origin=layout.origin, **rules
+    )
 
 
 def _labelled_dataset(

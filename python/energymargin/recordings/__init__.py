@@ -1,11 +1,12 @@
-"""Recordings of a camera: read from CSV files, placed into a task's scene, scored frame by frame.
+"""Recordings: read from CSV files or bags of ROS 2, placed into a task's scene, scored by frame.
 
-In the plane: of each of two bodies x, y and yaw. Poses in space are not read.
+In the plane: of each of two bodies x, y and yaw.
 """
 
 from typing import TYPE_CHECKING
 
 from energymargin.deprecations import moved_names
+from energymargin.recordings.bags import bag_topics, read_mcap
 from energymargin.recordings.csv_files import Columns
 from energymargin.recordings.reading import read_csv
 from energymargin.recordings.recording import Motion, Placed, Recording, Repairs, placed
@@ -23,11 +24,13 @@ __all__ = [
     "RecordedTask",
     "Recording",
     "Repairs",
+    "bag_topics",
     "dataset",
     "placed",
     "read_csv",
     "read_frame_labels",
     "read_labels",
+    "read_mcap",
 ]
 
 if not TYPE_CHECKING:

@@ -287,10 +287,14 @@ class SourceFile:
     """A file that errors name."""
 
     path: Path
+    row: str = "line"
+    """What one of its rows is called."""
+    of_units: str = "Say so: columns="
+    """What to do about numbers in other units."""
 
     def error(self, text: str, line: int | None = None) -> ValueError:
         """A ValueError that names the file and the line."""
-        where = "" if line is None else f", line {line}"
+        where = "" if line is None else f", {self.row} {line}"
         return ValueError(f"{self.path}{where}: {text}")
 
 

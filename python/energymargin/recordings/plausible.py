@@ -39,7 +39,7 @@ def require_clock(table: FrameTable) -> None:
         unit = "milliseconds" if step > STEPS[1] else "seconds"
         raise table.source.error(
             f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s: "
-            f"is the time in {unit}? Say so: columns="
+            f"is the time in {unit}? {table.source.of_units}"
         )
 
 
@@ -58,7 +58,7 @@ def require_units(table: FrameTable, body: str) -> None:
                     if angle
                     else f"expected at most {FARTHEST:g}: is it in millimetres? "
                 )
-                + "Say so: columns=",
+                + table.source.of_units,
                 int(table.lines[k]),
             )
     times, x, y, yaw = (table.values[name] for name in ("time", *poses))
@@ -67,12 +67,12 @@ def require_units(table: FrameTable, body: str) -> None:
     if speed > FASTEST:
         raise table.source.error(
             f"{poses[0]}, {poses[1]} change by {speed:.3g} m/s from frame to frame, expected at "
-            f"most {FASTEST:g}: are they in millimetres? Say so: columns="
+            f"most {FASTEST:g}: are they in millimetres? {table.source.of_units}"
         )
     if rate > FASTEST_TURN:
         raise table.source.error(
             f"{poses[2]} changes by {rate:.3g} rad/s from frame to frame, expected at most "
-            f"{FASTEST_TURN:g}: is it in degrees? Say so: columns="
+            f"{FASTEST_TURN:g}: is it in degrees? {table.source.of_units}"
         )
 
 

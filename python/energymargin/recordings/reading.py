@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,7 +36,7 @@ from energymargin.recordings.csv_files import (
 from energymargin.recordings.plausible import require_agreement, require_clock, require_units
 from energymargin.recordings.recording import Motion, Recording, Repairs
 
-__all__ = ["LONGEST_GAP", "read_csv"]
+__all__ = ["LONGEST_GAP", "Rules", "read_csv", "recording_of"]
 
 LONGEST_GAP = 0.1  # s; three frames at 33 Hz, in which a push of 5 cm/s goes 5 mm
 MOST_REPAIRED = 0.25  # of the frames
@@ -130,32 +129,52 @@ def read_csv(
 
     Raises OSError, and ValueError that names the file, the line and what was expected there.
     """
-    positive_number("longest_gap", longest_gap)
-    positive_number("least_jump", least_jump)
-    positive_number("least_turn", least_turn)
-    positive_number("smoothing", smoothing)
     if mend is not None:
         warn_deprecated("read_csv with mend", "repair=...")
         repair = mend
-    yes_or_no("repair", repair)
+    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses)
     layout = Columns.of(columns)
-    table = _with_frames(read_table(path, layout))
+    return recording_of(
+        read_table(path, layout), rules, origin=layout.origin if origin is None else origin
+    )
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What is repaired, and how; the arguments of `read_csv`, which it checks."""
+
+    repair: bool = True
+    longest_gap: float = LONGEST_GAP
+    least_jump: float = LEAST_JUMP
+    least_turn: float = LEAST_TURN
+    smoothing: float = SMOOTHING
+    smooth_poses: bool = True
+
+    def __post_init__(self) -> None:
+        """Checks them."""
+        for name in ("longest_gap", "least_jump", "least_turn", "smoothing"):
+            positive_number(name, getattr(self, name))
+        yes_or_no("repair", self.repair)
+
+
+def recording_of(given: FrameTable, rules: Rules, *, origin: Sequence[float]) -> Recording:
+    """The recording in a table, checked and repaired. Errors as `read_csv`."""
+    table = _with_frames(given)
     _require_enough(table, len(table.lines), "rows")
     require_clock(table)
-    _require_longer(table, smoothing)
-    tracks = tuple(_track(table, body, (least_jump, least_turn)) for body in BODIES)
-    sightings = _Sightings(table, tracks).between_ends()
+    _require_longer(table, rules.smoothing)
+    least = (rules.least_jump, rules.least_turn)
+    sightings = _Sightings(table, tuple(_track(table, b, least) for b in BODIES)).between_ends()
     for track in sightings.tracks:
-        require_short_gaps(sightings.table, track.body, track.good, longest_gap)
+        require_short_gaps(sightings.table, track.body, track.good, rules.longest_gap)
     clock = filled_clock(sightings.table)
     repairs = _repairs(table, sightings, clock)
-    _require_few(table, repairs, len(clock.times), repair=repair)
-    motions = _motions(sightings, clock, smoothing, smooth_poses=smooth_poses)
-    place = frame_origin(layout.origin if origin is None else origin)
+    _require_few(table, repairs, len(clock.times), repair=rules.repair)
+    motions = _motions(sightings, clock, rules.smoothing, smooth_poses=rules.smooth_poses)
+    place = frame_origin(origin)
     object_motion, effector_motion = (_moved(motion, place) for motion in motions)
-    return Recording(
-        Path(path).name, clock.frames, clock.times, object_motion, effector_motion, repairs
-    )
+    name = table.source.path.name
+    return Recording(name, clock.frames, clock.times, object_motion, effector_motion, repairs)
 
 
 def _with_frames(table: FrameTable) -> FrameTable:
