@@ -9,6 +9,7 @@ from __future__ import annotations
 import sqlite3
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from traceback import format_exception
 from typing import Annotated, Any
 
@@ -16,6 +17,7 @@ import typer
 from rich.markup import escape
 from typer.core import TyperGroup
 
+from energymargin.bars import bars_by
 from energymargin.cli.demo import demo
 from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
@@ -65,7 +67,7 @@ class _Commands(TyperGroup):
         return super().get_command(ctx, cmd_name) or registered_command(cmd_name)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        with remembered_interrupts():
+        with remembered_interrupts(), bars_by(_bar):
             return self._invoke(ctx)
 
     def _invoke(self, ctx: typer.Context) -> Any:
@@ -104,6 +106,12 @@ app = typer.Typer(
     The paper's tables again: `energymargin reproduce --help`.
     """,
 )
+
+
+def _bar(title: str, unit: str) -> AbstractContextManager[Callable[[int, int], None]]:
+    from energymargin.cli.progress import inner_bar
+
+    return inner_bar(err, title, unit)
 
 
 def _renamed(names: Mapping[str, str], word: str) -> str:

@@ -20,7 +20,9 @@ from rich.text import Text
 
 from energymargin.interrupts import delayed_interrupts, raise_if_interrupted
 
-__all__ = ["progress_bar", "share_bar"]
+__all__ = ["inner_bar", "progress_bar", "share_bar"]
+
+_drawn: list[Progress] = []  # on the terminal now; rich draws one at a time
 
 
 class _Rate(ProgressColumn):
@@ -38,13 +40,13 @@ def progress_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn(unit),
+        TextColumn("{task.fields[unit]}"),
         _Rate(),
         TimeRemainingColumn(),
         TextColumn("left"),
         console=console,
     )
-    bar = progress.add_task(title, total=None)
+    bar = progress.add_task(title, total=None, unit=unit)
 
     def update(done: int, total: int) -> None:
         raise_if_interrupted()
@@ -80,11 +82,32 @@ def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
         yield update
 
 
+@contextmanager
+def inner_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[int, int], None]]:
+    """As `progress_bar`; where another bar is being drawn it is a row below that, until its end."""
+    if not _drawn:
+        with progress_bar(console, title, unit) as update:
+            yield update
+        return
+    outer = _drawn[-1]
+    row = outer.add_task(title, total=None, unit=unit, visible=False)
+
+    def update_row(done: int, total: int) -> None:
+        raise_if_interrupted()
+        outer.update(row, completed=done, total=total, visible=True)
+
+    try:
+        yield update_row
+    finally:
+        outer.remove_task(row)
+
+
 def _start(progress: Progress) -> None:
     """Begins to draw it; an interrupt would leave rich half begun, and unable to stop."""
     if not progress.live.is_started:
         with delayed_interrupts():
             progress.start()
+            _drawn.append(progress)
 
 
 @contextmanager
@@ -95,4 +118,5 @@ def _stopped(progress: Progress) -> Iterator[None]:
     finally:
         if progress.live.is_started:
             with delayed_interrupts():
+                _drawn.remove(progress)
                 progress.stop()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Compound, ConvexHull, Inertial, MassProperties
+from energymargin.bars import bar
 from energymargin.limits import Limit
+from energymargin.meshes.progress import Progress, Tally
 from energymargin.meshes.solids import Solid, solids, winding_numbers
 from energymargin.plausibility import warn
 
@@ -47,6 +49,7 @@ def mesh(
     threshold: float = THRESHOLD,
     max_points: int = MAX_POINTS,
     seed: int = 0,
+    progress: Progress | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> Compound:
@@ -65,7 +68,8 @@ def mesh(
     error if the smallest threshold fills a cavity too, or if a surface may be a cavity or not.
 
     Parts are cached in the user's cache folder (ENERGYMARGIN_CACHE, or else XDG_CACHE_HOME), so
-    that a mesh is decomposed once.
+    that a mesh is decomposed once. coacd runs in a process of its own, which ends with this call:
+    Ctrl-C, `timeout` and `cancel` end both, and a command draws a bar.
 
     Args:
         path: the mesh file.
@@ -74,6 +78,8 @@ def mesh(
         threshold: the concavity that a part may have, as a share of the mesh's size.
         max_points: corners of a part at most.
         seed: of coacd's search.
+        progress: progress(done, total) counts pieces of the mesh that coacd has looked at, of those
+            that it knows of: the total grows as it cuts pieces in two. At the end both are equal.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -87,9 +93,21 @@ def mesh(
     limit = Limit(timeout, cancel)
     sizes = _scale(scale)
     _check(threshold, max_points, seed)
+    path = Path(path)
+    with nullcontext(progress) if progress else bar(f"Decomposing {path.name}", "pieces") as update:
+        tally = Tally(update)
+        how = _Decomposition(path, threshold, max_points, seed, limit, tally)
+        made = _made(how, sizes, scale, decompose=decompose)
+    if progress is not None:
+        progress(tally.total, tally.total)
+    return made
+
+
+def _made(how: _Decomposition, sizes: Corners, scale: Any, *, decompose: bool) -> Compound:
+    """`scale` is as it was given, for messages."""
+    path, limit = how.path, how.limit
     with needs_extra():
         from energymargin.meshes.convex import corners
-    path = Path(path)
     pieces = _read(path, sizes)
     whole = _joined(pieces)
     vertices = np.asarray(whole.vertices, float)
@@ -98,18 +116,18 @@ def mesh(
     shells = _shells(pieces, limit)
     if not decompose:
         solid = _solid_of_hull(shells, path, limit) if shells else None
-        return Compound([ConvexHull(corners(vertices, max_points))], solid=solid)
-    decomposition = _Decomposition(path, threshold, max_points, seed, limit)
+        return Compound([ConvexHull(corners(vertices, how.max_points))], solid=solid)
     if shells is None:
         _require_no_cavity(whole, path, limit)
-        return Compound([ConvexHull(part) for part in decomposition.parts(whole, closed=False)])
+        return Compound([ConvexHull(part) for part in how.parts(whole, closed=False)])
     bodies = solids(shells, path, limit)
     solid = _solid(_joined(shells))
     if len(shells) > MAX_SHELLS and not any(body.cavities for body in bodies):
-        parts = decomposition.parts(whole, closed=False)
+        parts = how.parts(whole, closed=False)
     else:
+        how.tally.expect(len(bodies))
         size = float(whole.extents.max())
-        parts = [part for body in bodies for part in decomposition.parts_of(body, size)]
+        parts = [part for body in bodies for part in how.parts_of(body, size)]
     return Compound([ConvexHull(part) for part in parts], solid=solid)
 
 
@@ -290,6 +308,7 @@ class _Decomposition:
     max_points: int
     seed: int
     limit: Limit
+    tally: Tally
 
     def parts_of(self, body: Solid, size: float) -> list[Corners]:
         """Corners (k, 3) of a solid's convex parts; the threshold is of the whole mesh's `size`.
@@ -323,6 +342,7 @@ class _Decomposition:
         vertices = np.asarray(surface.vertices, float)
         solid = closed and not hollow
         convex = solid and surface.volume >= CONVEX * hull_volume(vertices)
+        report = self.tally.begin()
         if convex or self.threshold >= 1.0:
             return [corners(vertices, self.max_points)]
         return decomposed(
@@ -334,6 +354,7 @@ class _Decomposition:
             seed=self.seed,
             name=str(self.path),
             limit=self.limit,
+            progress=report,
         )
 
 

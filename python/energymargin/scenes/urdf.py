@@ -15,6 +15,7 @@ from energymargin import meshes
 from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
+from energymargin.meshes.progress import Progress, Tally
 from energymargin.scenes.additions import Additions, Pair, added
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
@@ -61,6 +62,7 @@ def from_urdf(
     packages: Sequence[str | Path] = (),
     ignore: Iterable[str] = (),
     subtree: str | None = None,
+    progress: Progress | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> Scene:
@@ -108,6 +110,8 @@ def from_urdf(
         subtree: a link by name: that one and what hangs on it become bodies, and the others, with
             their joints and meshes, are not read. It is the root then: `base`, `position` and
             `orientation` are its own.
+        progress: progress(done, total) counts pieces of meshes, as in `em.mesh`; a mesh that has
+            not begun counts as one.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -129,7 +133,15 @@ def from_urdf(
     roles, frictions, pairs = roles or {}, frictions or {}, _pairs(disable_collisions)
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, roles=roles, frictions=frictions, disable_collisions=paired)
-    shaping = Shaping(Path(path), inertia == "shapes", decompose, threshold, tuple(packages), limit)
+    shaping = Shaping(
+        Path(path),
+        inertia == "shapes",
+        decompose,
+        threshold,
+        tuple(packages),
+        limit,
+        None if progress is None else Tally(progress, robot.mesh_count),
+    )
     bodies = _bodies(robot, shaping, prefix, fixed=base == "fixed")
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
@@ -200,6 +212,7 @@ class Shaping:
     threshold: float
     packages: tuple[str | Path, ...]
     limit: Limit
+    tally: Tally | None = None
 
 
 def body(link: Link, how: Shaping, *, fixed: bool) -> dict[str, Any]:
@@ -249,6 +262,7 @@ def _placed(geometry: Geometry, how: Shaping) -> Compound:
         scale=shape.scale,
         decompose=how.decompose,
         threshold=how.threshold,
+        progress=None if how.tally is None else how.tally.begin(),
         **how.limit.rest(),
     )
     return moved(mesh, geometry.pose)

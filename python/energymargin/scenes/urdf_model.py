@@ -96,6 +96,12 @@ class Robot:
     merged: dict[str, str] = field(default_factory=dict)
     """Frames that are part of another link, and of which."""
 
+    @property
+    def mesh_count(self) -> int:
+        """How often a link has the shape of a mesh file."""
+        shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
+        return sum(isinstance(shape, MeshFile) for shape in shapes)
+
 
 def without_frames(robot: Robot, limit: Limit, *, free: bool) -> Robot:
     """The same robot with a mass for each link that can move.
