@@ -212,3 +212,48 @@ def test_a_robot_of_solids_needs_no_extra(tmp_path, monkeypatch):
 def test_the_gripper_of_the_package_is_a_urdf_file():
     scene = from_urdf(data_file("three_finger_gripper.urdf"))
     assert (len(scene.bodies), len(scene.joints)) == (13, 12)
+
+
+# Torque limits of joints that follow each other
+
+
+def lift(tmp_path, factor, effort, of_follower):
+    """How far a slide with 1 kg sinks in a quarter of a second, with a follower of 1 kg beside."""
+    wide = 'lower="-9" upper="9" effort="{}"'
+    text = chain(
+        joint("leads", "a", "b", kind="prismatic", limit=wide.format(effort)),
+        joint(
+            "follows",
+            "a",
+            "c",
+            follower("leads", factor, 0.0),
+            kind="prismatic",
+            at="-0.3 0 0",
+            limit=f'lower="-99" upper="99" effort="{of_follower}"',
+        ),
+        links="abc",
+    )
+    scene = built(tmp_path, text, joints={"leads": {"stiffness": 1e4, "damping": 100.0}})
+    end = em.World(scene).simulate(scene.pack(), steps=60, record=[60]).states[0]
+    return -scene.unpack(end)["joints"]["leads"]["position"]
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 2.0])
+def test_a_pair_shares_the_torque_limit_of_the_joint_that_is_followed(tmp_path, factor):
+    """Its drive carries both: a load on the follower counts by the multiplier."""
+    load = 9.81 * abs(1.0 + factor)
+    if load:
+        assert lift(tmp_path, factor, 0.9 * load, of_follower=1e3) > 0.02
+    assert abs(lift(tmp_path, factor, 1.1 * load + 1.0, of_follower=0.1)) < 0.005
+
+
+def test_the_torque_limit_of_a_pair_is_raised_at_the_joint_that_is_followed(tmp_path):
+    text = chain(
+        joint("leads", "a", "b", limit='lower="-1" upper="1" effort="20"'),
+        joint("follows", "a", "c", follower("leads", 1.0, 0.0), at="-0.3 0 0"),
+        links="abc",
+    )
+    of_both = built(tmp_path, text, joints={"leads": {"torque_limit": 40.0}}).joints
+    assert [j.torque_limit for j in of_both] == [40.0, math.inf]
+    with pytest.raises(ValueError, match="'torque_limit', expected limits for one that follows"):
+        built(tmp_path, text, joints={"follows": {"torque_limit": 40.0}})
