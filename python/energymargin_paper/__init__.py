@@ -20,6 +20,7 @@ STUDIES = {
     "perturbation": "Prediction with errors of the model (the figure of robustness)",
     "table2": "Prediction on recorded pushes, a simulated stand-in (Table II)",
     "foresight": "What each score of a state foresees of the next frames",
+    "early-warning": "Losses announced by an alarm that is seldom false",
     "filter": "Actions of a noisy policy filtered by their capture probabilities",
     "enlarged": "Centimetres and grams at true scale, beside enlarged scenes",
     "bowl": "The escape energy of a ball in a bowl (Definition 2)",
