@@ -91,7 +91,7 @@ Scene with_body(const Scene& scene, const std::string& name, const std::optional
 
 constexpr const char* with_body_doc = R"(A copy with another friction coefficient or mass [kg] of one body.
 
-Its inertia grows with its mass. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
+Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
 too stiff for a lighter one.)";
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "energymargin/state.hpp"
 #include "repr.hpp"
 #include "scene.hpp"
+#include "scene/words.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -16,23 +17,60 @@ gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most
 below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
 also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
 where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
-extent.)";
+extent. friction_rule: what two bodies' coefficients make of their contact's, 'product' (as in Bullet) or 'max' (as in
+MuJoCo); set_friction says it for a pair.)";
 
 Scene make_scene(const ArrayLike& gravity, const Number& step, const WholeNumber& solver_iterations,
                  const Number& solver_tolerance, const WholeNumber& friction_directions,
-                 const std::optional<Number>& margin) {
+                 const std::optional<Number>& margin, const std::string& friction_rule) {
   return Scene(vector3("gravity", gravity),
                Stepping{real("step", step), count("solver_iterations", solver_iterations),
                         real("solver_tolerance", solver_tolerance), count("friction_directions", friction_directions),
-                        real("margin", margin)});
+                        real("margin", margin)},
+               value_of<FrictionRule>("friction_rule", friction_rule));
+}
+
+constexpr const char* set_friction_doc = R"(From now on contacts of the two bodies have this coefficient of friction.
+
+It counts instead of what friction_rule makes of the bodies' own. Raises ValueError on unknown bodies, one body given twice, and
+a coefficient that is negative or not finite.)";
+
+void set_friction(Scene& scene, const std::string& body_a, const std::string& body_b, const Number& friction) {
+  scene.set_friction(body_a, body_b, real("friction", friction));
+}
+
+std::map<std::pair<std::string, std::string>, double> pair_frictions(const Scene& scene) {
+  std::map<std::pair<std::string, std::string>, double> frictions;
+  for (const PairFriction& pair : scene.pair_frictions()) frictions[{pair.body_a, pair.body_b}] = pair.friction;
+  return frictions;
+}
+
+void bind_friction(py::class_<Scene>& scene) {
+  scene
+      .def_property_readonly(
+          "friction_rule", [](const Scene& of) { return std::string(word_of(of.friction_rule())); },
+          "What two bodies' coefficients make of their contact's: 'product' or 'max'.")
+      .def("set_friction", &set_friction, py::arg("body_a"), py::arg("body_b"), py::arg("friction"), set_friction_doc)
+      .def_property_readonly("pair_frictions", &pair_frictions,
+                             "Coefficients that were set, by pair of bodies, the one that was added first in front.")
+      .def(
+          "contact_friction",
+          [](const Scene& of, const std::string& a, const std::string& b) {
+            return of.contact_friction(of.index(a), of.index(b));
+          },
+          py::arg("body_a"), py::arg("body_b"),
+          "Coefficient of the contacts of two bodies: that of the pair, or else by friction_rule.");
 }
 
 std::string shown_scene(const Scene& scene) {
   std::vector<std::string> names;
   for (const Body& body : scene.bodies()) names.push_back(body.name);
-  return repr_of_fields("Scene", {{"bodies", py::cast(names)},
-                                  {"joints", py::cast(scene.joints().size())},
-                                  {"dimension", py::cast(StateLayout(scene).dimension())}});
+  std::vector<std::pair<const char*, py::object>> fields{{"bodies", py::cast(names)},
+                                                         {"joints", py::cast(scene.joints().size())},
+                                                         {"dimension", py::cast(StateLayout(scene).dimension())}};
+  const FrictionRule rule = scene.friction_rule();
+  if (rule != FrictionRule::product) fields.emplace_back("friction_rule", py::cast(word_of(rule)));
+  return repr_of_fields("Scene", fields);
 }
 
 void bind_parts(py::class_<Scene>& scene) {
@@ -79,10 +117,12 @@ void bind_scene(py::module_& module) {
   scene.def(py::init(&make_scene), py::arg("gravity") = py::make_tuple(0.0, 0.0, -9.81),
             py::arg("step") = Stepping{}.step, py::arg("solver_iterations") = Stepping{}.iterations,
             py::arg("solver_tolerance") = Stepping{}.tolerance,
-            py::arg("friction_directions") = Stepping{}.friction_directions, py::arg("margin") = py::none(), scene_doc);
+            py::arg("friction_directions") = Stepping{}.friction_directions, py::arg("margin") = py::none(),
+            py::arg("friction_rule") = word_of(FrictionRule::product), scene_doc);
   scene.def("__repr__", &shown_scene);
   bind_parts(scene);
   bind_stepping(scene);
+  bind_friction(scene);
   bind_add_body(scene);
   bind_add_joint(scene);
   bind_state(scene);

@@ -174,7 +174,7 @@ void bind_contact(py::module_& module) {
       .def_readonly("distance", &Contact::distance, "Negative in penetration [m].")
       .def_readonly("normal_force", &Contact::normal_force, "Along the normal, on body_a [N].")
       .def_readonly("tangential_force", &Contact::tangential_force, "Friction on body_a, shape (3,) [N].")
-      .def_readonly("friction", &Contact::friction, "Coefficient, the product of the two bodies'.");
+      .def_readonly("friction", &Contact::friction, "Coefficient: Scene.contact_friction of the two bodies.");
 }
 
 void bind_results(py::module_& module) {

@@ -7,13 +7,26 @@
 namespace energymargin {
 namespace {
 
+constexpr double of_upper = 0.5, of_lower = 0.8;
+
+// Of the product of the two bodies' coefficients, as Bullet's.
+struct Found : FoundContacts {
+  Found(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b)
+      : FoundContacts(a, b, of_upper * of_lower) {}
+};
+
+// Of a coefficient of their own.
+struct FoundOnIce : FoundContacts {
+  FoundOnIce(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b) : FoundContacts(a, b, 0.05) {}
+};
+
 // Two boxes of 20 cm, one on the other, and the contacts that an algorithm of theirs keeps.
 class Touching {
  public:
   explicit Touching(bool swapped)
       : upper_(0.0, nullptr, &box_), lower_(0.0, nullptr, &box_), dispatcher_(&configuration_), swapped_(swapped) {
-    upper_.setFriction(0.5);
-    lower_.setFriction(0.8);
+    upper_.setFriction(of_upper);
+    lower_.setFriction(of_lower);
     lower_.setWorldTransform(btTransform(btQuaternion(btVector3(0.0, 0.0, 1.0), 0.3), {0.0, 0.0, -0.1}));
     move_upper(0.0);
     manifold_ = dispatcher_.getNewManifold(&upper_, &lower_);
@@ -48,7 +61,7 @@ class Touching {
 
 TEST(FoundContacts, PointThatIsFoundAgainMovesAndKeepsItsImpulsesAndItsFriction) {
   Touching touching(false);
-  touching.find<FoundContacts>(0.05, -0.001);
+  touching.find<Found>(0.05, -0.001);
   ASSERT_EQ(touching.count(), 1);
   btManifoldPoint& point = touching.point();
   EXPECT_DOUBLE_EQ(point.m_combinedFriction, 0.4);
@@ -58,7 +71,7 @@ TEST(FoundContacts, PointThatIsFoundAgainMovesAndKeepsItsImpulsesAndItsFriction)
   point.m_lateralFrictionDir1 = {1.0, 0.0, 0.0};
   point.m_lateralFrictionDir2 = {0.0, 1.0, 0.0};
   point.m_lifeTime = 7;
-  touching.find<FoundContacts>(0.0505, -0.002);
+  touching.find<Found>(0.0505, -0.002);
   ASSERT_EQ(touching.count(), 1);
   EXPECT_EQ(point.m_appliedImpulse, 3.0);
   EXPECT_EQ(point.m_appliedImpulseLateral1, 2.0);
@@ -71,6 +84,15 @@ TEST(FoundContacts, PointThatIsFoundAgainMovesAndKeepsItsImpulsesAndItsFriction)
   EXPECT_EQ(point.getPositionWorldOnB().x(), 0.0505);
 }
 
+TEST(FoundContacts, NewPointHasTheFrictionOfThePair) {
+  Touching touching(false);
+  touching.find<FoundOnIce>(0.05, -0.001);
+  touching.find<FoundOnIce>(-0.05, -0.001);
+  ASSERT_EQ(touching.count(), 2);
+  EXPECT_EQ(touching.point(0).m_combinedFriction, 0.05);
+  EXPECT_EQ(touching.point(1).m_combinedFriction, 0.05);
+}
+
 // In either order of the bodies.
 TEST(FoundContacts, PointsAreWhereBulletHasThem) {
   for (const bool swapped : {false, true}) {
@@ -78,7 +100,7 @@ TEST(FoundContacts, PointsAreWhereBulletHasThem) {
     for (const double x : {0.0, 0.0005, 0.001, 0.05, 0.0495, -0.05, 0.002}) {
       ours.move_upper(0.1 * x);
       bullets.move_upper(0.1 * x);
-      ours.find<FoundContacts>(x, -0.01 * x);
+      ours.find<Found>(x, -0.01 * x);
       bullets.find<btManifoldResult>(x, -0.01 * x);
       ASSERT_EQ(ours.count(), bullets.count()) << x;
       for (int i = 0; i < ours.count(); ++i) {
@@ -97,13 +119,13 @@ TEST(FoundContacts, PointsAreWhereBulletHasThem) {
 
 TEST(FoundContacts, PointElsewhereIsANewOneAndOneTooFarIsNone) {
   Touching touching(false);
-  touching.find<FoundContacts>(0.05, 0.0);
+  touching.find<Found>(0.05, 0.0);
   touching.point().m_appliedImpulse = 3.0;
-  touching.find<FoundContacts>(0.05 + 1.1 * touching.threshold(), 0.0);
+  touching.find<Found>(0.05 + 1.1 * touching.threshold(), 0.0);
   ASSERT_EQ(touching.count(), 2);
   EXPECT_EQ(touching.point(0).m_appliedImpulse, 3.0);
   EXPECT_EQ(touching.point(1).m_appliedImpulse, 0.0);
-  touching.find<FoundContacts>(-0.05, 1.1 * touching.threshold());
+  touching.find<Found>(-0.05, 1.1 * touching.threshold());
   EXPECT_EQ(touching.count(), 2);
 }
 

@@ -56,7 +56,7 @@ inline Compound mug() {
 
 //! Free bodies of every shape, two objects, regions of every type, and numbers that have many digits.
 inline Problem everything() {
-  Scene scene(Vector3(0.1, 0.2, -9.7), Stepping{1.0 / 300.0, 60, 1e-8, 2, 0.001});
+  Scene scene(Vector3(0.1, 0.2, -9.7), Stepping{1.0 / 300.0, 60, 1e-8, 2, 0.001}, FrictionRule::max);
   scene.add_body(fixed("plane", Plane{Vector3(1.0, 2.0, 3.0).normalized(), -10.0 / 3.0}));
   Compound tool;
   tool.parts.push_back({Capsule{0.1, 0.2}, {{0.1, 0.0, 1.0 / 3.0}, turn(0.7, Vector3::UnitY())}});
@@ -83,6 +83,8 @@ inline Problem everything() {
   scene.add_spring({"body 1", "body 2", {0.01, 0.0, 0.0}, {0.0, 0.01, 1.0 / 300.0}, 1.0 / 3.0, 0.1, 0.01});
   scene.disable_collisions("body 4", "body 3");
   scene.disable_collisions("plane", "body 0");
+  scene.set_friction("body 2", "plane", 1.0 / 7.0);
+  scene.set_friction("body 5", "body 1", 0.0);
   const Region ball = regions::Ball{"body 0", {0.1, 0.2, 0.3}, 0.7, "body 1"};
   const Region box = regions::Box{"body 5", {0.1, 0.2, 0.3}, {infinity, 0.1, infinity}};
   const Region disc = regions::Disc{"body 0", {0.1, 0.2}, 0.7, "plane"};

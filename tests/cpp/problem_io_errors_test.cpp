@@ -114,8 +114,8 @@ TEST(ProblemIoErrors, FileOfAnotherFormatOrNewerVersionIsRejected) {
   EXPECT_TRUE(rejects([] { from_json("[1, 2]"); }, {"[1,2]", "object"}));
   EXPECT_TRUE(rejects(reading("/format", "urdf"), {"format", "energymargin-problem"}));
   EXPECT_TRUE(rejects(reading("/format", 7), {"format", "7"}));
-  EXPECT_TRUE(rejects(reading("/version", 5), {"version is 5", "at most 4", "newer"}));
-  EXPECT_TRUE(rejects(reading("/version", 0), {"version is 0", "from 1 to 4"}));
+  EXPECT_TRUE(rejects(reading("/version", 6), {"version is 6", "at most 5", "newer"}));
+  EXPECT_TRUE(rejects(reading("/version", 0), {"version is 0", "from 1 to 5"}));
   EXPECT_TRUE(rejects(reading("/version", "1"), {"version", "\"1\"", "whole number"}));
 }
 
@@ -171,7 +171,8 @@ TEST(ProblemIoErrors, BodyThatIsNotThereIsRejectedByThePlaceThatNamesIt) {
            {"/within/of/1/by", "within.of[1].by"},
            {"/contacts/0/body_b", "contacts[0].body_b"},
            {"/scene/springs/0/body_a", "scene.springs[0].body_a"},
-           {"/scene/disabled_collisions/1/0", "scene.disabled_collisions[1][0]"}}) {
+           {"/scene/disabled_collisions/1/0", "scene.disabled_collisions[1][0]"},
+           {"/scene/pair_frictions/1/body_b", "scene.pair_frictions[1].body_b"}}) {
     EXPECT_TRUE(rejects(everywhere(pointer), {place + " is \"cup\"", "one of the bodies 'plane', 'body 0'"}));
   }
   EXPECT_TRUE(rejects(reading("/captured/frame", ""), {"captured.frame is \"\"", "'object'"}));
@@ -210,6 +211,27 @@ TEST(ProblemIoErrors, ClockInAFileOfAnOlderVersionIsRejected) {
                                                             "\"version\": 4", "says " + std::to_string(version)}));
     }
   }
+}
+
+TEST(ProblemIoErrors, FrictionRuleInAFileOfAnOlderVersionIsRejected) {
+  for (const auto& [key, other] : {std::pair{"friction_rule", "pair_frictions"}, {"pair_frictions", "friction_rule"}}) {
+    Json json = Json::parse(to_json(everything()));
+    json["scene"].erase(other);
+    json["version"] = 4;
+    EXPECT_TRUE(rejects([&] { from_json(json.dump()); },
+                        {"scene has \"" + std::string(key) + "\"", "\"version\": 5", "says 4"}));
+  }
+}
+
+TEST(ProblemIoErrors, FrictionRulesAndFrictionOfPairsThatCannotBeAreRejectedByTheirPlace) {
+  const auto reading_scene = [](const std::string& place, const Json& value) {
+    return reading(everything(), "/scene/" + place, value);
+  };
+  EXPECT_TRUE(rejects(reading_scene("friction_rule", "min"),
+                      {"scene.friction_rule is \"min\"", "one of \"product\", \"max\""}));
+  EXPECT_TRUE(rejects(reading_scene("pair_frictions/0/friction", -1.0), {"scene.pair_frictions[0]", "friction is -1"}));
+  EXPECT_TRUE(rejects(reading_scene("pair_frictions/0/body_b", "plane"), {"pair_frictions[0]", "another body"}));
+  EXPECT_TRUE(rejects(reading_scene("pair_frictions/0/body", "plane"), {"pair_frictions[0] has an unknown \"body\""}));
 }
 
 TEST(ProblemIoErrors, HorizonCheckAndDwellThatCannotBeAreRejected) {

@@ -184,6 +184,27 @@ TEST(ProblemIo, VersionIsFourOnlyWithAClockSoThatOlderProgramsReadTheRest) {
   EXPECT_EQ(changed([](Problem&) {}), 3);
 }
 
+TEST(ProblemIo, VersionIsFiveOnlyWithAFrictionRuleOrFrictionOfPairs) {
+  const auto version = [](const Problem& problem) { return Json::parse(to_json(problem))["version"].get<int>(); };
+  EXPECT_EQ(version(everything()), 5);
+  for (Problem problem : {push(), planned()}) {
+    problem.scene.set_friction("object", problem.scene.bodies().front().name, 0.1);
+    EXPECT_EQ(version(problem), 5);
+    EXPECT_EQ(to_json(from_json(to_json(problem))), to_json(problem));
+  }
+}
+
+TEST(ProblemIo, RoundTripKeepsTheFrictionRuleAndTheFrictionOfPairs) {
+  const Scene given = everything().scene;
+  const Scene read = from_json(to_json(everything())).scene;
+  EXPECT_EQ(read.friction_rule(), FrictionRule::max);
+  ASSERT_EQ(read.pair_frictions().size(), 2u);
+  for (std::size_t a = 0; a < given.bodies().size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) EXPECT_EQ(read.contact_friction(a, b), given.contact_friction(a, b));
+  }
+  EXPECT_EQ(read.contact_friction(read.index("plane"), read.index("body 2")), 1.0 / 7.0);
+}
+
 TEST(ProblemIo, RoundTripOfAFileGivesTheSameScoreBits) {
   const Folder folder;
   const Problem given = push();

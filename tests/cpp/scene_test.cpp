@@ -270,6 +270,91 @@ TEST(Scene, PairsThatNeverCollideAreKeptOnceByName) {
   EXPECT_TRUE(rejects([&] { scene.disable_collisions("cup", "box"); }, {"'cup'"}));
 }
 
+// ---- friction of two bodies
+
+enum class Slider { free, beside_a_joint, link };
+
+constexpr double of_table = 0.8, of_block = 0.25;
+
+// A block of 1 kg that slides on a table at 1 m/s; as a link it hangs on rails of no other mass to speak of.
+Scene sliding(Slider slider, FrictionRule rule) {
+  Scene scene(Vector3(0.0, 0.0, -g), exact(), rule);
+  scene.add_body(fixed("table", Plane{}, Vector3::Zero(), of_table));
+  Body block = body("block", Box{{0.4, 0.4, 0.1}}, 1.0, {0.0, 0.0, 0.05}, Role::none, of_block);
+  if (slider != Slider::link) block.state.velocity.x() = 1.0;
+  scene.add_body(block);
+  if (slider == Slider::free) return scene;
+  scene.add_body(fixed("post", Sphere{0.01}, {0.0, 5.0, 1.0}));
+  scene.add_body(body("cart", Sphere{0.01}, 1e-6, Vector3::Zero()));
+  Joint rail = joint("rail", JointType::prismatic, "post", "cart", Vector3::UnitX());
+  if (slider == Slider::link) rail.state.velocity = 1.0;
+  scene.add_joint(rail);
+  if (slider == Slider::link) {
+    scene.add_joint(joint("lift", JointType::prismatic, "cart", "block", Vector3::UnitZ(), {0.0, -5.0, -0.95}));
+  }
+  return scene;
+}
+
+// By how much the block loses speed, over g.
+double deceleration(const Scene& scene) {
+  constexpr int steps = 24;
+  const double speed = body_in(scene, after(scene, pack(scene), steps), "block").velocity.x();
+  return (1.0 - speed) / (steps * scene.stepping().step * g);
+}
+
+TEST(Scene, FrictionOfAContactIsTheProductOrTheLargerOfTwoOrThatOfThePair) {
+  for (const Slider slider : {Slider::free, Slider::beside_a_joint, Slider::link}) {
+    Scene product = sliding(slider, FrictionRule::product);
+    Scene larger = sliding(slider, FrictionRule::max);
+    EXPECT_NEAR(deceleration(product), of_table * of_block, 1e-4) << int(slider);
+    EXPECT_NEAR(deceleration(larger), of_table, 1e-4) << int(slider);
+    for (Scene* scene : {&product, &larger}) {
+      scene->set_friction("block", "table", 0.1);
+      EXPECT_NEAR(deceleration(*scene), 0.1, 1e-4) << int(slider);
+    }
+  }
+}
+
+TEST(Scene, ContactsTellTheFrictionThatTheyHave) {
+  for (const auto& [rule, expected] : {std::pair{FrictionRule::product, 0.2}, {FrictionRule::max, 0.8}}) {
+    Scene scene = sliding(Slider::free, rule);
+    EXPECT_EQ(World(scene).contacts(pack(scene)).front().friction, expected);
+    scene.set_friction("table", "block", 0.3);
+    const std::vector<Contact> contacts = World(scene).contacts(pack(scene));
+    EXPECT_EQ(contacts.size(), 4u);
+    for (const Contact& contact : contacts) EXPECT_EQ(contact.friction, 0.3);
+    BodyState sunk;
+    sunk.position.z() = 0.04;
+    EXPECT_EQ(World(scene).deepest_contact(pack(scene, {{"block", sunk}})).friction, 0.3);
+  }
+}
+
+TEST(Scene, FrictionOfAPairIsKeptOnceInAnyOrderAndInCopies) {
+  Scene scene = falling();
+  EXPECT_TRUE(scene.pair_frictions().empty());
+  EXPECT_EQ(scene.contact_friction(1, 2), 0.25);
+  scene.set_friction("object", "box", 0.7);
+  scene.set_friction("box", "object", 0.0);
+  scene.set_friction("object", "table", 2.0);
+  for (const Scene& copy : {scene, scene.with_body("box", 0.9, 2.0), scene.with_stepping(exact())}) {
+    ASSERT_EQ(copy.pair_frictions().size(), 2u);
+    EXPECT_EQ(copy.pair_frictions()[0].body_a + copy.pair_frictions()[0].body_b, "tableobject");
+    EXPECT_EQ(copy.pair_frictions()[1].body_a + copy.pair_frictions()[1].body_b, "boxobject");
+    EXPECT_EQ(copy.contact_friction(2, 1), 0.0);
+    EXPECT_EQ(copy.contact_friction(0, 2), 2.0);
+    EXPECT_EQ(copy.contact_friction(0, 1), 0.5 * copy.body("box").friction);
+  }
+}
+
+TEST(Scene, FrictionOfAPairThatCannotBeIsRejected) {
+  Scene scene = falling();
+  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "box", 0.3); }, {"body_b", "'box'", "another body"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "cup", 0.3); }, {"'cup'", "'table', 'box', 'object'"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "table", -0.1); }, {"friction is -0.1", "at least 0"}));
+  EXPECT_TRUE(rejects([&] { scene.set_friction("box", "table", nan); }, {"friction is nan", "finite"}));
+  EXPECT_TRUE(scene.pair_frictions().empty());
+}
+
 TEST(Scene, FrictionHasOneDirectionOrTwoAndWithJointsTwo) {
   const auto with = [](int directions) {
     Stepping stepping;

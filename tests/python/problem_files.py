@@ -104,7 +104,7 @@ def regions():
 
 def full_problem():
     """Everything that a problem file can hold, in one that can be scored."""
-    scene = em.Scene(gravity=(0.01, 0, -9.81))
+    scene = em.Scene(gravity=(0.01, 0, -9.81), friction_rule="max")
     scene.add_plane("table", friction=0.5)
     mug = em.Compound(
         [brick((0.06, 0.06, 0.02), (0, 0, 0.01)), brick((0.02, 0.06, 0.06), (0.1 / 3, 0, 0.05))],
@@ -133,6 +133,8 @@ def full_problem():
         "weight", "tip", stiffness=0.5, rest_length=0.1, damping=0.01, point_a=(0.01, 0, 0.1 / 3)
     )
     scene.disable_collisions("weight", "tip")
+    scene.set_friction("weight", "table", 1 / 3)
+    scene.set_friction("dice", "cup", 0.0)
     contact = em.Contact(
         body_a="cup",
         body_b="tip",

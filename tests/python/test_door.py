@@ -231,3 +231,85 @@ def test_results_and_what_they_are_of_show_themselves_at_the_prompt():
 def test_a_script_that_cannot_be_is_refused_by_the_name_it_came_by(problem, script, words):
     with pytest.raises(ValueError, match=re.escape(words)):
         em.World(problem.scene).simulate(problem.state, 5, **script)
+
+
+def grip(**keywords):
+    """A block on a table between a hand and a wall, whose coefficients are 0.5, 0.4, 0.8 and 1."""
+    scene = em.Scene(**keywords)
+    scene.add_plane("table", friction=0.5)
+    scene.add_body(
+        "block", em.Box((0.1, 0.1, 0.1)), mass=1, position=(0, 0, 0.05), friction=0.4, role="object"
+    )
+    scene.add_body(
+        "hand",
+        em.Box((0.1, 0.1, 0.1)),
+        mass=1,
+        position=(0, -0.1, 0.05),
+        friction=0.8,
+        role="effector",
+    )
+    scene.add_body("wall", em.Box((0.1, 0.1, 0.1)), mass=0, position=(0, 0.1, 0.05), friction=1)
+    return scene
+
+
+@pytest.mark.parametrize(("rule", "ground"), [("product", 0.2), ("max", 0.5)])
+def test_the_force_score_reads_the_friction_of_the_rule_or_of_the_pair(rule, ground):
+    scene = grip(friction_rule=rule)
+    assert (
+        scene.contact_friction("block", "table")
+        == scene.contact_friction("table", "block")
+        == ground
+    )
+
+    def ground_stick(scene):
+        problem = em.Problem(
+            scene,
+            scene.pack(),
+            force=(1, 1, 0),
+            torque=(0, 0, 0),
+            duration=0.1,
+            captured=em.regions.Ball("block", center=(0, 0, 0.05), radius=1),
+        )
+        return em.force_score(problem).ground.stick
+
+    weight = 9.81
+    assert ground_stick(scene) == pytest.approx(weight * ground / np.hypot(1, ground), rel=1e-2)
+    scene.set_friction("table", "block", 0.1)
+    assert ground_stick(scene) == pytest.approx(weight * 0.1 / np.hypot(1, 0.1), rel=1e-2)
+
+
+def test_the_friction_of_a_pair_is_set_listed_and_kept_beside_the_friction_of_its_bodies():
+    scene = grip(friction_rule="max")
+    assert scene.friction_rule == "max"
+    assert scene.pair_frictions == {}
+    scene.set_friction("hand", "block", 0.3)
+    scene.set_friction("block", "hand", 0.7)
+    assert scene.pair_frictions == {("block", "hand"): 0.7}
+    other = scene.with_body("hand", friction=0.9)
+    assert (other.friction_rule, other.pair_frictions) == ("max", {("block", "hand"): 0.7})
+    assert other.contact_friction("hand", "block") == 0.7
+    assert other.contact_friction("hand", "table") == 0.9
+    assert "friction_rule='max'" in repr(scene)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: em.Scene(friction_rule="min"),
+            "friction_rule is 'min', expected 'product' or 'max'",
+        ),
+        (lambda: grip().set_friction("hand", "cup", 0.1), "body is 'cup', expected one of 'table'"),
+        (
+            lambda: grip().set_friction("hand", "hand", 0.1),
+            "body_b is 'hand', expected another body",
+        ),
+        (lambda: grip().set_friction("hand", "block", -1), "friction is -1, expected"),
+        (lambda: grip().set_friction("hand", "block", float("nan")), "friction is nan, expected"),
+        (lambda: grip().set_friction("hand", "block", "rough"), "friction is 'rough', expected"),
+        (lambda: grip().contact_friction("hand", "cup"), "body is 'cup', expected one of 'table'"),
+    ],
+)
+def test_friction_that_cannot_be_is_refused_by_name_and_value(make, words):
+    with pytest.raises((ValueError, TypeError), match=re.escape(words)):
+        make()

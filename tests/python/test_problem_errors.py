@@ -97,8 +97,8 @@ BROKEN = {
         'it has no "format": "energymargin-problem", so it is no problem file',
     ),
     "newer version": (
-        with_value(("version",), 5),
-        "version is 5, expected at most 4; a newer energymargin wrote this file",
+        with_value(("version",), 6),
+        "version is 6, expected at most 5; a newer energymargin wrote this file",
     ),
     "unknown key": (
         with_value((*CUP, "shape", "parts", 0, "posiiton"), 1),
@@ -200,7 +200,7 @@ PLAN = ("plan",)
 BROKEN_PLAN = {
     "older version": (
         with_value(("version",), 3),
-        'problem has "horizon", expected only from "version": 4 on; this file says 3',
+        'scene has "friction_rule", expected only from "version": 5 on; this file says 3',
     ),
     "part of a step": (
         with_value(("horizon",), 0.001),

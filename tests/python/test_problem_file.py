@@ -157,14 +157,45 @@ def test_rows_of_a_plan_may_be_written_as_lists():
     assert em.Problem.from_json(json.dumps(text)).to_json() == problem.to_json()
 
 
-def test_only_a_problem_with_a_clock_needs_version_4(problem):
-    def version(of):
-        return json.loads(of.to_json())["version"]
+def version(problem):
+    return json.loads(problem.to_json())["version"]
 
+
+def test_only_a_problem_with_a_clock_needs_version_4():
+    trajectory = em.tasks.make("push").rollout(0)
+    problem = em.tasks.make("push").problem(trajectory.states[0], trajectory.params)
     assert version(problem) == 3
-    assert version(problem.replace(horizon=0.5)) == 4
+    assert version(problem.replace(effector="coast", horizon=0.5)) == 4
     assert version(problem.replace(dwell=0.1)) == 4
-    assert version(planned_problem()) == 4
+
+
+def test_only_a_scene_with_a_friction_rule_or_friction_of_pairs_needs_version_5(problem):
+    assert version(problem) == version(planned_problem()) == 5
+    fields = json.loads(problem.to_json())
+    for key in ("friction_rule", "pair_frictions"):
+        del fields["scene"][key]
+    fields["version"] = 3
+    older = em.Problem.from_json(json.dumps(fields))
+    assert version(older) == 3
+    assert older.scene.friction_rule == "product"
+    assert older.scene.pair_frictions == {}
+
+
+def test_files_and_pickles_keep_the_friction_rule_and_the_friction_of_pairs(problem, tmp_path):
+    problem.save(tmp_path / "p.json")
+    copies = (
+        em.Problem.load(tmp_path / "p.json"),
+        pickle.loads(pickle.dumps(problem)),
+        problem.replace(rate=2.0),
+    )
+    for scene in (kept.scene for kept in copies):
+        assert scene.friction_rule == "max"
+        assert scene.pair_frictions == {("table", "weight"): 1 / 3, ("cup", "dice"): 0.0}
+        assert scene.contact_friction("weight", "table") == 1 / 3
+        assert scene.contact_friction("cup", "table") == 0.6
+
+
+def test_without_its_clock_a_problem_is_the_file_that_it_was(problem):
     assert planned_problem().replace(horizon=None, plan=None, check=None, dwell=0).to_json() == (
         problem.to_json()
     )

@@ -95,9 +95,24 @@ def test_an_older_version_with_a_clock_is_refused_by_schema_and_reader(key):
     fields = json.loads(planned_problem().to_json())
     for other in {"horizon", "check", "dwell", "plan"} - {key}:
         del fields[other]
+    for other in ("friction_rule", "pair_frictions"):
+        del fields["scene"][other]
     SCHEMA.validate(fields)
     for version in (1, 2, 3):
         older = {**fields, "version": version}
         assert not SCHEMA.is_valid(older)
         with pytest.raises(ValueError, match=f'problem has "{key}", expected only from "version"'):
+            em.Problem.from_json(json.dumps(older))
+
+
+@pytest.mark.parametrize("key", ["friction_rule", "pair_frictions"])
+def test_an_older_version_with_a_friction_rule_is_refused_by_schema_and_reader(problem, key):
+    fields = json.loads(problem.to_json())
+    for other in {"friction_rule", "pair_frictions"} - {key}:
+        del fields["scene"][other]
+    SCHEMA.validate(fields)
+    for version in (1, 2, 3, 4):
+        older = {**fields, "version": version}
+        assert not SCHEMA.is_valid(older)
+        with pytest.raises(ValueError, match=f'scene has "{key}", expected only from "version": 5'):
             em.Problem.from_json(json.dumps(older))

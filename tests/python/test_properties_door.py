@@ -125,6 +125,25 @@ def test_a_body_of_anything_is_finite_or_refused(keyword, value):
     assert finite(scene.pack())
 
 
+@given(
+    st.sampled_from(["friction_rule", "body_a", "body_b", "friction"]), st.one_of(ANYTHING, NUMBERS)
+)
+def test_a_friction_of_anything_is_one_that_can_be_or_is_refused(keyword, value):
+    keywords = {
+        "friction_rule": "max",
+        "body_a": "table",
+        "body_b": "cup",
+        "friction": 0.1,
+        keyword: value,
+    }
+    with contextlib.suppress(*REFUSED):
+        scene = em.Scene(friction_rule=keywords.pop("friction_rule"))
+        scene.add_plane("table")
+        scene.add_body("cup", em.Sphere(1), mass=1)
+        scene.set_friction(**keywords)
+        assert scene.contact_friction("cup", "table") == scene.pair_frictions["table", "cup"] >= 0
+
+
 SHAPES = (
     em.Box,
     em.Sphere,

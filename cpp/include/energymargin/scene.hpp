@@ -3,6 +3,7 @@
 // values, validated.
 
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -42,7 +43,7 @@ struct Body {
   double mass = 0.0;                   //!< [kg]; 0: fixed
   std::optional<Inertial> inertial{};  //!< unset: that of the shape, of even density
   BodyState state{};                   //!< where it is when nothing else is said
-  double friction = 0.5;               //!< a contact's coefficient is the product of its two bodies'
+  double friction = 0.5;               //!< a contact's coefficient follows from those of its two bodies
   Role role = Role::none;
   Vector3 linear_factor = Vector3::Ones();   //!< 1: free along the axis, 0: locked
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked
@@ -108,6 +109,18 @@ struct Spring {
 //! ends in a second: a timeout or Ctrl-C is seen between steps.
 inline constexpr int most_solver_iterations = 10'000;
 
+//! How the coefficients of two bodies make that of their contact.
+enum class FrictionRule {
+  product,  ///< Bullet's
+  max,      ///< the larger one, MuJoCo's
+};
+
+//! The coefficient of the contacts of two bodies, whatever the rule makes of theirs.
+struct PairFriction {
+  std::string body_a, body_b;
+  double friction = 0.0;
+};
+
 //! How the physics is stepped.
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
@@ -122,7 +135,8 @@ struct Stepping {
 //! Bodies under gravity. Every function that takes bad input throws std::invalid_argument.
 class Scene {
  public:
-  explicit Scene(const Vector3& gravity = Vector3(0.0, 0.0, -9.81), const Stepping& stepping = {});
+  explicit Scene(const Vector3& gravity = Vector3(0.0, 0.0, -9.81), const Stepping& stepping = {},
+                 FrictionRule friction_rule = FrictionRule::product);
 
   //! Adds a body and returns its index; validates shape, mass, state, friction and factors.
   std::size_t add_body(Body body);
@@ -137,19 +151,30 @@ class Scene {
   //! From now on two bodies never collide; those that a joint connects never do.
   void disable_collisions(const std::string& body_a, const std::string& body_b);
 
+  //! From now on contacts of two bodies have this coefficient.
+  void set_friction(const std::string& body_a, const std::string& body_b, double friction);
+
   const Vector3& gravity() const { return gravity_; }  //!< [m/s^2]
   const Stepping& stepping() const { return stepping_; }
 
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
 
-  //! The same scene with another friction or mass [kg] of one body. A heavier body has the same shape of its inertia;
+  //! The same scene with another friction or mass [kg] of one body; coefficients of pairs stay. A heavier body has the same shape of its inertia;
   //! one that is fixed stays so, and one that is not never becomes so.
   Scene with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const std::set<std::pair<std::string, std::string>>& disabled_collisions() const { return disabled_; }
+
+  FrictionRule friction_rule() const { return friction_rule_; }
+
+  //! Those that were set, in the order of their bodies, the earlier body first.
+  std::vector<PairFriction> pair_frictions() const;
+
+  //! Coefficient of the contacts of two bodies, by their indices: that of the pair, or else by the rule.
+  double contact_friction(std::size_t a, std::size_t b) const;
 
   //! Index of a body by name; the error lists the names that there are.
   std::size_t index(const std::string& name) const;
@@ -177,6 +202,8 @@ class Scene {
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
   std::set<std::pair<std::string, std::string>> disabled_;  // the lesser name first
+  FrictionRule friction_rule_;
+  std::map<std::pair<std::size_t, std::size_t>, double> pair_frictions_;  // by indices of bodies, the lower first
   std::unordered_map<std::string, std::size_t> body_indices_, joint_indices_;
   std::vector<std::optional<std::size_t>> joints_to_;   // the joint that carries each body
   std::vector<std::vector<std::size_t>> joints_below_;  // the joints that hang on each body

@@ -67,7 +67,7 @@ struct Contact {
   double distance = 0.0;                       //!< negative in penetration [m]
   double normal_force = 0.0;                   //!< along the normal, on body_a [N]
   Vector3 tangential_force = Vector3::Zero();  //!< friction on body_a [N]
-  double friction = 0.0;                       //!< coefficient of the contact, the product of the two bodies'
+  double friction = 0.0;                       //!< coefficient of the contact: Scene::contact_friction
 };
 
 //! What a robot does over a simulation, a row a step.

@@ -145,7 +145,7 @@ Contact World::deepest_contact(const State& state) {
     deepest.distance = points.distance;
     deepest.position = points.position;
     deepest.normal = points.normal;
-    deepest.friction = bodies[a].friction * bodies[b].friction;
+    deepest.friction = scene().contact_friction(a, b);
   }
   return deepest;
 }

@@ -31,9 +31,7 @@ State read_state(const JsonNode& node) {
 // A horizon, a plan, and how the capture set is looked at.
 void read_clock(const JsonNode& node, int version, Problem& problem) {
   for (const char* key : {"horizon", "check", "dwell", "plan"}) {
-    if (version >= version_with_clock || !node.has(key)) continue;
-    throw std::invalid_argument("problem has \"" + std::string(key) + "\", expected only from \"version\": " +
-                                std::to_string(version_with_clock) + " on; this file says " + std::to_string(version));
+    require_version(node, key, version_with_clock, version);
   }
   if (node.has("horizon")) problem.horizon = node["horizon"].number();
   if (node.has("check")) problem.check = node["check"].number();
@@ -42,6 +40,12 @@ void read_clock(const JsonNode& node, int version, Problem& problem) {
 }
 
 }  // namespace
+
+void require_version(const JsonNode& node, const char* key, int since, int version) {
+  if (version >= since || !node.has(key)) return;
+  throw std::invalid_argument(node.path() + " has \"" + std::string(key) + "\", expected only from \"version\": " +
+                              std::to_string(since) + " on; this file says " + std::to_string(version));
+}
 
 Plan read_plan(const Json& json) { return read_plan(JsonNode(json, "plan"), nullptr); }
 

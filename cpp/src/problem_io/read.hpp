@@ -7,6 +7,9 @@
 
 namespace energymargin::problem_io {
 
+//! Throws std::invalid_argument if a file of `version` has a key that there is only `since` a later one.
+void require_version(const JsonNode& node, const char* key, int since, int version);
+
 Solid read_solid(const JsonNode& node);
 
 //! Mesh files are looked for in `folder`; empty: there is none.

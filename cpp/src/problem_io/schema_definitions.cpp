@@ -141,6 +141,7 @@ OrderedJson schema_definitions() {
   define<Joint>(definitions);
   define<Mimic>(definitions);
   define<Spring>(definitions);
+  define<PairFriction>(definitions);
   define_each<Region::Expression>(definitions);
   define<regions::PlanarMotion>(definitions);
   define<ForceWeights>(definitions);

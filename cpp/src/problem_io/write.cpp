@@ -8,6 +8,7 @@
 #include "scene/records.hpp"
 #include "scene/shape_records.hpp"
 #include "scene/solids.hpp"
+#include "scene/words.hpp"
 #include "sets/records.hpp"
 
 namespace energymargin::problem_io {
@@ -36,16 +37,22 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
                       {"solver_tolerance", stepping.tolerance},
                       {"friction_directions", stepping.friction_directions}};
   if (stepping.margin) json["margin"] = *stepping.margin;
+  if (scene.friction_rule() != FrictionRule::product) json["friction_rule"] = word_of(scene.friction_rule());
   json["bodies"] = OrderedJson::array();
   for (const Body& body : scene.bodies()) json["bodies"].push_back(write_body(body, meshes));
   json["joints"] = write(scene.joints());
   json["springs"] = write(scene.springs());
   if (!scene.disabled_collisions().empty()) json["disabled_collisions"] = scene.disabled_collisions();
+  if (!scene.pair_frictions().empty()) json["pair_frictions"] = write(scene.pair_frictions());
   return json;
 }
 
 // The oldest version that can say it: what has no clock, programs read that know no clock.
 int version_of(const Problem& problem) {
+  const Scene& scene = problem.scene;
+  if (scene.friction_rule() != FrictionRule::product || !scene.pair_frictions().empty()) {
+    return version_with_friction_rule;
+  }
   const bool clock = problem.horizon || problem.plan || problem.check || problem.dwell != 0.0;
   return clock ? version_with_clock : version_without_clock;
 }

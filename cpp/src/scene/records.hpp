@@ -51,7 +51,7 @@ struct Record<Body> {
               "Of the frame's origin, in the world's axes [m/s]."},
         Field{"angular_velocity", [](auto& body) -> auto& { return body.state.angular_velocity; },
               "In the world's axes [rad/s]."},
-        Field{"friction", &Body::friction, "The coefficient of a contact is the product of its two bodies'.",
+        Field{"friction", &Body::friction, "The coefficient of a contact follows from those of its two bodies, by the scene's rule.",
               forms::not_negative},
         Field{"role", &Body::role,
               "object: disturbances act on it, and it can escape. effector: a part of the robot. none: environment."},
@@ -69,6 +69,20 @@ struct Record<Body> {
               "Its centre of mass and inertia; unset: those of the shape, of even density.",
               {},
               Presence::optional},
+    };
+  }
+};
+
+template <>
+struct Record<PairFriction> {
+  static constexpr const char* name = "pair_friction";
+  static constexpr const char* description =
+      "The coefficient of the contacts of two bodies, whatever the scene's rule makes of theirs.";
+  static auto fields() {
+    return std::tuple{
+        Field{"body_a", &PairFriction::body_a, "One of the two bodies.", forms::body},
+        Field{"body_b", &PairFriction::body_b, "The other one.", forms::body},
+        Field{"friction", &PairFriction::friction, "The contacts' coefficient.", forms::not_negative},
     };
   }
 };

@@ -45,7 +45,8 @@ void validate(const Stepping& stepping) {
 
 }  // namespace
 
-Scene::Scene(const Vector3& gravity, const Stepping& stepping) : gravity_(gravity), stepping_(stepping) {
+Scene::Scene(const Vector3& gravity, const Stepping& stepping, FrictionRule friction_rule)
+    : gravity_(gravity), stepping_(stepping), friction_rule_(friction_rule) {
   require_finite("gravity", gravity);
   validate(stepping);
 }
@@ -159,6 +160,29 @@ void Scene::add_spring(Spring spring) {
 void Scene::disable_collisions(const std::string& body_a, const std::string& body_b) {
   if (index(body_a) == index(body_b)) reject("body_b", "'" + body_b + "'", "another body than body_a");
   disabled_.insert(std::minmax(body_a, body_b));
+}
+
+void Scene::set_friction(const std::string& body_a, const std::string& body_b, double friction) {
+  const std::size_t a = index(body_a);
+  const std::size_t b = index(body_b);
+  if (a == b) reject("body_b", "'" + body_b + "'", "another body than body_a");
+  require_not_negative("friction", friction);
+  pair_frictions_[std::minmax(a, b)] = friction;
+}
+
+std::vector<PairFriction> Scene::pair_frictions() const {
+  std::vector<PairFriction> frictions;
+  for (const auto& [pair, friction] : pair_frictions_) {
+    frictions.push_back({bodies_[pair.first].name, bodies_[pair.second].name, friction});
+  }
+  return frictions;
+}
+
+double Scene::contact_friction(std::size_t a, std::size_t b) const {
+  if (const auto pair = pair_frictions_.find(std::minmax(a, b)); pair != pair_frictions_.end()) return pair->second;
+  const double of_a = bodies_[a].friction;
+  const double of_b = bodies_[b].friction;
+  return friction_rule_ == FrictionRule::max ? std::max(of_a, of_b) : of_a * of_b;
 }
 
 std::size_t Scene::index(const std::string& name) const { return find(body_indices_, bodies_, name, "body"); }

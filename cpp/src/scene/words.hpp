@@ -13,6 +13,12 @@ struct Words<Role> {
 };
 
 template <>
+struct Words<FrictionRule> {
+  static constexpr std::pair<const char*, FrictionRule> all[]{{"product", FrictionRule::product},
+                                                              {"max", FrictionRule::max}};
+};
+
+template <>
 struct Words<JointType> {
   static constexpr std::pair<const char*, JointType> all[]{
       {"fixed", JointType::fixed}, {"revolute", JointType::revolute}, {"prismatic", JointType::prismatic}};

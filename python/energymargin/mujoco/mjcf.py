@@ -1,7 +1,7 @@
 """A scene in MJCF, from the same numbers: its twin in MuJoCo.
 
 Contacts are pairs that are named one by one, since MuJoCo would take the larger of two bodies'
-coefficients of friction, where a scene takes their product. They are as stiff as MuJoCo lets them
+coefficients of friction, whatever the scene's rule is. They are as stiff as MuJoCo lets them
 be at a step, and their friction cones are elliptic: MuJoCo's own softness and pyramids end further
 from a scene's ends, and most take longer.
 """
@@ -107,7 +107,7 @@ class _Document:
     def _add_contacts(self) -> None:
         contacts = xml.SubElement(self.root, "contact")
         for a, b in self._colliding():
-            friction = repr(a.friction * b.friction)
+            friction = repr(self.scene.contact_friction(a.name, b.name))
             law = {
                 "condim": "3",
                 "friction": f"{friction} {friction} {OTHER_FRICTION}",

@@ -1,5 +1,5 @@
 #pragma once
-// Which pairs of bodies can collide.
+// Which pairs of bodies can collide, and how rough their contacts are.
 
 #include <algorithm>
 #include <set>
@@ -14,7 +14,7 @@ namespace energymargin {
 //! scene disables. The scene outlives this.
 class CollisionFilter {
  public:
-  explicit CollisionFilter(const Scene& scene) : bodies_(scene.bodies()) {
+  explicit CollisionFilter(const Scene& scene) : scene_(scene), bodies_(scene.bodies()) {
     for (const Joint& joint : scene.joints()) exclude(scene.index(joint.parent), scene.index(joint.child));
     for (const auto& [a, b] : scene.disabled_collisions()) exclude(scene.index(a), scene.index(b));
   }
@@ -24,9 +24,15 @@ class CollisionFilter {
     return !(bodies_[a].fixed() && bodies_[b].fixed()) && excluded_.count(std::minmax(a, b)) == 0;
   }
 
+  //! Coefficient of friction of their contacts.
+  double friction(std::size_t a, std::size_t b) const { return std::min(scene_.contact_friction(a, b), most_friction); }
+
  private:
+  static constexpr double most_friction = 10.0;  // Bullet's own bound: a slope of 84 deg
+
   void exclude(std::size_t a, std::size_t b) { excluded_.insert(std::minmax(a, b)); }
 
+  const Scene& scene_;
   const std::vector<Body>& bodies_;
   std::set<std::pair<std::size_t, std::size_t>> excluded_;  // the lower index first
 };

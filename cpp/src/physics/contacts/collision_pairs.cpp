@@ -89,7 +89,8 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
 }
 
 void CollisionPairs::add(std::size_t a, std::size_t b) {
-  pairs_.push_back({a, b, std::min(reaches_[a], reaches_[b]), gap_of(bounds_[a], bounds_[b])});
+  pairs_.push_back(
+      {a, b, std::min(reaches_[a], reaches_[b]), can_collide_.friction(a, b), gap_of(bounds_[a], bounds_[b])});
 }
 
 std::vector<CollisionPair>& CollisionPairs::within(const std::vector<double>& travels) {
@@ -114,7 +115,7 @@ void CollisionPairs::detect(CollisionPair& pair) {
   if (!pair.algorithm) {
     pair.algorithm = dispatcher_.findAlgorithm(&of_a, &of_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
   }
-  FoundContacts result(&of_a, &of_b);
+  FoundContacts result(&of_a, &of_b, pair.friction);
   pair.algorithm->processCollision(&of_a, &of_b, info_, &result);
   manifolds_.resizeNoInitialize(0);
   pair.algorithm->getAllContactManifolds(manifolds_);

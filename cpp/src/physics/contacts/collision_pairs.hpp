@@ -16,6 +16,7 @@ namespace energymargin {
 struct CollisionPair {
   std::size_t a, b;                           // indices in the scene, a < b
   double reach;                               // distance of the bounds from which on they do not touch [m]
+  double friction;                            // coefficient of their contacts
   double gap = 0.0;                           // of the bounds, negative where they overlap [m]
   btCollisionAlgorithm* algorithm = nullptr;  // of the dispatcher's pool, while they may touch
   std::vector<PiecePair> pieces{};            // for continuous collision, made when it first asks

@@ -13,16 +13,17 @@ std::vector<Contact> contact_points(const btCollisionDispatcher& dispatcher, con
   std::vector<Contact> contacts;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
-    const Body& a = scene.bodies()[body_index(*manifold->getBody0())];
-    const Body& b = scene.bodies()[body_index(*manifold->getBody1())];
+    const std::size_t a = body_index(*manifold->getBody0());
+    const std::size_t b = body_index(*manifold->getBody1());
     for (int j = 0; j < manifold->getNumContacts(); ++j) {
       const btManifoldPoint& point = manifold->getContactPoint(j);
       const btVector3 tangential = (point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
                                     point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2) /
                                    duration;
-      contacts.push_back({a.name, b.name, from_bullet(point.getPositionWorldOnB()), from_bullet(point.m_normalWorldOnB),
-                          point.getDistance(), point.getAppliedImpulse() / duration, from_bullet(tangential),
-                          a.friction * b.friction});
+      contacts.push_back({scene.bodies()[a].name, scene.bodies()[b].name, from_bullet(point.getPositionWorldOnB()),
+                          from_bullet(point.m_normalWorldOnB), point.getDistance(),
+                          point.getAppliedImpulse() / duration, from_bullet(tangential),
+                          scene.contact_friction(a, b)});
     }
   }
   return contacts;

@@ -7,13 +7,23 @@ void FoundContacts::addContactPoint(const btVector3& normal, const btVector3& on
   const btVector3 on_a = on_b + normal * distance;
   const btVector3 in_a = m_manifoldPtr->getBody0()->getWorldTransform().invXform(on_a);
   btManifoldPoint* const point = known(in_a);
-  if (!point) return btManifoldResult::addContactPoint(normal, on_b, distance);
+  if (!point) {
+    btManifoldResult::addContactPoint(normal, on_b, distance);
+    return set_friction();
+  }
   point->m_localPointA = in_a;
   point->m_localPointB = m_manifoldPtr->getBody1()->getWorldTransform().invXform(on_b);
   point->m_positionWorldOnA = on_a;
   point->m_positionWorldOnB = on_b;
   point->m_normalWorldOnB = normal;
   point->m_distance1 = distance;
+}
+
+// Bullet gives a new point, which may be any of them, the product of the two bodies' coefficients.
+void FoundContacts::set_friction() {
+  for (int i = 0; i < m_manifoldPtr->getNumContacts(); ++i) {
+    m_manifoldPtr->getContactPoint(i).m_combinedFriction = friction_;
+  }
 }
 
 // The nearest, as Bullet looks for it.
