@@ -42,7 +42,8 @@ using AuditClass = py::class_<Audit>;
 void def_works(AuditClass& type) {
   type.def_readonly("wrench", &Audit::wrench, "Work of the disturbance: Rollout.work [J].")
       .def_readonly("plan", &Audit::plan,
-                    "Work of the robot's plan: its wrenches, its servos, and targets that differ from the scene's [J].")
+                    "Work of the robot's plan: its wrenches, its servos, targets that differ from the scene's, and "
+                    "kinematic bodies [J].")
       .def_readonly("friction", &Audit::friction, "Work of friction at contacts; negative but for solver error [J].")
       .def_readonly("contacts", &Audit::contacts,
                     "Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where links "

@@ -35,7 +35,8 @@ density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where
 act, and the inertia about it; by default those of the shape, of even density. role is 'object' (a body that disturbances act on),
 'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
 angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
-or a motor does. Raises ValueError on bad values.)";
+or a motor does. kinematic: the body goes on as it moves, or has the `velocities` of a plan, whatever it meets, as if its
+mass were infinite. Raises ValueError on bad values.)";
 
 // Exactly one of mass and density says how heavy a body is.
 double mass_of(const Shape& shape, const std::optional<double>& mass, const std::optional<double>& density) {
@@ -67,7 +68,7 @@ void add_body(Scene& scene, const std::string& name, const Shape& shape, const s
               const std::optional<ArrayLike>& quaternion_xyzw, const std::optional<Number>& yaw,
               const ArrayLike& velocity, const ArrayLike& angular_velocity, const Number& friction,
               const std::string& role, const ArrayLike& linear_factor, const ArrayLike& angular_factor,
-              const ArrayLike& force) {
+              const ArrayLike& force, bool kinematic) {
   Body body;
   body.name = name;
   body.shape = shape;
@@ -81,6 +82,7 @@ void add_body(Scene& scene, const std::string& name, const Shape& shape, const s
   body.linear_factor = vector3("linear_factor", linear_factor);
   body.angular_factor = vector3("angular_factor", angular_factor);
   body.force = vector3("force", force);
+  body.kinematic = kinematic;
   scene.add_body(body);
 }
 
@@ -117,7 +119,8 @@ void bind_add_body(py::class_<Scene>& scene) {
            py::arg("density") = py::none(), py::arg("inertial") = py::none(), py::arg("position") = zeros,
            py::arg("orientation") = py::none(), py::arg("yaw") = py::none(), py::arg("velocity") = zeros,
            py::arg("angular_velocity") = zeros, py::arg("friction") = 0.5, py::arg("role") = "none",
-           py::arg("linear_factor") = ones, py::arg("angular_factor") = ones, py::arg("force") = zeros, add_body_doc)
+           py::arg("linear_factor") = ones, py::arg("angular_factor") = ones, py::arg("force") = zeros,
+           py::arg("kinematic") = false, add_body_doc)
       .def("with_body", &with_body, py::arg("name"), py::kw_only(), py::arg("friction") = py::none(),
            py::arg("mass") = py::none(), with_body_doc);
 }

@@ -19,11 +19,12 @@ Args:
         axes.
     targets: by joint under position control, shape (K,) [rad] or [m].
     velocities: by free body, shape (K, 6): the velocity of its frame [m/s] and its angular velocity [rad/s]. A motor of
-        limited force keeps the body at them.
+        limited force keeps the body at them. A kinematic body has them, whatever it meets.
     limits: of the motors, by body of `velocities`: (force [N], torque [N m]), the largest along and about each axis of the
-        world. By default twice what holds the body and its links against gravity, and that at the body's radius.
+        world. By default twice what holds the body and its links against gravity, and that at the body's radius. A kinematic
+        body has none.
 
-After the last row motors and wrenches are off, and joints keep their targets. Raises ValueError on rows of unequal number,
+After the last row motors and wrenches are off, joints keep their targets, and kinematic bodies their velocities. Raises ValueError on rows of unequal number,
 or that are not finite.)";
 
 using Rows = std::map<std::string, ArrayLike>;

@@ -11,8 +11,9 @@ namespace energymargin {
 struct Audit {
   double energy_change = 0.0;  //!< mechanical energy, World::energy, at the end minus at the start [J]
   double wrench = 0.0;         //!< of the disturbance: Rollout::work [J]
-  double plan = 0.0;           //!< of the robot's plan: its wrenches, its servos, and targets that it moves [J]
-  double friction = 0.0;       //!< of friction at contacts; negative but for solver error [J]
+  double plan =
+      0.0;  //!< of the robot's plan: its wrenches, its servos, targets that it moves, and kinematic bodies [J]
+  double friction = 0.0;  //!< of friction at contacts; negative but for solver error [J]
   //! Of the normal impulses at contacts: the loss of impacts, negative. Positive where links that overlap something are
   //! pushed out of it, which Bullet does by a change of velocity [J].
   double contacts = 0.0;

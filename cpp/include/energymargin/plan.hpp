@@ -26,7 +26,7 @@ struct Targets {
 };
 
 //! Velocities that a motor of limited force keeps a free body at, shape (K, 6) [m/s, rad/s], in the world's axes,
-//! of its frame.
+//! of its frame. A kinematic body has them, whatever it meets, and no limits.
 struct Servo {
   std::string body;
   Wrenches velocities;
@@ -48,15 +48,15 @@ struct Plan {
 };
 
 //! Throws std::invalid_argument on rows of unequal number or that are not finite, a step that is not whole steps of the
-//! scene, wrenches on fixed bodies, targets of joints without position control, and motors of bodies that are fixed or
-//! on a joint, or with limits that are negative or not finite.
+//! scene, wrenches on fixed or kinematic bodies, targets of joints without position control, and motors of bodies that
+//! are fixed or on a joint, or with limits that are negative or not finite, or of a kinematic body.
 void validate(const Plan& plan, const Scene& scene);
 
 //! As much of it as can be said without a scene.
 void validate(const Plan& plan);
 
 //! Limits that are unset become twice what holds a body and its links against 9.81 m/s^2 [N], and that at the body's
-//! radius [N m].
+//! radius [N m]. A kinematic body has none.
 Servo with_default_limits(const Scene& scene, Servo servo);
 
 //! The same plan with a row for each step of the scene.

@@ -49,10 +49,17 @@ struct Body {
   Vector3 angular_factor = Vector3::Ones();  //!< 1: free about the axis, 0: locked
   //! Acts at the centre of mass all the time, in the world's axes, as a motor or a counterweight does [N].
   Vector3 force = Vector3::Zero();
+  //! Goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass, by a drive without limits.
+  //! Its mass does not count, nor does what it meets of fixed and other kinematic bodies.
+  bool kinematic = false;
 
   bool fixed() const { return mass == 0.0; }
 
-  //! Centre of mass and principal axes in the body's frame; for a fixed body the frame itself, with moments of 0.
+  //! Whether forces move it.
+  bool dynamic() const { return !fixed() && !kinematic; }
+
+  //! Centre of mass and principal axes in the body's frame; for a body that no force moves the frame itself, with
+  //! moments of 0.
   Inertial principal_inertial() const;
 };
 
@@ -160,8 +167,8 @@ class Scene {
   //! The same scene in other steps.
   Scene with_stepping(const Stepping& stepping) const;
 
-  //! The same scene with another friction or mass [kg] of one body; coefficients of pairs stay. A heavier body has the same shape of its inertia;
-  //! one that is fixed stays so, and one that is not never becomes so.
+  //! The same scene with another friction or mass [kg] of one body; coefficients of pairs stay. A heavier body has the
+  //! same shape of its inertia; one that is fixed stays so, and one that is not never becomes so.
   Scene with_body(const std::string& name, std::optional<double> friction, std::optional<double> mass) const;
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Joint>& joints() const { return joints_; }

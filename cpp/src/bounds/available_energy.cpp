@@ -26,7 +26,7 @@ class Stores {
     for (const Spring& spring : scene_.springs()) add(spring);
     for (std::size_t joint = 0; joint < scene_.joints().size(); ++joint) add_joint(joint);
     for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
-      if (body != object_ && !immovable_[body]) add_weight(body);
+      if (body != object_ && !immovable_[body] && scene_.bodies()[body].dynamic()) add_weight(body);
     }
     add_overlaps();
     return energy_;
@@ -52,6 +52,10 @@ class Stores {
   // An effector in "drive" that is at rest is stopped again and again, which takes energy out.
   void add_driven() {
     if (problem_.plan) without_end("the robot follows a plan, which may do work");
+    for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
+      if (!scene_.bodies()[body].kinematic || immovable_[body]) continue;
+      without_end("'" + scene_.bodies()[body].name + "' is kinematic and moves, which does work");
+    }
     if (problem_.effector == Effector::coast) return;
     for (const std::size_t body : scene_.with_role(Role::effector)) {
       if (immovable_[body]) continue;

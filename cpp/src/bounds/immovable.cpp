@@ -3,6 +3,11 @@
 namespace energymargin::bounds {
 namespace {
 
+bool at_rest(const Problem& problem, std::size_t body) {
+  const BodyState at = StateLayout::read(problem.state.data() + StateLayout(problem.scene).offset(body));
+  return at.velocity.isZero(0.0) && at.angular_velocity.isZero(0.0);
+}
+
 bool stays(const Problem& problem, std::size_t body) {
   const Scene& scene = problem.scene;
   if (const auto above = scene.joint_to(body)) {
@@ -11,6 +16,7 @@ bool stays(const Problem& problem, std::size_t body) {
     return rigid && stays(problem, scene.index(joint.parent));
   }
   const Body& of = scene.bodies()[body];
+  if (of.kinematic) return !problem.plan && at_rest(problem, body);
   return of.fixed() || (of.linear_factor.isZero(0.0) && of.angular_factor.isZero(0.0));
 }
 

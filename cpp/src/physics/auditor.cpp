@@ -19,7 +19,12 @@ Auditor::~Auditor() { simulation_.audit_impulses(nullptr); }
 
 void Auditor::begin() {
   simulation_.read(before_);
-  if (!simulation_.actuations().empty()) simulation_.read(velocities_);
+  const Scene& scene = simulation_.scene();
+  held_.clear();
+  for (const Load& load : simulation_.springs().loads()) {
+    if (scene.bodies()[load.body].kinematic && !scene.jointed(load.body)) held_.push_back(load);
+  }
+  if (!simulation_.actuations().empty() || !held_.empty()) simulation_.read(velocities_);
   state_ = next_;
   for (std::size_t i = 0; i < length_rates_.size(); ++i) length_rates_[i] = simulation_.springs().span(i).length_rate;
 }
@@ -52,16 +57,18 @@ Audit Auditor::audit() const {
   return audit;
 }
 
+// A kinematic body is held against its springs; one that carries links the solver holds.
 void Auditor::add_actuations(double duration) {
-  if (simulation_.actuations().empty()) return;
+  if (simulation_.actuations().empty() && held_.empty()) return;
   simulation_.read(next_velocities_);
-  for (const Load& load : simulation_.actuations()) {
-    const Velocity& before = velocities_[load.body];
-    const Velocity& after = next_velocities_[load.body];
-    const double power =
-        0.5 * (load.force.dot(before.linear + after.linear) + load.torque.dot(before.angular + after.angular));
-    audit_.plan += power * duration;
-  }
+  for (const Load& load : simulation_.actuations()) audit_.plan += power_of(load) * duration;
+  for (const Load& load : held_) audit_.plan -= power_of(load) * duration;
+}
+
+double Auditor::power_of(const Load& load) const {
+  const Velocity& before = velocities_[load.body];
+  const Velocity& after = next_velocities_[load.body];
+  return 0.5 * (load.force.dot(before.linear + after.linear) + load.torque.dot(before.angular + after.angular));
 }
 
 // The torque of the control is that at the end of the step. What its compliance gives and takes should be what its

@@ -26,6 +26,7 @@ class Auditor {
 
  private:
   void add_actuations(double duration);
+  double power_of(const Load& load) const;
   void add_control(std::size_t joint, const JointState& before, const JointState& after, double duration);
   void add_damper(const Spring& spring, double rate_before, double rate_after, double duration);
 
@@ -34,6 +35,7 @@ class Auditor {
 
   Motion before_;
   std::vector<Velocity> velocities_, next_velocities_;  // of all bodies, where the robot pushes some
+  std::vector<Load> held_;                              // of springs on kinematic bodies that carry no links
   State state_;                                         // before the part
   State next_;                                          // after it
   std::vector<double> length_rates_;                    // of the springs, before the part

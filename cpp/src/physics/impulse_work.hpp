@@ -22,7 +22,7 @@ struct ImpulseWork {
   double contacts = 0.0;  // of normal impulses
   double friction = 0.0;
   double joints = 0.0;   // of stops and mimics, not of drives
-  double motors = 0.0;   // of the robot's servos
+  double motors = 0.0;   // of the robot's servos, and of what drives kinematic bodies
   double overlap = 0.0;  // of penetration recovery against the loads
 };
 

@@ -14,7 +14,7 @@ struct Load {
 };
 
 //! A motor that keeps a free body at the velocities of its centre of mass, with limited force and torque along and
-//! about each axis of the world.
+//! about each axis of the world. A kinematic body has these velocities.
 struct Motor {
   std::size_t body;           // index in the scene
   btVector3 linear, angular;  // [m/s], [rad/s]

@@ -41,11 +41,21 @@ void RigidBodies::add(const Scene& scene, std::size_t index, btCollisionShape& s
   }
   rigid.setUserIndex(static_cast<int>(index));
   if (body.fixed()) return;
+  if (body.kinematic) make_kinematic(rigid);
   rigid.setActivationState(DISABLE_DEACTIVATION);
   moving_.push_back(&rigid);
   if (body.role == Role::object) objects_.push_back(&rigid);
-  const Vector3 acceleration = (scene.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
-  free_.push_back({layout_.offset(index), inertial, to_bullet(acceleration), only_axis(body.angular_factor)});
+  Vector3 acceleration = (scene.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
+  if (body.kinematic) acceleration.setZero();
+  free_.push_back({layout_.offset(index), inertial, to_bullet(acceleration),
+                   body.kinematic ? std::nullopt : only_axis(body.angular_factor)});
+}
+
+// Bullet takes what has no inverse mass for fixed; this one moves.
+void RigidBodies::make_kinematic(btRigidBody& rigid) {
+  rigid.setMassProps(0.0, btVector3(0, 0, 0));
+  rigid.setCollisionFlags(rigid.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT);
+  rigid.setFlags(rigid.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
 }
 
 // About its only free axis a body turns by its moment about that axis. Bullet would take the inverse inertia's part,
@@ -101,7 +111,7 @@ void RigidBodies::read(Motion& motion) const {
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     const btRigidBody& rigid = *moving_[i];
     motion.bodies[body_index(rigid)] = {rigid.getLinearVelocity(), rigid.getAngularVelocity(),
-                                        free_[i].acceleration / rigid.getInvMass(), none};
+                                        is_kinematic(rigid) ? none : free_[i].acceleration / rigid.getInvMass(), none};
   }
 }
 
@@ -131,10 +141,11 @@ void RigidBodies::undo_split_impulses() {
   for (std::size_t i = 0; i < moving_.size(); ++i) moving_[i]->setWorldTransform(snapshots_[i].pose);
 }
 
+// A kinematic body loses no time.
 void RigidBodies::move(double duration, double share) {
   for (btRigidBody* body : moving_) {
     btTransform pose;
-    if (share == 1.0) {
+    if (share == 1.0 || is_kinematic(*body)) {
       body->predictIntegratedTransform(duration, pose);
     } else {
       pose = integrated_pose(body->getWorldTransform(), body->getLinearVelocity() * duration,
@@ -147,6 +158,11 @@ void RigidBodies::move(double duration, double share) {
 void apply_load(btRigidBody& body, const Load& load, double duration) {
   body.applyCentralImpulse(load.force * duration);
   body.applyTorqueImpulse(load.torque * duration);
+}
+
+void set_velocities(btRigidBody& body, const Motor& motor) {
+  body.setLinearVelocity(motor.linear * body.getLinearFactor());
+  body.setAngularVelocity(motor.angular * body.getAngularFactor());
 }
 
 btVector3 velocity_at(const btRigidBody& body, const btVector3& point) {

@@ -50,6 +50,7 @@ class RigidBodies {
   };
 
   void add(const Scene& scene, std::size_t index, btCollisionShape& shape);
+  static void make_kinematic(btRigidBody& rigid);
   void set_moment(std::size_t free);
 
   StateLayout layout_;
@@ -60,6 +61,12 @@ class RigidBodies {
 };
 
 void apply_load(btRigidBody& body, const Load& load, double duration);
+
+//! Whether no impulse changes how a body moves, that is not fixed.
+inline bool is_kinematic(const btRigidBody& body) { return body.getInvMass() == 0.0 && !body.isStaticObject(); }
+
+//! Gives a kinematic body the velocities of a motor, but along and about locked axes.
+void set_velocities(btRigidBody& body, const Motor& motor);
 
 //! Velocity of the point of a body that is at `point` in the world [m/s].
 btVector3 velocity_at(const btRigidBody& body, const btVector3& point);

@@ -2,8 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace energymargin {
+namespace {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();  // force and torque, of a kinematic body
+
+}  // namespace
 
 Robot::Robot(const Scene& scene, const Plan& plan)
     : plan_(plan), steps_per_row_(static_cast<int>(std::lround(plan.step / scene.stepping().step))) {
@@ -29,7 +35,8 @@ void Robot::act(Simulation& simulation, int step) const {
   for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
     const Servo& servo = plan_.velocities[i];
     const auto velocity = servo.velocities.row(row);
-    simulation.add_motor(servo_bodies_[i], velocity.head<3>(), velocity.tail<3>(), *servo.force, *servo.torque);
+    simulation.add_motor(servo_bodies_[i], velocity.head<3>(), velocity.tail<3>(), servo.force.value_or(unlimited),
+                         servo.torque.value_or(unlimited));
   }
 }
 

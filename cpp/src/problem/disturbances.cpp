@@ -117,11 +117,12 @@ std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps
   return sequence;
 }
 
-// The problem's plan, a row a step, with wrenches on each body that it drives.
+// The problem's plan, a row a step, with wrenches on each body that it drives by a force.
 Plan rows_for_noise(const Problem& problem) {
   Plan plan = fine_rows(*problem.plan, problem.scene);
   for (const Servo& servo : problem.plan->velocities) {
     const auto has_it = [&servo](const Drive& drive) { return drive.body == servo.body; };
+    if (problem.scene.body(servo.body).kinematic) continue;
     if (std::any_of(plan.wrenches.begin(), plan.wrenches.end(), has_it)) continue;
     plan.wrenches.push_back({servo.body, Wrenches::Zero(plan.rows(), 6)});
   }
@@ -183,6 +184,10 @@ void validate(const DisturbanceModel& model, const Problem& problem) {
   }
   if (const auto* noise = std::get_if<OfPlan>(&model)) {
     if (!problem.plan) reject("disturbance", "noise of the plan", "a problem with a plan");
+    const Plan driven = rows_for_noise(problem);
+    if (driven.wrenches.empty() && driven.targets.empty()) {
+      reject("disturbance", "noise of a plan of kinematic bodies alone", "one of a plan with forces or targets");
+    }
     for (int axis = 0; axis < 3; ++axis) {
       require_not_negative("force", noise->force[axis]);
       require_not_negative("torque", noise->torque[axis]);

@@ -50,7 +50,7 @@ bool is_driven(const Scene& scene, const Body& body) {
 
 void doubt_density(Doubts& doubts, const Scene& scene, std::size_t index) {
   const Body& body = scene.bodies()[index];
-  const bool counts = !body.fixed() && !is_driven(scene, body);
+  const bool counts = body.dynamic() && !is_driven(scene, body);
   const double volume = counts ? mass_properties(body.shape, 1.0).volume : 0.0;
   if (!(volume > 0.0)) return;
   const double density = body.mass / volume;
@@ -100,7 +100,7 @@ std::size_t root(const Scene& scene, std::size_t body) {
 void doubt_mass_ratio(Doubts& doubts, const Scene& scene) {
   std::map<std::size_t, double> masses;
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    if (!scene.bodies()[i].fixed() && !is_driven(scene, scene.bodies()[i]))
+    if (scene.bodies()[i].dynamic() && !is_driven(scene, scene.bodies()[i]))
       masses[root(scene, i)] += scene.bodies()[i].mass;
   }
   if (masses.empty()) return;

@@ -57,7 +57,10 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder) {
   });
   if (node["bodies"].items().empty()) node["bodies"].fail("a list of at least one body");
   const RecordReader records(&scene, folder);
-  for_each_item(node, "bodies", [&](const JsonNode& body) { scene.add_body(records.record<Body>(body)); });
+  for_each_item(node, "bodies", [&](const JsonNode& body) {
+    require_version(body, "kinematic", version_with_friction_rule, version);
+    scene.add_body(records.record<Body>(body));
+  });
   for_each_item(node, "joints", [&](const JsonNode& joint) { scene.add_joint(records.record<Joint>(joint)); });
   for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });
   for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) { read_disabled_collision(pair, scene); });

@@ -1,5 +1,7 @@
 // A Problem as JSON.
 
+#include <algorithm>
+
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
 #include "problem_io/format.hpp"
@@ -50,7 +52,9 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
 // The oldest version that can say it: what has no clock, programs read that know no clock.
 int version_of(const Problem& problem) {
   const Scene& scene = problem.scene;
-  if (scene.friction_rule() != FrictionRule::product || !scene.pair_frictions().empty()) {
+  const auto is_kinematic = [](const Body& body) { return body.kinematic; };
+  if (scene.friction_rule() != FrictionRule::product || !scene.pair_frictions().empty() ||
+      std::any_of(scene.bodies().begin(), scene.bodies().end(), is_kinematic)) {
     return version_with_friction_rule;
   }
   const bool clock = problem.horizon || problem.plan || problem.check || problem.dwell != 0.0;

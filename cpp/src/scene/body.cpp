@@ -15,6 +15,12 @@ void validate_factor(const std::string& name, const Vector3& factor) {
   }
 }
 
+void validate_kinematic(const Body& body) {
+  if (body.fixed()) reject("kinematic", "true", "false for a body of mass 0, which never moves");
+  if (body.role == Role::object) reject("kinematic", "true", "false for an object, which disturbances move");
+  if (!body.force.isZero(0.0)) reject("force", text(body.force), "0 for a kinematic body, which no force moves");
+}
+
 }  // namespace
 
 Inertial Inertial::from_tensor(const Vector3& center, const Eigen::Matrix3d& inertia, const Quaternion& axes) {
@@ -36,7 +42,7 @@ Inertial Inertial::from_tensor(const Vector3& center, const Eigen::Matrix3d& ine
 }
 
 Inertial Body::principal_inertial() const {
-  if (fixed()) return {Vector3::Zero(), Vector3::Zero(), Quaternion::Identity()};
+  if (!dynamic()) return {Vector3::Zero(), Vector3::Zero(), Quaternion::Identity()};
   if (inertial) return *inertial;
   const MassProperties even = mass_properties(shape, mass);
   return {even.center, even.moments, even.axes};
@@ -58,11 +64,12 @@ void validate_body(const Body& body) {
       require_finite("inertial: center", body.inertial->center);
       require_unit("inertial: axes", body.inertial->axes);
       validate_moments("inertial: moments", body.inertial->moments);
-    } else if (!body.fixed() && !(body.principal_inertial().moments.array() > 0.0).all()) {
+    } else if (body.dynamic() && !(body.principal_inertial().moments.array() > 0.0).all()) {
       reject("inertial", "not given", "one for a body with a mass and without a volume");
     }
     require_not_negative("friction", body.friction);
     require_finite("force", body.force);
+    if (body.kinematic) validate_kinematic(body);
     validate_factor("linear_factor", body.linear_factor);
     validate_factor("angular_factor", body.angular_factor);
     validate(body, body.state, "");

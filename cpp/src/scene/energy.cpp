@@ -28,7 +28,7 @@ Energy::Energy(const Scene& scene) : scene_(scene), layout_(scene), kinematics_(
 double Energy::operator()(const State& state) const {
   double energy = 0.0;
   for (std::size_t i = 0; i < inertials_.size(); ++i) {
-    if (!scene_.bodies()[i].fixed()) energy += of_body(i, kinematics_(state.data(), i));
+    if (scene_.bodies()[i].dynamic()) energy += of_body(i, kinematics_(state.data(), i));
   }
   for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
@@ -48,7 +48,7 @@ double Energy::power(const State& state) const {
   double power = 0.0;
   for (std::size_t i = 0; i < inertials_.size(); ++i) {
     const Body& body = scene_.bodies()[i];
-    if (body.fixed()) continue;
+    if (!body.dynamic()) continue;
     const BodyState at = state_at_point(inertials_[i].center, kinematics_(state.data(), i));
     power += (body.mass * scene_.gravity() + body.force).dot(at.velocity);
   }

@@ -109,7 +109,9 @@ void validate(const Plan& plan, const Scene& scene, const std::string& wrenches)
   validate_rows(plan, wrenches);
   require_step(plan, scene);
   for (const Drive& drive : plan.wrenches) {
-    if (scene.body(drive.body).fixed()) reject(named(wrenches, drive.body), "on a fixed body", "a body that can move");
+    const Body& body = scene.body(drive.body);
+    if (body.fixed()) reject(named(wrenches, drive.body), "on a fixed body", "a body that can move");
+    if (body.kinematic) reject(named(wrenches, drive.body), "on a kinematic body", "`velocities`: no force moves it");
   }
   for (const Targets& target : plan.targets) {
     require_position_control(scene, named("targets", target.joint), target.joint);
@@ -119,10 +121,14 @@ void validate(const Plan& plan, const Scene& scene, const std::string& wrenches)
       reject(named("velocities", servo.body), "on a body that is fixed or a link",
              "a free body, which may carry links");
     }
+    if (scene.body(servo.body).kinematic && (servo.force || servo.torque)) {
+      reject(named("limits", servo.body), "of a kinematic body", "none: nothing stops it");
+    }
   }
 }
 
 Servo with_default_limits(const Scene& scene, Servo servo) {
+  if (scene.body(servo.body).kinematic) return servo;
   double mass = 0.0;
   const std::size_t root = scene.index(servo.body);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {

@@ -101,6 +101,7 @@ std::size_t Scene::add_joint(Joint joint) {
     parent = index(joint.parent);
     child = index(joint.child);
     require_hangable(bodies_[child], "child");
+    if (bodies_[child].kinematic) reject("child", "'" + joint.child + "'", "a body that is not kinematic");
     if (!bodies_[parent].fixed()) require_hangable(bodies_[parent], "parent");
     if (joint_to(child)) reject("child", "'" + joint.child + "'", "a body that no other joint carries");
     if (carries(child, parent)) reject("parent", "'" + joint.parent + "'", "a body that the child does not carry");

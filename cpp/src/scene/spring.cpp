@@ -8,7 +8,7 @@ namespace {
 
 // How fast a point of a free body moves after a unit impulse there, in the direction in which it is most [1/kg].
 double inverse_effective_mass(const Body& body, const Vector3& point) {
-  if (body.fixed()) return 0.0;
+  if (!body.dynamic()) return 0.0;
   const Inertial inertial = body.principal_inertial();
   const Vector3 arm = inertial.axes.conjugate() * (point - inertial.center);
   Eigen::Matrix3d cross;
@@ -50,7 +50,7 @@ void validate_spring(const Spring& spring, const Body& a, const Body& b, const s
   require_not_negative("rest_length", spring.rest_length);
   require_not_negative("damping", spring.damping);
   const double inverse_mass = inverse_effective_mass(a, spring.point_a) + inverse_effective_mass(b, spring.point_b);
-  if (inverse_mass == 0.0) reject("body_b", "'" + spring.body_b + "'", "at most one fixed body");
+  if (inverse_mass == 0.0) reject("body_b", "'" + spring.body_b + "'", "a body that forces move at one end at least");
   require_soft(spring, inverse_mass, others, step);
 }
 

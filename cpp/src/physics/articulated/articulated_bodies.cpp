@@ -135,7 +135,7 @@ void ArticulatedBodies::solve(const StepPart& part) { solver_->solve(part, to_bu
 
 void ArticulatedBodies::move(double duration, double share) {
   rigids_.move(duration, share);
-  for (const auto& tree : trees_) tree->move(share * duration);
+  for (const auto& tree : trees_) tree->move(duration, share);
 }
 
 }  // namespace energymargin

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/rigid_bodies.hpp"
+
 namespace energymargin {
 namespace {
 
@@ -45,6 +47,7 @@ ArticulatedSolver::ArticulatedSolver(const std::vector<btRigidBody*>& bodies, co
 void ArticulatedSolver::solve(const StepPart& part, const btVector3& gravity) {
   const btContactSolverInfo& info = part.solver;
   for (TreeDynamics& tree : trees_) tree.update(gravity);
+  for (const Motor& motor : part.motors) drive(motor);
   do {
     start(info.m_timeStep);
     for (const Motor& motor : part.motors) add_motor(motor, info.m_timeStep);
@@ -55,6 +58,18 @@ void ArticulatedSolver::solve(const StepPart& part, const btVector3& gravity) {
   } while (update_limits(info.m_timeStep));
   if (audit_.before) add_work(info);
   write_back(info);
+}
+
+bool ArticulatedSolver::is_kinematic(const Mover& mover) const {
+  return mover.body ? energymargin::is_kinematic(*mover.body) : trees_[mover.tree].tree().kinematic();
+}
+
+// Gives a kinematic body the velocities of its motor.
+void ArticulatedSolver::drive(const Motor& motor) {
+  const Mover& mover = mover_of(motor.body);
+  if (!is_kinematic(mover)) return;
+  if (mover.body) return set_velocities(*mover.body, motor);
+  trees_[mover.tree].drive_base(motor.linear, motor.angular);
 }
 
 void ArticulatedSolver::start(double duration) {
@@ -92,6 +107,7 @@ void ArticulatedSolver::respond(const Mover& mover, const double* jacobian, doub
 // A row along and about each axis that is not locked.
 void ArticulatedSolver::add_motor(const Motor& motor, double duration) {
   const Mover& mover = mover_of(motor.body);
+  if (is_kinematic(mover)) return;
   for (int i = 0; i < velocities_of_free_body; ++i) {
     const bool turns = i >= 3;
     const int axis = i % 3;
@@ -301,6 +317,26 @@ void ArticulatedSolver::add_work(const btContactSolverInfo& info) {
   for (const VelocityRow& made : rows_.normals) audit_.work.contacts += work_of(made);
   for (const VelocityRows::Friction& friction : rows_.frictions) {
     audit_.work.friction += work_of(friction.first) + work_of(friction.second);
+  }
+  add_work_on_kinematic(info.m_timeStep, before);
+}
+
+// Kinematic bodies keep nothing of the impulses on them, nor of what moves their links: all that comes from their
+// drives.
+void ArticulatedSolver::add_work_on_kinematic(double duration, const std::vector<double>& before) {
+  std::vector<double> prescribed(velocities_, 0.0);  // mean velocities of kinematic bodies
+  for (const Mover& mover : movers_) {
+    if (!is_kinematic(mover)) continue;
+    const double* from = before.data() + mover.span.begin;
+    const double* to = rows_.velocities() + mover.span.begin;
+    for (std::size_t i = 0; i < velocities_of_free_body; ++i)
+      prescribed[mover.span.begin + i] = 0.5 * (from[i] + to[i]);
+    if (!mover.body) audit_.work.motors += trees_[mover.tree].work_on_base(duration, from, to);
+  }
+  const auto work_of = [&](const VelocityRow& made) { return made.impulse * rows_.speed(made, prescribed.data()); };
+  for (const VelocityRow& made : rows_.normals) audit_.work.motors -= work_of(made);
+  for (const VelocityRows::Friction& friction : rows_.frictions) {
+    audit_.work.motors -= work_of(friction.first) + work_of(friction.second);
   }
 }
 

@@ -49,6 +49,8 @@ class ArticulatedSolver {
 
   Mover& mover_of(std::size_t body) { return movers_[static_cast<std::size_t>(slots_[body])]; }
   Mover& mover_of_tree(std::size_t tree) { return movers_[movers_.size() - trees_.size() + tree]; }
+  bool is_kinematic(const Mover& mover) const;
+  void drive(const Motor& motor);
   void start(double duration);
   void add_motor(const Motor& motor, double duration);
   void add_controls(std::size_t tree, const btContactSolverInfo& info);
@@ -66,6 +68,7 @@ class ArticulatedSolver {
   bool update_limits(double duration);
   void write_back(const btContactSolverInfo& info);
   void add_work(const btContactSolverInfo& info);
+  void add_work_on_kinematic(double duration, const std::vector<double>& before);
 
   std::vector<TreeDynamics> trees_;
   std::vector<MimicConstraint>& mimics_;

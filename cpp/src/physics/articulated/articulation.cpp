@@ -10,7 +10,7 @@ Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>
   const Body& root = scene.bodies()[base];
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
   Link made{base};
-  made.mass = root.mass;
+  made.mass = root.dynamic() ? root.mass : 0.0;  // a fixed base, or one that no force moves, takes part in nothing
   made.moments = to_bullet(inertials_[base].moments);
   made.pose = bullet_pose(inertials_[base], root.state);
   for (int i = 0; free_ && i < velocities_of_free_body; ++i) add_velocity(made);
@@ -193,16 +193,17 @@ void Articulation::clear_loads() {
   for (Link& link : links_) link.force = link.torque = btVector3(0, 0, 0);
 }
 
-void Articulation::move(double duration) {
+void Articulation::move(double duration, double share) {
   if (free_) {
+    const double moved = kinematic() ? duration : share * duration;
     const double* base = velocities_.data();
     btTransform& pose = links_.front().pose;
     btTransformUtil::integrateTransform(btTransform(pose), btVector3(base[0], base[1], base[2]),
-                                        btVector3(base[3], base[4], base[5]), duration, pose);
+                                        btVector3(base[3], base[4], base[5]), moved, pose);
   }
   for (Link& link : links_) {
     if (link.joint && link.velocity >= 0) {
-      link.position += duration * velocities_[static_cast<std::size_t>(link.velocity)];
+      link.position += share * duration * velocities_[static_cast<std::size_t>(link.velocity)];
     }
   }
   clear_loads();

@@ -59,6 +59,9 @@ class Articulation {
   }
   bool free() const { return free_; }
 
+  //! Whether no force changes how its base, a free one, moves.
+  bool kinematic() const { return free_ && scene_.bodies()[links_.front().body].kinematic; }
+
   //! Joints with a drive or stops of their own.
   std::vector<JointControl>& controls() { return controls_; }
 
@@ -93,8 +96,8 @@ class Articulation {
   void apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque);
   void clear_loads();
 
-  //! Moves all with the velocities as they are.
-  void move(double duration);
+  //! Moves all with the velocities as they are, for a share of `duration` [s]; a kinematic base loses no time.
+  void move(double duration, double share);
 
  private:
   void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);

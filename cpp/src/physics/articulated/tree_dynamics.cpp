@@ -1,5 +1,7 @@
 #include "physics/articulated/tree_dynamics.hpp"
 
+#include <algorithm>
+
 namespace energymargin {
 
 TreeDynamics::TreeDynamics(Articulation& tree)
@@ -21,6 +23,7 @@ TreeDynamics::TreeDynamics(Articulation& tree)
 }
 
 void TreeDynamics::update(const btVector3& gravity) {
+  std::copy_n(tree_.velocities().begin(), prescribed(), base_.begin());
   add_bodies(gravity);
   const std::vector<SpatialVector>& motions = tree_.motions();
   for (std::size_t i = 0; i < count_; ++i) {
@@ -31,6 +34,13 @@ void TreeDynamics::update(const btVector3& gravity) {
       const auto above = static_cast<std::size_t>(j);
       inertia_[i * size_ + above] = inertia_[above * size_ + i] = motions[above].dot(momentum);
     }
+  }
+}
+
+void TreeDynamics::drive_base(const btVector3& linear, const btVector3& angular) {
+  for (int axis = 0; axis < 3; ++axis) {
+    base_[static_cast<std::size_t>(axis)] = linear[axis];
+    base_[static_cast<std::size_t>(3 + axis)] = angular[axis];
   }
 }
 
@@ -73,9 +83,33 @@ void TreeDynamics::start(double duration, double* velocities) {
     inverse_[i * size_ + i] += control.resistance(duration);
     rates_[i] += control.pull(duration, position) - control.resistance(duration) * tree_.velocities()[i];
   }
+  add_base_changes();
   invert();
+  for (std::size_t i = 0; i < prescribed(); ++i) inverse_[i * size_ + i] = 0.0;
   respond(rates_.data(), velocities);
   for (std::size_t i = 0; i < count_; ++i) velocities[i] += tree_.velocities()[i];
+  std::copy_n(base_.begin(), prescribed(), velocities);
+}
+
+// A kinematic base has no rates of its own; what it changes by, the joints feel.
+void TreeDynamics::add_base_changes() {
+  for (std::size_t i = 0; i < prescribed(); ++i) {
+    const double change = base_[i] - tree_.velocities()[i];
+    for (std::size_t j = prescribed(); j < count_; ++j) rates_[j] -= inertia_[j * size_ + i] * change;
+    for (std::size_t j = 0; j < count_; ++j) inverse_[i * size_ + j] = inverse_[j * size_ + i] = 0.0;
+    inverse_[i * size_ + i] = 1.0;
+    rates_[i] = 0.0;
+  }
+}
+
+double TreeDynamics::work_on_base(double duration, const double* before, const double* after) const {
+  double work = 0.0;
+  for (std::size_t i = 0; i < prescribed(); ++i) {
+    double impulse = -duration * forces_[i];
+    for (std::size_t j = 0; j < count_; ++j) impulse += inertia_[i * size_ + j] * (after[j] - before[j]);
+    work += 0.5 * (before[i] + after[i]) * impulse;
+  }
+  return work;
 }
 
 // Gauss and Jordan's way; an inertia needs no pivots.

@@ -10,18 +10,23 @@
 
 namespace energymargin {
 
-//! All pairs can, except two fixed bodies, two bodies that a joint connects, which overlap there, and those that the
-//! scene disables. The scene outlives this.
+//! All pairs can, except two bodies that no contact can move, two bodies that a joint connects, which overlap there,
+//! and those that the scene disables. The scene outlives this.
 class CollisionFilter {
  public:
   explicit CollisionFilter(const Scene& scene) : scene_(scene), bodies_(scene.bodies()) {
     for (const Joint& joint : scene.joints()) exclude(scene.index(joint.parent), scene.index(joint.child));
     for (const auto& [a, b] : scene.disabled_collisions()) exclude(scene.index(a), scene.index(b));
+    for (std::size_t body = 0; body < bodies_.size(); ++body) carriers_.push_back(carrier(body));
   }
 
   //! `a` and `b` are indices in the scene.
   bool operator()(std::size_t a, std::size_t b) const {
-    return !(bodies_[a].fixed() && bodies_[b].fixed()) && excluded_.count(std::minmax(a, b)) == 0;
+    if (excluded_.count(std::minmax(a, b)) != 0) return false;
+    const Body& of_a = bodies_[carriers_[a]];
+    const Body& of_b = bodies_[carriers_[b]];
+    if (of_a.dynamic() || of_b.dynamic()) return true;
+    return !of_a.kinematic && !of_b.kinematic && !(bodies_[a].fixed() && bodies_[b].fixed());
   }
 
   //! Coefficient of friction of their contacts.
@@ -30,11 +35,24 @@ class CollisionFilter {
  private:
   static constexpr double most_friction = 10.0;  // Bullet's own bound: a slope of 84 deg
 
+  bool rigid(const Joint& joint) const {
+    if (joint.mimic) return rigid(scene_.joints()[scene_.joint_index(joint.mimic->joint)]);
+    return joint.type == JointType::fixed || joint.held;
+  }
+
+  // What a body is rigid on, in the end: itself, unless a joint holds it that does not move.
+  std::size_t carrier(std::size_t body) const {
+    const auto joint = scene_.joint_to(body);
+    if (!joint || !rigid(scene_.joints()[*joint])) return body;
+    return carrier(scene_.index(scene_.joints()[*joint].parent));
+  }
+
   void exclude(std::size_t a, std::size_t b) { excluded_.insert(std::minmax(a, b)); }
 
   const Scene& scene_;
   const std::vector<Body>& bodies_;
   std::set<std::pair<std::size_t, std::size_t>> excluded_;  // the lower index first
+  std::vector<std::size_t> carriers_;
 };
 
 }  // namespace energymargin

@@ -69,7 +69,9 @@ void ContinuousCollision::make_pieces(CollisionPair& pair) const {
 }
 
 bool ContinuousCollision::is_squeezed(const CollisionPairs& pairs) const {
-  const auto is_free = [](const btCollisionObject& object) { return is_rigid(object) && !object.isStaticObject(); };
+  const auto is_free = [](const btCollisionObject& object) {
+    return is_rigid(object) && btRigidBody::upcast(&object)->getInvMass() > 0.0;
+  };
   for (const CollisionPair& pair : pairs.pairs()) {
     const btCollisionObject& a = *bodies_[pair.a].object;
     const btCollisionObject& b = *bodies_[pair.b].object;

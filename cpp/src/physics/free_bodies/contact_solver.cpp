@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "physics/rigid_bodies.hpp"
 #include "physics/shapes.hpp"
 
 namespace energymargin {
@@ -56,7 +57,8 @@ void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const bt
 // A row along and about each axis that is not locked.
 void ContactSolver::add_motor(const Motor& motor, const btContactSolverInfo& info) {
   const int slot = slots_[motor.body];
-  const btRigidBody& body = *moving_[static_cast<std::size_t>(slot)].rigid;
+  btRigidBody& body = *moving_[static_cast<std::size_t>(slot)].rigid;
+  if (is_kinematic(body)) return set_velocities(body, motor);
   for (int i = 0; i < 6; ++i) {
     const bool turns = i >= 3;
     const int axis = i % 3;
@@ -202,8 +204,14 @@ void ContactSolver::write_back(const btContactSolverInfo& info) {
 
 void ContactSolver::add_work(const btContactSolverInfo& info) {
   for (const MotorRow& row : rows_.motors()) audit_.work.motors += work_of(row);
-  for (const NormalRow& row : rows_.normals()) audit_.work.contacts += work_of(row);
-  for (const FrictionRow& row : rows_.frictions()) audit_.work.friction += work_of(row);
+  for (const NormalRow& row : rows_.normals()) {
+    audit_.work.contacts += work_of(row);
+    audit_.work.motors -= work_on_kinematic(row);
+  }
+  for (const FrictionRow& row : rows_.frictions()) {
+    audit_.work.friction += work_of(row);
+    audit_.work.motors -= work_on_kinematic(row);
+  }
   // These impulses move bodies and leave their velocities alone.
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     const Motion::OfBody& loaded = audit_.before->bodies[static_cast<std::size_t>(moving_[i].rigid->getUserIndex())];
@@ -215,6 +223,15 @@ void ContactSolver::add_work(const btContactSolverInfo& info) {
 double ContactSolver::work_of(const ContactRow& row) const {
   const double scaled = scaled_speed(row.first) + (row.second.body >= 0 ? scaled_speed(row.second) : 0.0);
   return row.impulse * scaled * row.inverse_effective_mass;
+}
+
+// A kinematic body keeps none of it: what stands against the impulse is its drive.
+double ContactSolver::work_on_kinematic(const ContactRow& row) const {
+  const auto scaled = [this](const RowSide& side) {
+    const bool kinematic = side.body >= 0 && is_kinematic(*moving_[static_cast<std::size_t>(side.body)].rigid);
+    return kinematic ? scaled_speed(side) : 0.0;
+  };
+  return row.impulse * (scaled(row.first) + scaled(row.second)) * row.inverse_effective_mass;
 }
 
 // Half of the sum of the speeds before and after, times the effective mass.

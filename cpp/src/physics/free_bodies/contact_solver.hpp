@@ -11,8 +11,8 @@
 
 namespace energymargin {
 
-//! Does for free bodies what Bullet's solver does. It knows no joints: a scene that has some is solved by
-//! ArticulatedSolver.
+//! Does for free bodies what Bullet's solver does; kinematic ones have the velocities of their motors, or keep theirs.
+//! It knows no joints: a scene that has some is solved by ArticulatedSolver.
 class ContactSolver {
  public:
   //! Adds to the work of `audit`, which outlives this, while that is on.
@@ -49,6 +49,7 @@ class ContactSolver {
   void write_back(const btContactSolverInfo& info);
   void add_work(const btContactSolverInfo& info);
   double work_of(const ContactRow& row) const;
+  double work_on_kinematic(const ContactRow& row) const;
   double scaled_speed(const RowSide& side) const;
   int slot_of(const btCollisionObject& object) const;
 
