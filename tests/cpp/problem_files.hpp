@@ -76,6 +76,7 @@ inline Problem everything() {
     made.angular_factor = {1.0, i == 1 ? 0.0 : 1.0, 1.0};
     made.state.orientation = turn(0.1, Vector3(1.0, 1.0, 1.0).normalized());
     made.state.velocity = {0.1, -0.0, 0.0};
+    made.kinematic = i == 3;
     if (i == 2 || i == 7)
       made.inertial = Inertial{{0.1, 0.0, 0.2 / 3.0}, {0.1, 0.2, 0.29}, turn(0.2, Vector3::UnitZ())};
     scene.add_body(made);

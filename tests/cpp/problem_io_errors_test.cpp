@@ -217,10 +217,19 @@ TEST(ProblemIoErrors, FrictionRuleInAFileOfAnOlderVersionIsRejected) {
   for (const auto& [key, other] : {std::pair{"friction_rule", "pair_frictions"}, {"pair_frictions", "friction_rule"}}) {
     Json json = Json::parse(to_json(everything()));
     json["scene"].erase(other);
+    json["scene"]["bodies"][4].erase("kinematic");
     json["version"] = 4;
     EXPECT_TRUE(rejects([&] { from_json(json.dump()); },
                         {"scene has \"" + std::string(key) + "\"", "\"version\": 5", "says 4"}));
   }
+}
+
+TEST(ProblemIoErrors, KinematicBodyInAFileOfAnOlderVersionIsRejectedByItsPlace) {
+  Json json = Json::parse(to_json(everything()));
+  json["scene"].erase("friction_rule");
+  json["scene"].erase("pair_frictions");
+  json["version"] = 3;
+  EXPECT_TRUE(rejects([&] { from_json(json.dump()); }, {"scene.bodies[4] has \"kinematic\"", "\"version\": 5"}));
 }
 
 TEST(ProblemIoErrors, FrictionRulesAndFrictionOfPairsThatCannotBeAreRejectedByTheirPlace) {

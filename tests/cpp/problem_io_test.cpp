@@ -184,7 +184,7 @@ TEST(ProblemIo, VersionIsFourOnlyWithAClockSoThatOlderProgramsReadTheRest) {
   EXPECT_EQ(changed([](Problem&) {}), 3);
 }
 
-TEST(ProblemIo, VersionIsFiveOnlyWithAFrictionRuleOrFrictionOfPairs) {
+TEST(ProblemIo, VersionIsFiveOnlyWithAFrictionRuleFrictionOfPairsOrAKinematicBody) {
   const auto version = [](const Problem& problem) { return Json::parse(to_json(problem))["version"].get<int>(); };
   EXPECT_EQ(version(everything()), 5);
   for (Problem problem : {push(), planned()}) {
@@ -192,6 +192,13 @@ TEST(ProblemIo, VersionIsFiveOnlyWithAFrictionRuleOrFrictionOfPairs) {
     EXPECT_EQ(version(problem), 5);
     EXPECT_EQ(to_json(from_json(to_json(problem))), to_json(problem));
   }
+  Problem problem = push(Effector::coast);
+  Body hand = body("hand", Sphere{0.1}, 1.0, {9.0, 0.0, 1.0}, Role::effector);
+  hand.kinematic = true;
+  problem.scene.add_body(hand);
+  problem.state = pack(problem.scene);
+  EXPECT_EQ(version(problem), 5);
+  EXPECT_TRUE(from_json(to_json(problem)).scene.body("hand").kinematic);
 }
 
 TEST(ProblemIo, RoundTripKeepsTheFrictionRuleAndTheFrictionOfPairs) {

@@ -106,6 +106,7 @@ BODY_KEYWORDS = (
     "linear_factor",
     "angular_factor",
     "force",
+    "kinematic",
 )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import (
+    Body,
     CaptureProbability,
     CaptureScore,
     EscapeEffort,
@@ -247,14 +248,25 @@ def scene(made: Scene) -> str:
             body.name,
             body.role if body.role != "none" else "",
             type(body.shape).__name__,
-            "fixed" if body.fixed else f"{body.mass:.4g}",
+            _mass(body),
             f"{body.friction:.3g}",
         )
         for body in made.bodies
     ]
     more = f"{len(made.joints)} joints, {len(made.springs)} springs, "
     note = f"{more}gravity {_vector(made.gravity, 'm/s²')}, {made.dimension} numbers in a state"
+    if made.friction_rule != "product":
+        note += f", friction by the {made.friction_rule} of two coefficients"
+    if made.pair_frictions:
+        note += f", coefficients of pairs: {len(made.pair_frictions)}"
     return grid("Scene", head, bodies, note)
+
+
+def _mass(body: Body) -> str:
+    """Or why it does not count."""
+    if body.fixed:
+        return "fixed"
+    return "kinematic" if body.kinematic else f"{body.mass:.4g}"
 
 
 def _vector(values: Iterable[float], unit: str) -> str:
