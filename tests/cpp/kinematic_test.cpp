@@ -395,7 +395,7 @@ TEST(Kinematic, JointsSpringsAndPlansThatCannotBeAreRejected) {
   EXPECT_TRUE(rejects([&] { scene.add_joint(joint("hinge", JointType::revolute, "object", "hand", Vector3::UnitX())); },
                       {"'hinge'", "child is 'hand'", "not kinematic"}));
   for (const char* end : {"table", "other"}) {
-    EXPECT_TRUE(rejects([&] { scene.add_spring({"hand", end}); }, {"body_b", "forces move at one end"}));
+    EXPECT_TRUE(rejects([&] { scene.add_spring({"hand", end}); }, {"body_b", "at most one fixed or kinematic body"}));
   }
   Plan push = plan_of("hand", Wrenches::Zero(1, 6));
   push.velocities[0].force = 1.0;

@@ -50,7 +50,7 @@ void validate_spring(const Spring& spring, const Body& a, const Body& b, const s
   require_not_negative("rest_length", spring.rest_length);
   require_not_negative("damping", spring.damping);
   const double inverse_mass = inverse_effective_mass(a, spring.point_a) + inverse_effective_mass(b, spring.point_b);
-  if (inverse_mass == 0.0) reject("body_b", "'" + spring.body_b + "'", "a body that forces move at one end at least");
+  if (inverse_mass == 0.0) reject("body_b", "'" + spring.body_b + "'", "at most one fixed or kinematic body");
   require_soft(spring, inverse_mass, others, step);
 }
 

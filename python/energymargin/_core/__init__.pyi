@@ -244,12 +244,17 @@ class Body:
     @property
     def friction(self) -> float:
         """
-        The coefficient of a contact is the product of its two bodies'.
+        The coefficient of a contact follows from those of its two bodies, by the scene's rule.
         """
     @property
     def inertial(self) -> Inertial | None:
         """
         Its centre of mass and inertia; unset: those of the shape, of even density.
+        """
+    @property
+    def kinematic(self) -> bool:
+        """
+        It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.
         """
     @property
     def linear_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -454,7 +459,7 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None) -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None, friction_rule: str = 'product') -> None:
         """
         An empty scene.
         
@@ -462,13 +467,14 @@ class Scene:
         below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
         also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
         where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
-        extent.
+        extent. friction_rule: what two bodies' coefficients make of their contact's, 'product' (as in Bullet) or 'max' (as in
+        MuJoCo); set_friction says it for a pair.
         """
     def __repr__(self) -> str:
         ...
     def _repr_html_(self) -> str:
         ...
-    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), kinematic: bool = False) -> None:
         """
         Add a body.
         
@@ -478,7 +484,8 @@ class Scene:
         act, and the inertia about it; by default those of the shape, of even density. role is 'object' (a body that disturbances act on),
         'effector' or 'none'. The factors lock axes of the centre of mass: 0 locked, 1 free; linear_factor=(1, 1, 0),
         angular_factor=(0, 0, 1) makes a planar body. force [N] acts on it all the time, in the world's axes, as a counterweight
-        or a motor does. Raises ValueError on bad values.
+        or a motor does. kinematic: the body goes on as it moves, or has the `velocities` of a plan, whatever it meets, as if its
+        mass were infinite. Raises ValueError on bad values.
         """
     def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None) -> None:
         """
@@ -510,6 +517,10 @@ class Scene:
         It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
         a spring too stiff for the scene's step.
         """
+    def contact_friction(self, body_a: str, body_b: str) -> float:
+        """
+        Coefficient of the contacts of two bodies: that of the pair, or else by friction_rule.
+        """
     def disable_collisions(self, body_a: str, body_b: str) -> None:
         """
         From now on the two bodies never collide. Those that a joint connects never do.
@@ -521,6 +532,13 @@ class Scene:
     def pack(self, *, joints: dict[str, typing.Any] | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values.
+        """
+    def set_friction(self, body_a: str, body_b: str, friction: float) -> None:
+        """
+        From now on contacts of the two bodies have this coefficient of friction.
+        
+        It counts instead of what friction_rule makes of the bodies' own. Raises ValueError on unknown bodies, one body given twice, and
+        a coefficient that is negative or not finite.
         """
     def slice(self, name: str) -> slice:
         """
@@ -534,7 +552,7 @@ class Scene:
         """
         A copy with another friction coefficient or mass [kg] of one body.
         
-        Its inertia grows with its mass. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
+        Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
         too stiff for a lighter one.
         """
     @property
@@ -558,6 +576,11 @@ class Scene:
         Of a contact: 1, along its sliding, or 2.
         """
     @property
+    def friction_rule(self) -> str:
+        """
+        What two bodies' coefficients make of their contact's: 'product' or 'max'.
+        """
+    @property
     def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Shape (3,) [m/s^2].
@@ -571,6 +594,11 @@ class Scene:
     def margin(self) -> float | None:
         """
         [m]
+        """
+    @property
+    def pair_frictions(self) -> dict[tuple[str, str], float]:
+        """
+        Coefficients that were set, by pair of bodies, the one that was added first in front.
         """
     @property
     def solver_iterations(self) -> int:
@@ -602,11 +630,12 @@ class Plan:
             axes.
         targets: by joint under position control, shape (K,) [rad] or [m].
         velocities: by free body, shape (K, 6): the velocity of its frame [m/s] and its angular velocity [rad/s]. A motor of
-            limited force keeps the body at them.
+            limited force keeps the body at them. A kinematic body has them, whatever it meets.
         limits: of the motors, by body of `velocities`: (force [N], torque [N m]), the largest along and about each axis of the
-            world. By default twice what holds the body and its links against gravity, and that at the body's radius.
+            world. By default twice what holds the body and its links against gravity, and that at the body's radius. A kinematic
+            body has none.
     
-    After the last row motors and wrenches are off, and joints keep their targets. Raises ValueError on rows of unequal number,
+    After the last row motors and wrenches are off, joints keep their targets, and kinematic bodies their velocities. Raises ValueError on rows of unequal number,
     or that are not finite.
     """
     @staticmethod
@@ -726,7 +755,7 @@ class Audit:
     @property
     def plan(self) -> float:
         """
-        Work of the robot's plan: its wrenches, its servos, and targets that differ from the scene's [J].
+        Work of the robot's plan: its wrenches, its servos, targets that differ from the scene's, and kinematic bodies [J].
         """
     @property
     def turnover(self) -> float:
@@ -762,7 +791,7 @@ class Contact:
     @property
     def friction(self) -> float:
         """
-        Coefficient, the product of the two bodies'.
+        Coefficient: Scene.contact_friction of the two bodies.
         """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1740,7 +1769,7 @@ def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, 
         search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
         sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
             the others at their bounds, along one axis, zero, or that of the edge before.
-        shorten: spend three quarters of the nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
+        shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
             weakened, cut in two and merged, and each change is simulated (improved).
         stop_at_escape: end a rollout where a look every 4 steps sees it outside of the capture set, and not only at its end.
         lower_bound: after the search, bound the effort from below too, as `effort_lower_bound` does. It has the time that the

@@ -234,10 +234,6 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
         raise ValueError(
             f"{quantity} names the body {name!r}, which is fixed, expected one that moves"
         )
-    if quantity == "mass" and body.kinematic:
-        raise ValueError(
-            f"mass names the body {name!r}, which is kinematic: its mass does not count"
-        )
     if quantity in ERRORS:
         scene.slice(name)  # which a link does not have, and says so
 

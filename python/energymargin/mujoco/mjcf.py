@@ -41,8 +41,14 @@ def to_mjcf(scene: Scene, state: ArrayLike | None = None, *, step: float | None 
     Bodies and joints have the scene's names. A joint's drive is an actuator of the joint's name
     whose control is the target; a body's constant force is an actuator without control. Raises
     ValueError on what MJCF cannot express: a body with one locked axis of rotation, a joint with
-    one limit for both ends, a body of the name "world".
+    one limit for both ends, a body of the name "world", a kinematic body.
     """
+    for body in scene.bodies:
+        if body.kinematic:
+            raise ValueError(
+                f"body {body.name!r} is kinematic, expected none: a mocap body of MuJoCo has no "
+                "velocity in its contacts; a heavy body with a motor, `limits` of a plan, is near"
+            )
     at = np.asarray(scene.pack() if state is None else state, dtype=float)
     return _Document(scene, at, positive_number("step", scene.step if step is None else step)).text
 

@@ -22,8 +22,7 @@ std::vector<Contact> contact_points(const btCollisionDispatcher& dispatcher, con
                                    duration;
       contacts.push_back({scene.bodies()[a].name, scene.bodies()[b].name, from_bullet(point.getPositionWorldOnB()),
                           from_bullet(point.m_normalWorldOnB), point.getDistance(),
-                          point.getAppliedImpulse() / duration, from_bullet(tangential),
-                          scene.contact_friction(a, b)});
+                          point.getAppliedImpulse() / duration, from_bullet(tangential), scene.contact_friction(a, b)});
     }
   }
   return contacts;

@@ -5,8 +5,8 @@
 
 namespace energymargin {
 
-//! As Bullet's btManifoldResult, with a coefficient of friction of the pair. A point that was there before it moves, with
-//! its impulses and its friction, instead of making it anew.
+//! As Bullet's btManifoldResult, with a coefficient of friction of the pair. A point that was there before it moves,
+//! with its impulses and its friction, instead of making it anew.
 class FoundContacts : public btManifoldResult {
  public:
   FoundContacts(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, double friction)
