@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Problem, Region
+from energymargin._core import Cancel, Cancelled, Problem, Region
 from energymargin.mujoco.simulation import Simulation
 
 __all__ = ["Edge", "Played", "Player"]
@@ -65,8 +65,16 @@ class Player:
     without a wrench from then on, all looks are outside until `dwell` is over.
     """
 
-    def __init__(self, problem: Problem, captured: Region, model: Any, data: Any) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        captured: Region,
+        model: Any,
+        data: Any,
+        cancel: Cancel | None = None,
+    ) -> None:
         """`captured`: the set that is left. Raises ValueError as `Simulation`."""
+        self._cancel = cancel
         self._problem, self._captured, self._scene = problem, captured, problem.scene
         self._start = Simulation(self._scene, model, data, problem.plan)
         self._timestep = float(model.opt.timestep)
@@ -84,7 +92,7 @@ class Player:
     def play(self, edges: Iterable[Edge], *, stop: bool = True) -> Played:
         """`stop`: at the exit; else it goes on to the end of the edges.
 
-        Raises RuntimeError if MuJoCo diverges.
+        Raises RuntimeError if MuJoCo diverges, Cancelled once `cancel` is set.
         """
         simulation, until, horizon = self._start.branch(), 0.0, self._problem.horizon
         first = self._exit(simulation)
@@ -111,15 +119,25 @@ class Player:
         """Goes on to a time [s], or to the exit; returns the exit, if there is one by then."""
         if first and stop:
             return first
-        self._begin_edge(simulation)
-        while simulation.steps < round(until / self._timestep):
-            simulation.step(wrenches)
+        self._begin_edge(simulation, wrenches)
+        while self._go_to_look(simulation, until):
             first = first or self._exit(simulation)
             if first and stop:
                 break
         return first
 
-    def _begin_edge(self, simulation: Simulation) -> None:
+    def _go_to_look(self, simulation: Simulation, until: float) -> bool:
+        """To the next look, or to a time [s]; False if it is there already."""
+        if self._cancel and self._cancel.is_set:
+            raise Cancelled("cancelled while an escape was played in MuJoCo")
+        last, step, between = round(until / self._timestep), self._timestep, self._between_looks
+        look = round((int(simulation.time / between + ALMOST) + 1) * between / step)
+        steps = min(look, last) - simulation.steps
+        simulation.advance(steps)
+        return steps > 0
+
+    def _begin_edge(self, simulation: Simulation, wrenches: Vector) -> None:
+        simulation.push(wrenches)
         if self._problem.effector == "drive":
             simulation.put(self._problem.edge_start(simulation.state()))
 
@@ -147,9 +165,8 @@ class Player:
             return True
         looks = math.ceil((simulation.time + self._problem.dwell) / between - ALMOST)
         until = min(looks * between, horizon)
-        self._begin_edge(simulation)
-        while simulation.steps < round(until / self._timestep):
-            simulation.step(self._none)
+        self._begin_edge(simulation, self._none)
+        while self._go_to_look(simulation, until):
             if self._is_look(simulation) and not self._outside(simulation):
                 return False
         return True

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin._core import EscapeEffort, Problem, Region, Scene, World
+from energymargin._core import Cancel, EscapeEffort, Problem, Region, Scene, World
 from energymargin.checks import one_of, positive_number
 from energymargin.mujoco.playing import Edge, Player
 
@@ -53,6 +53,7 @@ def replay(
     *,
     captured: str = "all",
     largest_scale: float = 1.2,
+    cancel: Cancel | None = None,
 ) -> Replay:
     """Plays an escape, or the robot's plan alone, in MuJoCo.
 
@@ -64,6 +65,7 @@ def replay(
         captured: 'all' or 'any', as in `escape_effort`.
         largest_scale: if the escape does not lead out, its wrenches are tried stronger by one
             percent each time, up to this.
+        cancel: Cancelled is raised once it is set.
 
     Looks at the capture set follow each step of the scene, or the problem's clock. Without a clock
     the objects go on without a wrench for as long as a longest edge.
@@ -75,7 +77,7 @@ def replay(
     region = _region(problem, one_of("captured", captured, ("all", "any")))
     largest = positive_number("largest_scale", largest_scale)
     edges, ours = _undisturbed(problem) if escape is None else _path(escape)
-    player = Player(problem, region, model, data)
+    player = Player(problem, region, model, data, cancel)
     _require_same(problem, player.start)
     played = player.play(edges, stop=False)
     distance, angle = _apart(problem.scene, played.end, ours)

@@ -36,6 +36,13 @@ class Robot:
             (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
         ]
 
+    def held(self, time: float) -> int:
+        """Steps from a time [s] on for which all that `act` sets stays the same."""
+        row, step = int(time / self._plan.step + ALMOST), float(self._model.opt.timestep)
+        if self._motors and row < self._plan.rows:
+            return 1
+        return max(1, round(((row + 1) * self._plan.step - time) / step))
+
     def act(self, data: Any, time: float) -> None:
         """Sets the controls, and adds to the wrenches, for the step that begins at a time [s]."""
         row, last = int(time / self._plan.step + ALMOST), self._plan.rows - 1

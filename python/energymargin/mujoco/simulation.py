@@ -17,8 +17,6 @@ __all__ = ["Simulation"]
 
 Vector = NDArray[np.float64]
 
-DIVERGED = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
-
 
 class Simulation:
     """A copy of some data, step by step, and the work of the wrenches on the objects so far."""
@@ -26,46 +24,37 @@ class Simulation:
     def __init__(self, scene: Scene, model: Any, data: Any, plan: Plan | None = None) -> None:
         """`plan` begins where the data are. Raises ValueError if the model lacks what it moves."""
         self._mujoco = needed()
-        self.model, self.states = model, States(scene, model)
-        self.data = copy(data)
+        self.model, self.states, self.data = model, States(scene, model), copy(data)
         self.steps = 0
         self.effort = 0.0
         """Integral of |f . v + tau . omega| dt [J]."""
         self.work = 0.0
-        self._applied = np.array(data.xfrc_applied)
-        objects = [body.name for body in scene.bodies if body.role == "object"]
-        self.objects = [self.states.body_id(name) for name in objects]
+        names = [body.name for body in scene.bodies if body.role == "object"]
+        self.objects = [self.states.body_id(name) for name in names]
         """Their numbers in the model."""
+        self._applied = np.array(data.xfrc_applied)
         self._robot = Robot(plan, model, self.states) if plan else None
-        self._warned = self._warnings()
-        self.states.refresh(self.data)
-        self._velocities = self._object_velocities()
+        self.push(np.zeros((len(names), 6)))
 
     @property
     def time(self) -> float:
         """Since the start [s]."""
         return float(self.steps * self.model.opt.timestep)
 
-    def step(self, wrenches: Vector) -> None:
-        """One step under wrenches on the k objects, shape (k, 6) [N, N m].
+    def push(self, wrenches: Vector) -> None:
+        """From now on wrenches act on the k objects, shape (k, 6) [N, N m]."""
+        self._wrenches = wrenches
+        self._pushes = bool(np.any(wrenches))
+        self._turned = np.roll(wrenches, 3, axis=1)  # torque first, as MuJoCo has it
 
-        Raises RuntimeError if MuJoCo diverges.
-        """
-        data, before = self.data, self._velocities
-        data.xfrc_applied[:] = self._applied
-        if self._robot:
-            self._robot.act(data, self.time)
-        data.xfrc_applied[self.objects] += wrenches
-        self._mujoco.mj_step(self.model, data)
-        if self._warnings() > self._warned:
-            raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
-        self.steps += 1
-        self.states.refresh(data)
-        self._velocities = self._object_velocities()
-        mean = (before + self._velocities) / 2
-        works = self.model.opt.timestep * np.einsum("ij,ij->i", wrenches, mean)
-        self.effort += float(np.abs(works).sum())
-        self.work += float(works.sum())
+    def advance(self, steps: int) -> None:
+        """Some steps. Raises RuntimeError if MuJoCo diverges."""
+        left = steps
+        while left > 0:
+            some = min(left, self._robot.held(self.time)) if self._robot else left
+            self._load()
+            self._step(some)
+            left -= some
 
     def state(self) -> Vector:
         """Of the scene, shape (n,)."""
@@ -74,21 +63,46 @@ class Simulation:
     def put(self, state: Vector) -> None:
         """Goes on from another state, shape (n,)."""
         self.states.write(self.data, state)
-        self._velocities = self._object_velocities()
 
     def branch(self) -> Simulation:
         """A copy that goes on alone."""
-        other = object.__new__(Simulation)
-        other.__dict__.update(self.__dict__)
+        other = copy(self)
         other.data = copy(self.data)
         return other
 
-    def _object_velocities(self) -> Vector:
-        """Of the centres of mass, along the world's axes, shape (k, 6)."""
-        at_mass = self._mujoco.mjtObj.mjOBJ_BODY
-        twists = [self.states.twist(self.data, body, at_mass).copy() for body in self.objects]
-        return np.roll(np.reshape(twists, (-1, 6)), 3, axis=1)
+    def _load(self) -> None:
+        """Sets what acts in the next steps."""
+        self.data.xfrc_applied[:] = self._applied
+        if self._robot:
+            self._robot.act(self.data, self.time)
+        self.data.xfrc_applied[self.objects] += self._wrenches
 
-    def _warnings(self) -> int:
-        kinds = self._mujoco.mjtWarning
-        return sum(self.data.warning[getattr(kinds, kind)].number for kind in DIVERGED)
+    def _step(self, steps: int) -> None:
+        before = self.data.time
+        if self._pushes:
+            self._step_working(steps)
+        else:
+            self._mujoco.mj_step(self.model, self.data, steps)
+        if not self.data.time > before:  # then it has begun anew
+            raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
+        self.steps += steps
+
+    def _step_working(self, steps: int) -> None:
+        """An impulse works along the mean of the velocities before and after the step."""
+        half = self.model.opt.timestep / 2
+        before = self._powers()
+        for _ in range(steps):
+            self._mujoco.mj_step(self.model, self.data)
+            after = self._powers()
+            for one, other in zip(before, after, strict=True):
+                work = half * (one + other)
+                self.effort += abs(work)
+                self.work += work
+            before = after
+
+    def _powers(self) -> list[float]:
+        """Of the wrench on each object, at its centre of mass [W]."""
+        self.states.refresh(self.data)
+        at_mass = self._mujoco.mjtObj.mjOBJ_BODY
+        twists = (self.states.twist(self.data, body, at_mass) for body in self.objects)
+        return [float(w @ twist) for w, twist in zip(self._turned, twists, strict=True)]
