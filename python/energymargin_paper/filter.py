@@ -81,7 +81,7 @@ class Outcome:
     changed: int
     """Actions that the filter changed."""
     seconds: float
-    """Of the processor, for all steps [s]; on a core of its own that is the time that they take."""
+    """That all steps take [s]; more where the machine has other work too."""
     longest: float
     """The longest step [s]."""
     late: int
@@ -165,9 +165,9 @@ def run(job: Episode, cancel: Cancel) -> Outcome:
     while True:
         action = env.nominal_action() + job.noise * noise.normal(size=2)
         space: Any = env.action_space
-        begin = time.process_time()
+        begin = time.perf_counter()
         *_, terminated, truncated, info = wrapped.step(np.clip(action, space.low, space.high))
-        times.append(time.process_time() - begin)
+        times.append(time.perf_counter() - begin)
         changed += bool(info.get("filter", {}).get("changed"))
         if terminated or truncated or cancel.is_set:
             late = sum(duration > FRAME for duration in times)
@@ -194,7 +194,7 @@ class FilterStudy(Study[Settings, Filtered]):
 
     Pairs of episodes with the same seeds, with the filter and without, and how many steps a second
     the wrapper makes. The folder gets filter.md and filter.csv; it goes on with the episodes that
-    it has. One episode after the other, so that the time of the processor is that of a step.
+    it has. Episodes run one after the other, since their steps are timed.
 
     Example: `energymargin reproduce filter --episodes 50`
     """

@@ -21,13 +21,14 @@ PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 API = "\n".join(page.read_text() for page in sorted((DOCS / "api/python").glob("*.md")))
 MODULES = re.findall(r"automodule:: (energymargin[\w.]*)\n   :members:", API)
 NAMED = set(re.findall(r"auto(?:class|function|exception):: (\w+)", API))
-EXTRAS = ("plots", "report", "viewer")  # of energymargin, imported when they are asked for
+EXTRAS = ("gym", "plots", "report", "viewer")  # of energymargin, imported when they are asked for
 
 # Pages whose Python runs from top to bottom as it is written.
 RUNNING = [
     "index.md",
     "ten_minutes.md",
     "formats/datasets.md",
+    "guides/gymnasium.md",
     "guides/own_problem.md",
     "guides/own_task.md",
     "guides/plans_and_horizons.md",

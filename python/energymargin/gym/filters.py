@@ -109,7 +109,8 @@ def choose(
     """The best of `count` candidates by `probability(number)`; 0 unless another one is better by
     more than the statistical error.
 
-    Where even a certain capture would not be, the others are not asked.
+    Candidates are asked until one is captured for certain, which none can exceed. Where even that
+    would not be better by more than the error, the others are not asked.
     """
     probabilities = np.full(count, np.nan)
     first = probability(0)
@@ -124,6 +125,8 @@ def choose(
         probabilities[number] = found.captured
         if found.captured > highest and _better(found.captured, found.effective, first, z):
             best, highest = number, found.captured
+        if highest == 1.0:
+            break
     return Choice(best, probabilities)
 
 
