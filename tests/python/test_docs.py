@@ -29,6 +29,7 @@ RUNNING = [
     "ten_minutes.md",
     "formats/datasets.md",
     "guides/gymnasium.md",
+    "guides/monitor.md",
     "guides/own_problem.md",
     "guides/own_task.md",
     "guides/plans_and_horizons.md",

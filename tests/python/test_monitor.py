@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import logging
+import re
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +21,7 @@ from energymargin import monitor
 from energymargin.monitor import Alarm, alarms, first_loss, threshold
 from energymargin.monitor.pace import SHARE, Pace
 
+BENCH = Path(__file__).parents[2] / "python" / "bench" / "monitor.py"
 LONG = 60.0  # s; so long a test waits for what has to come
 
 Question = Callable[[np.ndarray], em.Problem]
@@ -362,6 +367,16 @@ def test_values_with_a_number_of_rollouts_that_adapts_are_those_of_that_number(p
             problem.with_state(at(problem, 0.03)), rollouts=reading.rollouts, seed=1
         )
         assert reading.value == again.captured
+
+
+def test_the_benchmark_plays_states_in_real_time_and_counts_them(tmp_path):
+    words = ("--seconds", "0.5", "--rate", "20", "--rollouts", "1,4", "--out", "table.md")
+    command = [sys.executable, BENCH, *words]
+    done = subprocess.run(command, check=False, cwd=tmp_path, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    (row,) = re.findall(r"pushed, scored.* \| (.*) \|", (tmp_path / "table.md").read_text())
+    pushed, scored, dropped, failed = map(int, row.split(","))
+    assert pushed == 10 == scored + dropped and scored > 0 and failed == 0
 
 
 def test_an_alarm_of_n_of_m_waits_for_n_and_goes_off_after_n():
