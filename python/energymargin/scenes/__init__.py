@@ -1,7 +1,9 @@
 """Scenes from files, and states that were measured."""
 
 from energymargin.scenes.files import data_file
+from energymargin.scenes.mjcf import from_mjcf
+from energymargin.scenes.mjcf_features import NotSimulatedError
 from energymargin.scenes.overlaps import moved_apart
 from energymargin.scenes.urdf import from_urdf
 
-__all__ = ["data_file", "from_urdf", "moved_apart"]
+__all__ = ["NotSimulatedError", "data_file", "from_mjcf", "from_urdf", "moved_apart"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from energymargin._core import Scene, World
@@ -21,9 +21,14 @@ class Additions:
     bodies: list[dict[str, Any]]
     joints: list[dict[str, Any]]
     disabled: list[Pair]
+    frictions: list[tuple[str, str, float]] = field(default_factory=list)
+    """Coefficients of pairs of bodies."""
+    planes: list[dict[str, Any]] = field(default_factory=list)
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
+        for keywords in self.planes:
+            scene.add_plane(**keywords)
         for keywords in self.bodies:
             limit.require(f"body {keywords['name']!r} was added")
             scene.add_body(**keywords)
@@ -33,19 +38,35 @@ class Additions:
         for body_a, body_b in self.disabled:
             limit.require(f"collisions of {body_a!r} and {body_b!r} were disabled")
             scene.disable_collisions(body_a, body_b)
+        for body_a, body_b, friction in self.frictions:
+            scene.set_friction(body_a, body_b, friction)
         return scene
 
 
 def added(
-    scene: Scene | None, new: Additions, prefix: str, limit: Limit, *, self_collision: bool
+    scene: Scene | None,
+    new: Additions,
+    prefix: str,
+    limit: Limit,
+    *,
+    self_collision: bool,
+    overlapping: bool = False,
 ) -> Scene:
-    """The scene, or a new one, with a robot; an error leaves a given scene as it was."""
+    """The scene, or a new one, with a robot; an error leaves a given scene as it was.
+
+    `overlapping`: whether links may overlap at the start; those that do never collide.
+    """
     if scene is not None:
         _check_names(scene, new)
     made = new.add_to(Scene() if scene is None else _empty(scene), limit)
     if self_collision:
         limit.require("links that overlap were looked for")
-        _require_no_overlap(made, prefix)
+        depths = _overlaps(made)
+        if depths and not overlapping:
+            _refuse(depths, prefix)
+        for pair in depths:
+            new.disabled.append(pair)
+            made.disable_collisions(*pair)
     limit.require("the scene was made")
     return made if scene is None else new.add_to(scene, Limit())
 
@@ -53,7 +74,7 @@ def added(
 def _check_names(scene: Scene, new: Additions) -> None:
     """No two bodies of a scene, and no two joints, have the same name."""
     for what, there, added in (
-        ("body", scene.bodies, new.bodies),
+        ("body", scene.bodies, new.planes + new.bodies),
         ("joint", scene.joints, new.joints),
     ):
         taken = {item.name for item in there}
@@ -71,21 +92,26 @@ def _empty(scene: Scene) -> Scene:
         scene.solver_tolerance,
         scene.friction_directions,
         scene.margin,
+        scene.friction_rule,
     )
 
 
-def _require_no_overlap(robot: Scene, prefix: str) -> None:
-    """Raises ValueError that lists the links which overlap at the start."""
-    if not robot.joints:
-        return
+def _overlaps(robot: Scene) -> dict[Pair, float]:
+    """How deep [m] links overlap each other, or other bodies, at the start."""
+    links = {joint.child for joint in robot.joints}
     depths: dict[Pair, float] = {}
-    for contact in World(robot).contacts(robot.pack()):
-        pair = (contact.body_a.removeprefix(prefix), contact.body_b.removeprefix(prefix))
-        depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
-    deep = {pair: depth for pair, depth in sorted(depths.items()) if depth > OVERLAP}
-    if deep:
-        found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
-        raise ValueError(
-            f"links overlap at the start: {found}; another start, "
-            f"disable_collisions={list(deep)}, or self_collision=False avoids that"
-        )
+    for contact in World(robot).contacts(robot.pack()) if links else ():
+        pair = (contact.body_a, contact.body_b)
+        if links & set(pair) and -contact.distance > OVERLAP:
+            depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
+    return dict(sorted(depths.items()))
+
+
+def _refuse(depths: dict[Pair, float], prefix: str) -> None:
+    """Raises ValueError that lists the links which overlap at the start."""
+    deep = {(a.removeprefix(prefix), b.removeprefix(prefix)): d for (a, b), d in depths.items()}
+    found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
+    raise ValueError(
+        f"links overlap at the start: {found}; another start, "
+        f"disable_collisions={list(deep)}, or self_collision=False avoids that"
+    )

@@ -1,0 +1,251 @@
+"""Robots, objects and whole scenes from MuJoCo's models."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Scene
+from energymargin.checks import one_of
+from energymargin.limits import Limit
+from energymargin.scenes.additions import Additions, added
+from energymargin.scenes.mjcf_bodies import Builder
+from energymargin.scenes.mjcf_contacts import Contacts
+from energymargin.scenes.mjcf_couplings import Coupling, couplings
+from energymargin.scenes.mjcf_drives import drives, joint_drives
+from energymargin.scenes.mjcf_features import Features
+from energymargin.scenes.mjcf_model import (
+    Selection,
+    below,
+    body_id,
+    compiled,
+    disabled,
+    engine,
+    joint_name,
+    start_of,
+)
+from energymargin.scenes.poses import Pose, place, pose
+
+__all__ = ["from_mjcf"]
+
+FRICTION_RULE = "max"  # MuJoCo's
+OVERLAPPING = "overlapping"
+Names = str | Iterable[str]
+Control = Mapping[str, Mapping[str, Any]]
+# What `joints` may set; the rest is the model's.
+CONTROL = (
+    "start",
+    "start_velocity",
+    "held",
+    "target",
+    "target_velocity",
+    "stiffness",
+    "damping",
+    "torque_limit",
+    "limits",
+)
+
+
+def from_mjcf(
+    model: Any,
+    scene: Scene | None = None,
+    *,
+    object: Names = (),
+    effector: Names = (),
+    subtree: str | None = None,
+    base: str = "fixed",
+    prefix: str = "",
+    position: Sequence[float] | None = None,
+    orientation: Sequence[float] | None = None,
+    data: Any = None,
+    keyframe: str | int | None = None,
+    joints: Control | None = None,
+    disable_collisions: str | Iterable[Sequence[str]] = (),
+    self_collision: bool = True,
+    ignore: Collection[str] = (),
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Scene:
+    """A MuJoCo model, or a body of it and all that hangs on it: a new scene, or added to one.
+
+    MuJoCo compiles the model; its numbers are the scene's. A body and a joint have MuJoCo's names,
+    behind `prefix`, and a body has MuJoCo's frame. The world's geoms have their own names.
+
+    Meshes are the convex hulls that MuJoCo collides, ellipsoids hulls of 200 points, planes have no
+    end. Friction follows MuJoCo's rule, the larger of two coefficients, or a priority's or a
+    pair's. Contacts are hard, whatever solref and solimp say.
+
+    A body with several joints hangs on links between them that have a billionth of its mass. Geoms
+    of one body that collide with different others, or are differently rough, become bodies fixed
+    to it, as light. A body without mass that is fixed to another one is part of that.
+
+    Position and velocity actuators are the joints' compliance, at the control of `data` or of the
+    keyframe. Their force limit is that of the joint, its passive damping included. What acts on a
+    joint that follows another one by an equality constraint acts on the one that leads. A joint
+    starts where MuJoCo has it, or at the nearer limit.
+
+    Args:
+        model: a path, XML text, or a `mujoco.MjModel`.
+        scene: the scene to add to, with `friction_rule="max"`; its gravity holds. None makes a new
+            one with the model's gravity.
+        object: bodies on which disturbances act, by name.
+        effector: bodies of the robot, with all that hangs on them.
+        subtree: the body that becomes the base, with all that hangs on it; None is all.
+        base: of a subtree, "fixed" or "free" to move.
+        prefix: of all names.
+        position: of the subtree's base, shape (3,) [m]; None is where MuJoCo has it.
+        orientation: of the subtree's base, a unit quaternion x, y, z, w; None as above.
+        data: a `mujoco.MjData` that says where all starts, and its control.
+        keyframe: of the model, instead of `data`, by name or number.
+        joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness,
+            which replace the model's.
+        disable_collisions: pairs of bodies that never collide, or "overlapping": those that
+            overlap at the start, and of which a joint moves one.
+        self_collision: whether bodies of the model can collide. None that joints move may then
+            overlap at the start.
+        ignore: what to do without of what is not simulated, by the names in the error.
+        timeout: [s].
+        cancel: ends it once it is set.
+
+    Returns:
+        `scene`, or the new scene.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        NotSimulatedError: a ValueError that names what is not simulated.
+        ValueError: that names what is wrong in the model or an argument.
+        TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
+        ImportError: without MuJoCo.
+
+    On an error a given scene is as it was.
+    """
+    limit = Limit(timeout, cancel)
+    if scene is not None:
+        one_of("scene.friction_rule", scene.friction_rule, (FRICTION_RULE,))
+    one_of("base", base, ("fixed", "free"))
+    features = Features(_names("ignore", ignore))
+    made = compiled(model)
+    limit.require("the model was compiled")
+    start = start_of(made, data, keyframe)
+    _count_options(made, features)
+    selection = Selection(made, subtree, base, start, features)
+    at = _base_pose(selection, position, orientation)
+    roles = _roles(selection, _names("object", object), _names("effector", effector))
+    coupled = couplings(selection, features)
+    control = _control(selection, coupled, joints or {})
+    driven = drives(selection, coupled, control, features)
+    contacts = Contacts(selection, features)
+    features.require_none(str(model) if isinstance(model, Path) else "the model")
+    limit.require("the model was read")
+    gravity = np.asarray(_gravity(made) if scene is None else scene.gravity)
+    builder = Builder(
+        selection, contacts, roles, base=at, gravity=gravity, prefix=prefix, limit=limit
+    )
+    new = builder.additions(
+        joint_drives(selection, coupled, driven, control, prefix), self_collision=self_collision
+    )
+    overlapping = disable_collisions == OVERLAPPING
+    if not overlapping:
+        new.disabled.extend(_pairs(disable_collisions, new, prefix))
+    into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene
+    return added(into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping)
+
+
+def _names(argument: str, given: Names) -> tuple[str, ...]:
+    if isinstance(given, str):
+        if argument == "ignore":
+            raise ValueError(f"{argument} is {given!r}, expected a tuple: ({given!r},)")
+        return (given,)
+    return tuple(given)
+
+
+def _count_options(model: Any, features: Features) -> None:
+    mujoco, option = engine(), model.opt
+    features.add("option/fluid", bool(option.density or option.viscosity or option.wind.any()))
+    override = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
+    features.add("option/override", bool(option.enableflags & override))
+    features.add("flex", int(model.nflex))
+    features.add("plugin", int(model.nplugin))
+
+
+def _gravity(model: Any) -> NDArray[np.float64]:
+    if disabled(model, "GRAVITY"):
+        return np.zeros(3)
+    return np.array(model.opt.gravity)
+
+
+def _base_pose(
+    selection: Selection, position: Sequence[float] | None, orientation: Sequence[float] | None
+) -> Pose:
+    """Of the world, or of the subtree's base where the caller or the model has it."""
+    if selection.root is None:
+        if position is not None or orientation is not None:
+            raise ValueError(
+                f"position is {position!r} and orientation {orientation!r}, expected neither "
+                "without a subtree"
+            )
+        return np.eye(4)
+    there = place(selection.start.poses[selection.root])
+    return pose(
+        there["position"].tolist() if position is None else position,
+        there["orientation"].tolist() if orientation is None else orientation,
+    )
+
+
+def _roles(
+    selection: Selection, objects: tuple[str, ...], effectors: tuple[str, ...]
+) -> dict[int, str]:
+    """By body. Raises ValueError on names that are not selected, and on an object that is fixed."""
+    tops = {"object": objects, "effector": effectors}
+    ids = {
+        role: [body_id(selection.model, role, name) for name in names]
+        for role, names in tops.items()
+    }
+    for role, bodies in ids.items():
+        for body, name in zip(bodies, tops[role], strict=True):
+            if selection.carrier.get(body) != body:
+                raise ValueError(f"{role} is {name!r}, which is no body of the scene")
+            if role == "object" and body in selection.static:
+                raise ValueError(f"object is {name!r}, which is fixed, expected one that moves")
+    roles = dict.fromkeys(below(selection.model, ids["effector"]), "effector")
+    return roles | dict.fromkeys(ids["object"], "object")
+
+
+def _control(
+    selection: Selection, coupled: Mapping[int, Coupling], given: Control
+) -> dict[str, Mapping[str, Any]]:
+    """What the caller sets, by the model's names; ValueError on other joints and keywords."""
+    names = {joint_name(selection.model, joint): joint for joint in selection.all_joints()}
+    for name, own in given.items():
+        if name not in names:
+            raise ValueError(f"joints has {name!r}, expected one of {', '.join(names)}")
+        follows = coupled.get(names[name])
+        known = () if follows else CONTROL
+        for keyword in own:
+            if keyword not in known:
+                expected = ", ".join(known) or "none for one that follows another joint"
+                raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}")
+    return dict(given)
+
+
+def _pairs(
+    pairs: str | Iterable[Sequence[str]], new: Additions, prefix: str
+) -> Iterator[tuple[str, str]]:
+    if isinstance(pairs, str):
+        raise ValueError(
+            f"disable_collisions is {pairs!r}, expected {OVERLAPPING!r} or pairs of bodies"
+        )
+    known = [keywords["name"].removeprefix(prefix) for keywords in new.bodies]
+    for pair in pairs:
+        if len(pair) != 2 or pair[0] == pair[1]:
+            raise ValueError(f"disable_collisions has {pair!r}, expected pairs of two bodies")
+        for name in pair:
+            if name not in known:
+                raise ValueError(
+                    f"disable_collisions has {name!r}, expected one of {', '.join(known)}"
+                )
+        yield prefix + pair[0], prefix + pair[1]

@@ -1,0 +1,287 @@
+"""The bodies and joints of a scene from those of a MuJoCo model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Compound, Inertial
+from energymargin.limits import Limit
+from energymargin.scenes.additions import Additions
+from energymargin.scenes.mjcf_contacts import Contacts, Group
+from energymargin.scenes.mjcf_geoms import plane, shape
+from energymargin.scenes.mjcf_model import (
+    MASSLESS,
+    WORLD,
+    Selection,
+    body_name,
+    geom_name,
+    joint_name,
+    word,
+)
+from energymargin.scenes.poses import Pose, place, pose
+
+__all__ = ["Builder"]
+
+NEGLIGIBLE = 1e-9  # share of a body's mass that a link without mass gets: a link has one
+GYRATION = 0.01  # m; radius of gyration of such a link
+
+
+class Builder:
+    """Keywords of `Scene.add_body` and `Scene.add_joint`."""
+
+    def __init__(
+        self,
+        selection: Selection,
+        contacts: Contacts,
+        roles: Mapping[int, str],
+        *,
+        base: Pose,
+        gravity: NDArray[np.float64],
+        prefix: str,
+        limit: Limit,
+    ) -> None:
+        """`base`: of the subtree, or of the world. `roles`: by body, where it is not "none"."""
+        self._selection, self._model = selection, selection.model
+        self._contacts, self._roles, self._gravity = contacts, roles, gravity
+        self._prefix, self._limit = prefix, limit
+        root = WORLD if selection.root is None else selection.root
+        self._shift = base @ np.linalg.inv(selection.start.poses[root])
+        self._groups: dict[int, list[Group]] = {body: [] for body in selection.bodies}
+        for group in contacts.groups:
+            self._groups[group.body].append(group)
+        self._bodies: dict[str, dict[str, Any]] = {}
+        self._planes: dict[str, dict[str, Any]] = {}
+        self._joints: list[tuple[int | None, dict[str, Any]]] = []
+        self._of_group: dict[Group, str] = {}
+
+    def additions(self, drives: Mapping[int, dict[str, Any]], *, self_collision: bool) -> Additions:
+        """All of it; `drives`: by joint, keywords of its drive, start and mimic."""
+        for body in self._selection.bodies:
+            self._limit.require(f"body {self._name(body)!r} was made")
+            if body in self._selection.static:
+                self._add_static(body)
+            elif self._selection.carrier[body] == body:
+                self._add_moving(body)
+        order = list(drives)
+        joints = [
+            ({**keywords, **drives[joint]}, order.index(joint))
+            if joint is not None
+            else (keywords, len(order))
+            for joint, keywords in self._joints
+        ]
+        joints.sort(key=lambda each: each[1])
+        disabled, frictions = self._pairs(self_collision)
+        return Additions(
+            sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0)),
+            [keywords for keywords, _ in joints],
+            disabled,
+            frictions,
+            list(self._planes.values()),
+        )
+
+    def _name(self, body: int) -> str:
+        return body_name(self._model, body)
+
+    def _add_body(self, name: str, body: int, **keywords: Any) -> None:
+        role = self._roles.get(body, "none")
+        if name != self._name(body) and role == "object":
+            role = "none"
+        self._bodies[name] = {"name": self._prefix + name, "role": role, **keywords}
+
+    def _add_joint(self, joint: int | None, name: str, parent: str, child: str, **of: Any) -> None:
+        named = {"name": name, "parent": parent, "child": child}
+        prefixed = {key: self._prefix + value for key, value in named.items()}
+        self._joints.append((joint, {**prefixed, **of}))
+
+    # Bodies that stay where they are
+
+    def _add_static(self, body: int) -> None:
+        for i, group in enumerate(self._groups[body]):
+            name = self._static_name(body, group, first=i == 0)
+            self._of_group[group] = name
+            if self._contacts.is_plane(group.geoms[0]):
+                self._add_plane(name, group)
+                continue
+            at = {"mass": 0.0, **self._place(body)}
+            self._add_body(name, body, shape=self._shape(group), friction=group.friction, **at)
+        if body == self._selection.root and self._name(body) not in self._bodies:
+            self._static_parent(body, None)
+
+    def _add_plane(self, name: str, group: Group) -> None:
+        at = self._shift @ self._selection.start.poses[group.body]
+        of = plane(self._model, group.geoms[0], at)
+        self._planes[name] = {"name": self._prefix + name, "friction": group.friction, **of}
+
+    def _static_name(self, body: int, group: Group, *, first: bool) -> str:
+        geom = geom_name(self._model, group.geoms[0])
+        if body != WORLD:
+            return self._name(body) if first else f"{self._name(body)}/{geom}"
+        taken = {self._name(other) for other in self._selection.bodies}
+        taken |= set(self._bodies) | set(self._planes)
+        alone = len(group.geoms) == 1 and geom not in taken
+        return geom if alone else f"{self._name(body)}/{geom}"
+
+    def _place(self, body: int) -> dict[str, Any]:
+        return _placed(self._shift @ self._selection.start.poses[body])
+
+    def _static_parent(self, body: int, child: Group | None) -> str:
+        """A fixed body that joints hang on: those that a joint connects never collide."""
+        name = self._name(body)
+        if name in self._bodies and not self._meet(self._main(body), child):
+            return name
+        frame = f"{name}/frame" if name in self._bodies else name
+        if frame not in self._bodies:
+            self._add_body(frame, body, shape=Compound([]), mass=0.0, **self._place(body))
+        return frame
+
+    # Bodies that move
+
+    def _add_moving(self, body: int) -> None:
+        main = self._main(body)
+        split = self._splits(body)
+        shapes = self._shape(main) if main is not None and not split else Compound([])
+        name = self._name(body)
+        keywords = {"shape": shapes, **self._mass(body)}
+        if main is not None and not split:
+            keywords["friction"] = main.friction
+            self._of_group[main] = name
+        if body in self._selection.free:
+            keywords |= self._place(body) | self._velocity(body)
+        self._add_body(name, body, **keywords)
+        if body not in self._selection.free:
+            self._hang(body, None if split else main)
+        for group in self._groups[body]:
+            if group not in self._of_group:
+                self._add_part(body, group)
+
+    def _main(self, body: int) -> Group | None:
+        """The geoms that a body has as its own shape."""
+        return next(iter(self._groups[body]), None)
+
+    def _meet(self, a: Group | None, b: Group | None) -> bool:
+        return a is not None and b is not None and self._contacts.coefficient(a, b) is not None
+
+    def _parent(self, body: int) -> tuple[int, Pose]:
+        """The body that carries one, and where in its frame the other's is before its joints."""
+        parent = int(self._model.body_parentid[body])
+        at = self._selection.offset[parent] @ self._selection.at(body)
+        return self._selection.carrier[parent], at
+
+    def _splits(self, body: int) -> bool:
+        """Whether a body collides with the one that moves and carries it: its shapes are bodies
+        of their own then, since those that a joint connects never collide."""
+        if body in self._selection.free or self._parent(body)[0] in self._selection.static:
+            return False
+        parent, _ = self._parent(body)
+        single = len(self._selection.joints[body]) == 1
+        return single and self._meet(self._main(parent), self._main(body))
+
+    def _hang(self, body: int, main: Group | None) -> None:
+        """A body on its parent, by its joints, with links between them."""
+        parent, at = self._parent(body)
+        joints = self._selection.joints[body]
+        static = parent in self._selection.static
+        last = main if len(joints) == 1 else None
+        above = self._static_parent(parent, last) if static else self._name(parent)
+        if not joints:
+            fixed = f"{self._name(body)}/fixed"
+            self._add_joint(None, fixed, above, self._name(body), type="fixed", **_origin(at))
+        for joint in joints:
+            name = joint_name(self._model, joint)
+            link = self._name(body) if joint == joints[-1] else f"{self._name(body)}/{name}"
+            if joint != joints[-1]:
+                self._add_body(link, body, shape=Compound([]), **self._negligible(body))
+            self._add_joint(joint, name, above, link, **self._frames(joint, at))
+            above, at = link, np.eye(4)
+
+    def _frames(self, joint: int, at: Pose) -> dict[str, Any]:
+        """Type, axis and frames of a joint whose position is MuJoCo's, `at` the body's frame."""
+        model = self._model
+        axis = np.asarray(model.jnt_axis[joint]) / np.linalg.norm(model.jnt_axis[joint])
+        anchor = np.asarray(model.jnt_pos[joint])
+        reference = float(model.qpos0[model.jnt_qposadr[joint]])
+        slides = word("mjtJoint", model.jnt_type[joint]) == "slide"
+        frame = np.eye(4)
+        if slides:
+            frame[:3, 3] = anchor - reference * axis
+        else:
+            half = -reference / 2
+            frame = pose(anchor.tolist(), [*(np.sin(half) * axis), np.cos(half)])
+        kind = "prismatic" if slides else "revolute"
+        return {"type": kind, "axis": axis, "child_origin": anchor, **_origin(at @ frame)}
+
+    def _add_part(self, body: int, group: Group) -> None:
+        """Geoms that differ from a body's others, on a body that is fixed to it."""
+        name = f"{self._name(body)}/{geom_name(self._model, group.geoms[0])}"
+        self._of_group[group] = name
+        light = self._negligible(body)
+        self._add_body(name, body, shape=self._shape(group), friction=group.friction, **light)
+        self._add_joint(None, f"{name}/fixed", self._name(body), name, type="fixed")
+
+    def _shape(self, group: Group) -> Any:
+        model, offsets = self._model, self._selection.offset
+        return shape(model, [(g, offsets[int(model.geom_bodyid[g])]) for g in group.geoms])
+
+    def _mass(self, body: int) -> dict[str, Any]:
+        """Mass and inertia, and the force of gravity compensation."""
+        model = self._model
+        mass = float(model.body_mass[body])
+        if mass <= MASSLESS:
+            return self._negligible(body)
+        least = NEGLIGIBLE * mass * GYRATION**2  # of a mass without extent
+        inertial = Inertial(
+            model.body_ipos[body],
+            inertia=np.maximum(model.body_inertia[body], least),
+            axes=np.roll(model.body_iquat[body], -1),
+        )
+        compensation = float(model.body_gravcomp[body])
+        force = {"force": -compensation * mass * self._gravity} if compensation else {}
+        return {"mass": mass, "inertial": inertial, **force}
+
+    def _negligible(self, body: int) -> dict[str, Any]:
+        """Mass and inertia that change nothing, of what only connects."""
+        mass = NEGLIGIBLE * float(self._model.body_subtreemass[body])
+        moments = np.full(3, mass * GYRATION**2)
+        return {"mass": mass, "inertial": Inertial(self._model.body_ipos[body], inertia=moments)}
+
+    def _velocity(self, body: int) -> dict[str, Any]:
+        twist, turn = self._selection.start.twists[body], self._shift[:3, :3]
+        return {"velocity": turn @ twist[3:], "angular_velocity": turn @ twist[:3]}
+
+    # Contacts
+
+    def _pairs(
+        self, self_collision: bool
+    ) -> tuple[list[tuple[str, str]], list[tuple[str, str, float]]]:
+        """Bodies that never collide, and those whose friction is not the larger of the two."""
+        jointed = {frozenset((j["parent"], j["child"])) for _, j in self._joints}
+        disabled, frictions = [], []
+        for a, b in combinations(self._contacts.groups, 2):
+            if self._selection.rigid(a.body, b.body):
+                continue
+            names = (self._prefix + self._of_group[a], self._prefix + self._of_group[b])
+            coefficient = self._contacts.coefficient(a, b) if self_collision else None
+            if frozenset(names) in jointed:
+                continue
+            if coefficient is None:
+                disabled.append(names)
+            elif coefficient != max(a.friction, b.friction):
+                frictions.append((*names, coefficient))
+        return disabled, frictions
+
+
+def _placed(at: Pose) -> dict[str, Any]:
+    """Position and orientation; of a half turn the sign says that it is meant."""
+    frame = place(at)
+    turn = frame["orientation"]
+    return {"position": frame["position"], "orientation": -turn if turn[3] == 0 else turn}
+
+
+def _origin(at: Pose) -> dict[str, Any]:
+    frame = _placed(at)
+    return {"origin": frame["position"], "orientation": frame["orientation"]}

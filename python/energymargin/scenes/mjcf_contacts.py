@@ -1,0 +1,154 @@
+"""Which geoms of a MuJoCo model collide, and with which coefficient of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.scenes.mjcf_features import Features
+from energymargin.scenes.mjcf_model import Selection, disabled, word
+
+__all__ = ["Contacts", "Group"]
+
+FRICTIONLESS = 1  # dimensions of a contact: then sliding friction, torsional, rolling
+SLIDING = 3
+
+
+@dataclass(frozen=True)
+class Group:
+    """Geoms of one body that collide with the same others, equally rough."""
+
+    body: int
+    geoms: tuple[int, ...]
+    friction: float
+
+
+class Contacts:
+    """What MuJoCo's rules say of the geoms of a selection that can collide at all."""
+
+    def __init__(self, selection: Selection, features: Features) -> None:
+        """Counts geoms and contacts that are not simulated."""
+        self._selection, self._model = selection, selection.model
+        chosen = {body: selection.carrier[body] for body in selection.bodies}
+        self.geoms = [g for g in self._colliding() if int(self._model.geom_bodyid[g]) in chosen]
+        self._count(features)
+        self.geoms = [g for g in self.geoms if self._kind(g) not in ("hfield", "sdf")]
+        self._index = {geom: i for i, geom in enumerate(self.geoms)}
+        self._coefficients = self._table()
+        self.groups = list(self._groups(chosen))
+
+    def coefficient(self, a: Group, b: Group) -> float | None:
+        """Of the contacts of two groups; None where they do not collide."""
+        value = self._coefficients[self._index[a.geoms[0]], self._index[b.geoms[0]]]
+        return None if np.isnan(value) else float(value)
+
+    def is_plane(self, geom: int) -> bool:
+        """Whether it is a half space."""
+        return self._kind(geom) == "plane"
+
+    def _kind(self, geom: int) -> str:
+        return word("mjtGeom", self._model.geom_type[geom])
+
+    def _colliding(self) -> list[int]:
+        model = self._model
+        paired = {int(g) for g in [*model.pair_geom1, *model.pair_geom2]}
+        masks = np.asarray(model.geom_contype) | np.asarray(model.geom_conaffinity)
+        return [g for g in range(model.ngeom) if masks[g] or g in paired]
+
+    def _count(self, features: Features) -> None:
+        model, own = self._model, np.asarray(self.geoms, int)
+        kinds = [self._kind(geom) for geom in self.geoms]
+        for kind in ("hfield", "sdf"):
+            features.add(f"geom/{kind}", kinds.count(kind))
+        features.add("geom.margin", int(np.sum(np.asarray(model.geom_margin)[own] > 0)))
+        condim, friction = np.asarray(model.geom_condim)[own], np.asarray(model.geom_friction)[own]
+        turning = ((condim > SLIDING) & (friction[:, 1] > 0)) | (
+            (condim > SLIDING + 1) & (friction[:, 2] > 0)
+        )
+        features.add("geom.condim", int(np.sum(turning)))
+        if getattr(model, "flg_adhesion", False) or getattr(model, "flg_surfacevel", False):
+            features.add("geom.adhesion")
+        for pair in self._pairs():
+            rough = np.asarray(model.pair_friction[pair])
+            features.add("pair.friction", int(rough[0] != rough[1] and model.pair_dim[pair] > 1))
+            features.add("geom.condim", int(model.pair_dim[pair] > SLIDING and rough[2:].any()))
+            features.add("geom.margin", int(model.pair_margin[pair] > 0))
+
+    def _pairs(self) -> list[int]:
+        """Pairs that the model names one by one, of the selection."""
+        own = set(self.geoms)
+        ends = zip(self._model.pair_geom1, self._model.pair_geom2, strict=True)
+        return [i for i, (a, b) in enumerate(ends) if int(a) in own and int(b) in own]
+
+    def _table(self) -> NDArray[np.float64]:
+        """Coefficients by two geoms, symmetric; NaN where they do not collide."""
+        model, own = self._model, np.asarray(self.geoms, int)
+        table = np.full((own.size, own.size), np.nan)
+        if not own.size or disabled(model, "CONTACT"):
+            return table
+        types, affinities = np.asarray(model.geom_contype), np.asarray(model.geom_conaffinity)
+        meet = (types[own][:, None] & affinities[own]) != 0
+        meet = (meet | meet.T) & self._bodies_meet(own)
+        table[meet] = self._mixed(own)[meet]
+        for pair in self._pairs():
+            a, b = (self._index[int(g[pair])] for g in (model.pair_geom1, model.pair_geom2))
+            rough = model.pair_friction[pair][0] if model.pair_dim[pair] > FRICTIONLESS else 0.0
+            table[a, b] = table[b, a] = rough
+        rigid = [[self._rigid(a, b) for b in self.geoms] for a in self.geoms]
+        table[np.asarray(rigid)] = np.nan
+        return table
+
+    def _rigid(self, geom_a: int, geom_b: int) -> bool:
+        bodies = self._model.geom_bodyid
+        return self._selection.rigid(int(bodies[geom_a]), int(bodies[geom_b]))
+
+    def _bodies_meet(self, own: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Neither welded together, nor parent and child, nor excluded."""
+        model = self._model
+        bodies = np.asarray(model.geom_bodyid)[own]
+        welds = np.asarray(model.body_weldid)
+        weld = welds[bodies]
+        above = welds[np.asarray(model.body_parentid)[weld]]
+        world = 0 if self._selection.root is None else -1  # a subtree hangs on what may move
+        meet: NDArray[np.bool_] = weld[:, None] != weld
+        if not disabled(model, "FILTERPARENT"):
+            parent = (weld[:, None] == above) & (weld[:, None] != world)
+            meet &= ~(parent | parent.T)
+        signatures = np.asarray(model.exclude_signature, np.int64)
+        excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in signatures}
+        for a, b in excluded:
+            pair = (bodies[:, None] == a) & (bodies == b)
+            meet &= ~(pair | pair.T)
+        return meet
+
+    def _mixed(self, own: NDArray[np.int64]) -> NDArray[np.float64]:
+        """The larger coefficient of two geoms, or that of the higher priority."""
+        priority = np.asarray(self._model.geom_priority)[own]
+        dimensions = np.asarray(self._model.geom_condim)[own]
+        friction = np.asarray(self._model.geom_friction)[own, 0]
+        first, equal = priority[:, None] > priority, priority[:, None] == priority
+        chosen = []
+        for values in (friction, dimensions):
+            one, other = np.broadcast_arrays(values[:, None], values)
+            chosen.append(np.where(equal, np.maximum(one, other), np.where(first, one, other)))
+        return np.where(chosen[1] > FRICTIONLESS, chosen[0], 0.0)
+
+    def _own_friction(self, geom: int) -> float:
+        slides = self._model.geom_condim[geom] > FRICTIONLESS
+        return float(self._model.geom_friction[geom][0]) if slides else 0.0
+
+    def _groups(self, carriers: dict[int, int]) -> Iterator[Group]:
+        """By body the largest group first; each plane is a group of its own."""
+        alike: dict[tuple[Any, ...], list[int]] = {}
+        for i, geom in enumerate(self.geoms):
+            body = carriers[int(self._model.geom_bodyid[geom])]
+            alone = geom if self.is_plane(geom) else -1
+            row = self._coefficients[i].tobytes()
+            alike.setdefault((body, alone, self._own_friction(geom), row), []).append(geom)
+        order = sorted(alike.items(), key=lambda item: (item[0][0], -len(item[1]), item[1][0]))
+        for (body, _, friction, _), geoms in order:
+            yield Group(body, tuple(geoms), friction)

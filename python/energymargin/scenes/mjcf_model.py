@@ -1,0 +1,236 @@
+"""A compiled MuJoCo model: its start, and the bodies of it that become a scene's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin.scenes.mjcf_features import Features
+from energymargin.scenes.poses import Pose, pose
+
+__all__ = [
+    "MASSLESS",
+    "WORLD",
+    "Selection",
+    "Start",
+    "below",
+    "body_id",
+    "body_name",
+    "compiled",
+    "disabled",
+    "engine",
+    "geom_name",
+    "joint_name",
+    "local_pose",
+    "start_of",
+    "word",
+]
+
+MASSLESS = 1e-15  # kg; MuJoCo's least mass of what moves
+WORLD = 0
+
+
+def engine() -> Any:
+    """The module `mujoco`; ImportError that names the extra."""
+    try:
+        import mujoco
+    except ImportError as error:
+        raise ImportError("MuJoCo is missing: pip install 'energymargin[mujoco]'") from error
+    return mujoco
+
+
+def compiled(source: Any) -> Any:
+    """The MjModel of a file, of XML text, or itself.
+
+    Raises FileNotFoundError, and ValueError with what MuJoCo says of the file.
+    """
+    mujoco = engine()
+    if isinstance(source, mujoco.MjModel):
+        return source
+    if not isinstance(source, str | Path):
+        raise ValueError(f"model is {type(source).__name__}, expected a path, XML or an MjModel")
+    if isinstance(source, str) and "<" in source:
+        return mujoco.MjModel.from_xml_string(source)
+    if not Path(source).is_file():
+        raise FileNotFoundError(f"there is no file {str(source)!r}")
+    return mujoco.MjModel.from_xml_path(str(source))
+
+
+def word(enum: str, value: Any) -> str:
+    """A member of an enum of MuJoCo's: ("mjtGeom", 2) is "sphere"."""
+    name: str = getattr(engine(), enum)(int(value)).name
+    return name.partition("_")[2].lower()
+
+
+def disabled(model: Any, what: str) -> bool:
+    """Whether the model switches something off, as "CONTACT"."""
+    flag = getattr(engine().mjtDisableBit, f"mjDSBL_{what}")
+    return bool(int(model.opt.disableflags) & int(flag))
+
+
+def body_name(model: Any, body: int) -> str:
+    """Of a body without a name: `body3`."""
+    return model.body(body).name or f"body{body}"
+
+
+def joint_name(model: Any, joint: int) -> str:
+    """Of a joint without a name: `joint3`."""
+    return model.joint(joint).name or f"joint{joint}"
+
+
+def geom_name(model: Any, geom: int) -> str:
+    """Of a geom without a name: `geom3`."""
+    return model.geom(geom).name or f"geom{geom}"
+
+
+def local_pose(position: Any, quaternion: Any) -> Pose:
+    """From MuJoCo's position (3,) and quaternion w, x, y, z."""
+    return pose(position, np.roll(np.asarray(quaternion), -1).tolist())
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a model is when its scene begins."""
+
+    positions: NDArray[np.float64]
+    """MuJoCo's qpos (nq,)."""
+    velocities: NDArray[np.float64]
+    """MuJoCo's qvel (nv,)."""
+    control: NDArray[np.float64]
+    """MuJoCo's ctrl, within the actuators' ranges."""
+    poses: list[Pose]
+    """Of the bodies, in the world."""
+    twists: NDArray[np.float64]
+    """Of the bodies' frames (nbody, 6): angular and linear velocity along the world's axes."""
+
+
+def start_of(model: Any, data: Any, keyframe: str | int | None) -> Start:
+    """That of an MjData, of a keyframe, or of a fresh MjData.
+
+    Raises ValueError if both are given, and on an unknown keyframe.
+    """
+    mujoco = engine()
+    own = mujoco.MjData(model)
+    if data is not None and keyframe is not None:
+        raise ValueError(f"keyframe is {keyframe!r} beside data, expected one of the two")
+    if keyframe is not None:
+        mujoco.mj_resetDataKeyframe(model, own, _keyframe(model, keyframe))
+    elif data is not None:
+        for name in ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat"):
+            getattr(own, name)[:] = getattr(data, name)
+    for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_comVel):
+        step(model, own)
+    twists = np.zeros((model.nbody, 6))
+    for body in range(model.nbody):
+        of = (mujoco.mjtObj.mjOBJ_XBODY, body, twists[body], 0)
+        mujoco.mj_objectVelocity(model, own, *of)
+    poses = [local_pose(p, q / np.linalg.norm(q)) for p, q in zip(own.xpos, own.xquat, strict=True)]
+    control = np.array(own.ctrl)
+    limited = np.asarray(model.actuator_ctrllimited, bool)
+    if control.size == limited.size and not disabled(model, "CLAMPCTRL"):
+        low, high = np.asarray(model.actuator_ctrlrange).T
+        control[limited] = np.clip(control, low, high)[limited]
+    return Start(np.array(own.qpos), np.array(own.qvel), control, poses, twists)
+
+
+def _keyframe(model: Any, keyframe: str | int) -> int:
+    names = [model.key(i).name for i in range(model.nkey)]
+    if isinstance(keyframe, str) and keyframe in names:
+        return names.index(keyframe)
+    if isinstance(keyframe, int) and 0 <= keyframe < model.nkey:
+        return keyframe
+    raise ValueError(f"keyframe is {keyframe!r}, expected one of {names}")
+
+
+class Selection:
+    """The bodies of a model that become a scene's, and what holds them together.
+
+    Bodies are in MuJoCo's order: parents first. `lump`: the topmost body that a body is rigid with.
+    """
+
+    def __init__(
+        self, model: Any, subtree: str | None, base: str, start: Start, features: Features
+    ) -> None:
+        """Raises ValueError on an unknown `subtree`, and on a free base without one."""
+        self.model = model
+        self.start = start
+        self.root = None if subtree is None else body_id(model, "subtree", subtree)
+        if self.root is None and base == "free":
+            raise ValueError("base is 'free', expected 'fixed', or subtree=... that names the base")
+        self.bodies = below(model, [WORLD if self.root is None else self.root])
+        self.lump: dict[int, int] = {}
+        self.static: set[int] = set()
+        self.free: set[int] = set()
+        self.joints: dict[int, list[int]] = {}
+        for body in self.bodies:
+            self._add(body, base, features)
+        self.carrier: dict[int, int] = {}
+        self.offset: dict[int, Pose] = {}
+        for body in self.bodies:
+            self._carry(body)
+
+    def _add(self, body: int, base: str, features: Features) -> None:
+        model = self.model
+        first, count = model.body_jntadr[body], model.body_jntnum[body]
+        joints = list(range(first, first + count)) if count else []
+        kinds = [word("mjtJoint", model.jnt_type[j]) for j in joints]
+        parent = int(model.body_parentid[body])
+        self.joints[body] = []
+        self.lump[body] = body
+        if body == self.root:
+            (self.static if base == "fixed" else self.free).add(body)
+        elif body == WORLD or model.body_mocapid[body] >= 0:
+            self.static.add(body)
+        elif "free" in kinds:
+            self.free.add(body)
+        else:
+            features.add("joint/ball", kinds.count("ball"))
+            self.joints[body] = [j for j, kind in zip(joints, kinds, strict=True) if kind != "ball"]
+            if not self.joints[body]:
+                self.lump[body] = self.lump[parent]
+                if parent in self.static:
+                    self.static.add(body)
+
+    def _carry(self, body: int) -> None:
+        """A massless body that is fixed to another one that moves becomes part of it."""
+        self.carrier[body], self.offset[body] = body, np.eye(4)
+        own = self.lump[body] == body or body in self.static
+        if not own and self.model.body_mass[body] <= MASSLESS:
+            parent = int(self.model.body_parentid[body])
+            self.carrier[body] = self.carrier[parent]
+            self.offset[body] = self.offset[parent] @ self.at(body)
+
+    def at(self, body: int) -> Pose:
+        """A body's frame in its parent's, before its joints."""
+        return local_pose(self.model.body_pos[body], self.model.body_quat[body])
+
+    def all_joints(self) -> list[int]:
+        """Hinge and slide joints of the selected bodies."""
+        return [joint for body in self.bodies for joint in self.joints[body]]
+
+    def rigid(self, body_a: int, body_b: int) -> bool:
+        """Whether two bodies move as one, or not at all."""
+        return self.lump[body_a] == self.lump[body_b] or {body_a, body_b} <= self.static
+
+
+def body_id(model: Any, argument: str, name: str) -> int:
+    """Of a name; ValueError that lists the names that there are."""
+    names = [body_name(model, body) for body in range(model.nbody)]
+    if name not in names:
+        raise ValueError(f"{argument} is {name!r}, expected one of {', '.join(names)}")
+    return names.index(name)
+
+
+def below(model: Any, tops: Iterable[int]) -> list[int]:
+    """Some bodies and all that hang on them, in MuJoCo's order."""
+    reached = set(tops)
+    parents: Sequence[int] = model.body_parentid
+    for body in range(1, model.nbody):
+        if int(parents[body]) in reached:
+            reached.add(body)
+    return sorted(reached)

@@ -1,0 +1,548 @@
+"""Scenes from MuJoCo models: each of their numbers against MuJoCo's."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from mjcf_models import MASS, body, built, joint, link, model, pose_error, random_data
+from scipy.spatial.transform import Rotation
+
+import energymargin as em
+from energymargin.scenes import from_mjcf
+
+# Bodies
+
+
+def test_a_body_has_mujoco_s_mass_centre_and_inertia():
+    of = model(link("a"))
+    made = body(from_mjcf(of), "a")
+    inertial = made.inertial
+    assert made.mass == 0.5
+    assert np.array_equal(inertial.center, of.body("a").ipos)
+    assert np.array_equal(inertial.moments, of.body("a").inertia)
+    turn = Rotation.from_quat(np.roll(of.body("a").iquat, -1)).inv()
+    assert (turn * Rotation.from_quat(inertial.axes)).magnitude() < 1e-12
+
+
+def test_a_file_and_its_text_give_the_same_scene_as_the_model(tmp_path):
+    text = f"<mujoco><worldbody>{link('a')}</worldbody></mujoco>"
+    path = tmp_path / "model.xml"
+    path.write_text(text)
+    for source in (path, str(path), text):
+        assert [b.name for b in from_mjcf(source).bodies] == ["world", "a"]
+    with pytest.raises(FileNotFoundError, match=r"no file 'nothing\.xml'"):
+        from_mjcf("nothing.xml")
+    with pytest.raises(ValueError, match="model is dict, expected a path"):
+        from_mjcf({})
+
+
+def test_gravity_is_the_model_s_unless_there_is_a_scene_or_it_is_off():
+    of = '<option gravity="1 2 3"/>'
+    text = f"<mujoco>{of}<worldbody>{link('a')}</worldbody></mujoco>"
+    assert from_mjcf(text).gravity == pytest.approx([1, 2, 3])
+    off = text.replace('3"/>', '3"><flag gravity="disable"/></option>')
+    assert from_mjcf(off).gravity == pytest.approx([0, 0, 0])
+    scene = em.Scene((0, 0, -1), friction_rule="max")
+    assert from_mjcf(text, scene) is scene
+    assert scene.gravity == pytest.approx([0, 0, -1])
+
+
+def test_gravity_compensation_is_a_force_that_holds_its_share_of_the_weight():
+    free = '<freejoint/><geom size="0.1" mass="2"/>'
+    scene = built(f'<body name="a" gravcomp="0.75">{free}</body>')
+    assert body(scene, "a").force == pytest.approx([0, 0, 0.75 * 2 * 9.81])
+
+
+# Geoms
+
+
+def test_solids_have_the_sizes_and_places_of_the_geoms():
+    scene = built(
+        link("a", geom='<geom type="box" size="1 2 3" pos="0.1 0.2 0.3" euler="0 0 90"/>')
+        + link("b", geom='<geom type="sphere" size="0.5"/>')
+        + link("c", geom='<geom type="capsule" size="0.1 0.4"/>')
+        + link("d", geom='<geom type="cylinder" fromto="0 0 0 0 0 2" size="0.1"/>'),
+        self_collision=False,
+    )
+    (part,) = body(scene, "a").shape.parts
+    assert part.shape.size == pytest.approx([2, 4, 6])
+    assert part.position == pytest.approx([0.1, 0.2, 0.3])
+    assert part.orientation == pytest.approx([0, 0, 0.5**0.5, 0.5**0.5])
+    assert body(scene, "b").shape.radius == 0.5
+    capsule = body(scene, "c").shape
+    assert (capsule.radius, capsule.length) == (0.1, 0.8)
+    (part,) = body(scene, "d").shape.parts
+    assert (part.shape.radius, part.shape.length) == (0.1, 2.0)
+    assert part.position == pytest.approx([0, 0, 1])
+
+
+def test_an_ellipsoid_is_a_hull_of_points_on_it():
+    scene = built(link("a", geom='<geom type="ellipsoid" size="0.1 0.2 0.3"/>'))
+    points = np.array(body(scene, "a").shape.points)
+    assert np.linalg.norm(points / [0.1, 0.2, 0.3], axis=1) == pytest.approx(np.ones(len(points)))
+    volume = em.mass_properties(body(scene, "a").shape, 1.0).volume
+    assert volume == pytest.approx(4 / 3 * math.pi * 0.006, rel=0.05)
+
+
+def test_a_mesh_is_the_hull_that_mujoco_collides_where_its_geom_is():
+    corners = "0 0 0  1 0 0  0 1 0  0 0 1  0.1 0.1 0.1"
+    of = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><asset><mesh name="m" vertex="{corners}" scale="0.1 0.1 0.1"/></asset>
+        <worldbody>{link("a", geom='<geom type="mesh" mesh="m" pos="1 2 3" euler="0 90 0"/>')}
+        </worldbody></mujoco>"""
+    )
+    (part,) = body(from_mjcf(of), "a").shape.parts
+    turn = Rotation.from_quat(part.orientation)
+    points = turn.apply(np.array(part.shape.points)) + part.position
+    hull = 0.1 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    expected = Rotation.from_euler("y", 90, degrees=True).apply(hull) + np.array([1, 2, 3])
+    assert len(points) == 4
+    for point in expected:
+        assert np.abs(points - point).max(axis=1).min() < 1e-6  # a mesh has single precision
+
+
+def test_planes_are_half_spaces_where_their_body_has_them():
+    scene = built(
+        '<geom name="floor" type="plane" size="1 1 1" pos="0 0 0.5" friction="0.3"/>'
+        '<body pos="0 0 1" euler="0 90 0"><geom name="wall" type="plane" size="1 1 1"/></body>'
+        + link("a", at="3 3 3")
+    )
+    floor = body(scene, "floor")
+    assert (floor.shape.offset, floor.friction) == (pytest.approx(0.5), pytest.approx(0.3))
+    wall = next(b for b in scene.bodies if b.name not in ("world", "floor", "a"))
+    assert wall.shape.normal == pytest.approx([1, 0, 0], abs=1e-12)
+
+
+def test_what_no_contact_can_reach_is_no_shape():
+    seen = '<geom size="0.1" contype="0" conaffinity="0"/>'
+    assert body(built(link("a", geom=seen)), "a").shape.parts == []
+
+
+def test_height_fields_are_named():
+    field = '<hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/>'
+    inside = '<geom type="hfield" hfield="h"/>'
+    with pytest.raises(ValueError, match=r"not simulated: geom/hfield \(1\); ignore="):
+        built(inside, sections={"asset": field})
+    assert built(inside, sections={"asset": field}, ignore=["geom/hfield"]).bodies == []
+
+
+# Joints
+
+
+def test_a_chain_of_hinges_and_slides_with_references_has_the_poses_of_mujoco():
+    several = (
+        '<joint name="{0}1" axis="1 2 3" pos="0.1 0.2 0.3" ref="40"/>'
+        '<joint name="{0}2" type="slide" axis="0 1 1" ref="0.3"/>'
+        '<joint name="{0}3" axis="0 1 0" pos="0 0 0.1"/>'
+    )
+    turned = '<body name="w" pos="0.1 0 0" euler="10 20 30"><geom size="0.01"/>{}</body>'
+    inside = link("b", turned.format(link("c", at="0.2 0 0")), several)
+    of = model(link("a", inside, '<joint axis="0 0 1" ref="-20"/>'))
+    scene = from_mjcf(of, self_collision=False)
+    for seed in range(5):
+        assert pose_error(scene, of, random_data(of, seed)) < 1e-9
+    assert "joint0" in [j.name for j in scene.joints]
+
+
+def test_a_body_with_several_joints_moves_as_in_mujoco():
+    several = (
+        '<joint name="x" type="slide" axis="1 0 0"/><joint name="y" axis="0 1 0" pos="0 0 0.3"/>'
+        '<joint name="z" axis="0 0 1"/>'
+    )
+    of = model(link("a", joint=several))
+    of.opt.timestep, of.opt.integrator = 1e-4, mujoco.mjtIntegrator.mjINT_RK4
+    scene = from_mjcf(of)
+    fine = em.Scene(scene.gravity, step=1e-4, friction_rule="max")
+    from_mjcf(of, fine)
+    data = mujoco.MjData(of)
+    data.qvel[:] = 0.5, 1.0, 2.0
+    start = em.mujoco.state(fine, of, data)
+    (end,) = em.World(fine).simulate(start, 2000, record=[2000]).states
+    mujoco.mj_step(of, data, 2000)
+    positions = [end[fine.joint_slice(name).start] for name in "xyz"]
+    assert positions == pytest.approx(data.qpos, abs=1e-3)
+
+
+def test_limits_damping_and_stiffness_are_those_of_the_joint():
+    of = '<joint name="{0}" range="-30 60" damping="0.3" stiffness="2" springref="10"/>'
+    made = joint(built(link("a", joint=of)), "a")
+    assert made.limits == pytest.approx(np.radians((-30, 60)))
+    assert (made.damping, made.stiffness) == (0.3, 2.0)
+    assert made.target == pytest.approx(np.radians(10))
+    assert made.torque_limit == math.inf
+
+
+def test_a_joint_starts_where_data_or_a_keyframe_has_it_or_at_its_limit():
+    of = model(
+        link("a", joint='<joint name="a" range="10 60"/>'),
+        keyframe='<key name="bent" qpos="0.5" qvel="2"/>',
+    )
+    assert joint(from_mjcf(of), "a").start == pytest.approx(math.radians(10))
+    bent = joint(from_mjcf(of, keyframe="bent"), "a")
+    assert (bent.start, bent.start_velocity) == (0.5, 2.0)
+    data = mujoco.MjData(of)
+    data.qpos[:] = 0.7
+    assert joint(from_mjcf(of, data=data), "a").start == 0.7
+    with pytest.raises(ValueError, match=r"keyframe is 'straight', expected one of \['bent'\]"):
+        from_mjcf(of, keyframe="straight")
+    with pytest.raises(ValueError, match="beside data, expected one of the two"):
+        from_mjcf(of, keyframe="bent", data=data)
+
+
+def test_what_joints_sets_replaces_the_model_s():
+    scene = built(link("a"), joints={"a": {"stiffness": 3.0, "start": 0.2, "limits": (-1, 1)}})
+    assert (joint(scene, "a").stiffness, joint(scene, "a").start) == (3.0, 0.2)
+    with pytest.raises(ValueError, match="joints has 'b', expected one of a"):
+        built(link("a"), joints={"b": {}})
+    with pytest.raises(ValueError, match=r"joints\['a'\] has 'axis', expected start,"):
+        built(link("a"), joints={"a": {"axis": 1}})
+
+
+def test_a_ball_joint_is_named_and_without_it_the_body_is_fixed():
+    inside = link("a", joint='<joint type="ball"/>')
+    with pytest.raises(ValueError, match=r"joint/ball \(1\); ignore=\('joint/ball',\)"):
+        built(inside)
+    assert body(built(inside, ignore=("joint/ball",)), "a").fixed
+
+
+def test_armature_dry_friction_and_the_damping_of_a_free_joint_are_named():
+    free = '<joint type="free" damping="0.1"/>'
+    inside = link("a", joint='<joint frictionloss="1" armature="1"/>') + link("b", joint=free)
+    with pytest.raises(
+        ValueError, match=r"joint.armature \(1\), joint.damping \(1\), joint.frictionloss \(1\)"
+    ):
+        built(inside)
+
+
+def test_a_weld_and_a_connection_of_what_moves_are_named():
+    ends = '<connect body1="a" body2="b" anchor="0 0 0"/><weld body1="a" body2="b"/>'
+    inside = link("a") + link("b", at="1 0 1")
+    with pytest.raises(ValueError, match=r"equality/connect \(1\), equality/weld \(1\)"):
+        built(inside, sections={"equality": ends})
+
+
+def test_an_unknown_name_to_ignore_is_refused():
+    with pytest.raises(ValueError, match=r"ignore has 'tendons', expected one of .*tendon"):
+        built(link("a"), ignore=["tendons"])
+    with pytest.raises(ValueError, match=r"ignore is 'tendon', expected a tuple: \('tendon',\)"):
+        built(link("a"), ignore="tendon")
+
+
+# Actuators
+
+
+def driven(actuator, **options):
+    sections = {"actuator": actuator, **options.pop("sections", {})}
+    return joint(built(link("a", **options), sections=sections), "a")
+
+
+def test_a_position_actuator_is_the_joint_s_compliance_about_its_control():
+    of = model(
+        link("a", joint='<joint name="a" damping="0.5"/>'),
+        actuator='<position joint="a" kp="4" kv="0.25" gear="3" forcerange="-2 2"/>',
+    )
+    data = mujoco.MjData(of)
+    data.ctrl[:] = 0.6
+    made = joint(from_mjcf(of, data=data), "a")
+    assert (made.stiffness, made.damping, made.torque_limit) == (36.0, 0.5 + 9 * 0.25, 6.0)
+    assert made.target == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("control", [0.0, 0.3])
+def test_a_drive_holds_its_joint_where_mujoco_s_does(control):
+    of = model(
+        link("a", joint='<joint name="a" axis="0 1 0" damping="1" stiffness="1" springref="20"/>'),
+        actuator='<general joint="a" gainprm="5 1" gaintype="affine" biastype="affine" '
+        'biasprm="0.2 -6 -0.5"/>',
+    )
+    data = mujoco.MjData(of)
+    data.ctrl[:] = control
+    scene = from_mjcf(of, data=data)
+    (end,) = em.World(scene).simulate(scene.pack(), 2000, record=[2000]).states
+    mujoco.mj_step(of, data, 5000)
+    assert end[0] == pytest.approx(data.qpos[0], abs=1e-6)
+
+
+def test_a_velocity_actuator_is_damping_towards_a_velocity():
+    of = model(link("a"), actuator='<velocity joint="a" kv="2" gear="0.5"/>')
+    data = mujoco.MjData(of)
+    data.ctrl[:] = 3.0
+    made = joint(from_mjcf(of, data=data), "a")
+    assert (made.stiffness, made.damping, made.target_velocity) == (0.0, 0.5, 6.0)
+
+
+def test_a_motor_is_named_unless_the_joint_is_commanded():
+    motor = {"actuator": '<motor joint="a"/>'}
+    with pytest.raises(ValueError, match=r"actuator/motor \(1\)"):
+        built(link("a"), sections=motor)
+    assert built(link("a"), sections=motor, joints={"a": {"held": True}}).joints[0].held
+    assert built(link("a"), sections=motor, ignore=["actuator/motor"]).joints[0].stiffness == 0
+
+
+def test_a_limit_of_force_that_is_uneven_or_shared_is_named():
+    for actuators in (
+        '<position joint="a" kp="1" forcerange="-1 2"/>',
+        '<position joint="a" kp="1" forcerange="-1 1"/><velocity joint="a" kv="1"/>',
+    ):
+        with pytest.raises(ValueError, match=r"actuator\.forcerange"):
+            driven(actuators)
+    with pytest.raises(ValueError, match=r"actuator\.forcerange"):
+        driven(
+            '<position joint="a" kp="1" forcerange="-1 1"/>',
+            joint='<joint name="a" stiffness="1"/>',
+        )
+
+
+# Equalities and tendons
+
+
+def pair(equality, **options):
+    return built(
+        link("a") + link("b", at="1 0 1", joint=options.pop("joint", '<joint name="{0}"/>')),
+        sections={"equality": equality, **options.pop("sections", {})},
+        **options,
+    )
+
+
+def test_an_equality_of_joints_is_a_mimic_with_the_references():
+    equality = '<joint joint1="b" joint2="a" polycoef="0.1 -2 0 0 0"/>'
+    reference = '<joint name="{0}" ref="30"/>'
+    mimic = joint(pair(equality, joint=reference), "b").mimic
+    assert (mimic.joint, mimic.multiplier) == ("a", -2.0)
+    assert mimic.offset == pytest.approx(0.1 + math.radians(30))
+
+
+def test_the_joint_with_an_actuator_leads():
+    equality = '<joint joint1="b" joint2="a" polycoef="0.2 2 0 0 0"/>'
+    scene = pair(equality, sections={"actuator": '<position joint="b" kp="8"/>'})
+    mimic = joint(scene, "a").mimic
+    assert (mimic.joint, mimic.multiplier, mimic.offset) == ("b", 0.5, pytest.approx(-0.1))
+    assert joint(scene, "b").stiffness == 8.0
+
+
+def test_what_acts_on_a_joint_that_follows_acts_on_the_one_that_leads():
+    equality = '<joint joint1="b" joint2="a" polycoef="0 2 0 0 0"/>'
+    of = '<joint name="{0}" range="-60 20" damping="0.5"/>'
+    made = joint(pair(equality, joint=of), "a")
+    assert made.limits == pytest.approx(np.radians((-30, 10)))
+    assert made.damping == 2.0
+
+
+def test_a_joint_that_equals_a_constant_is_held_there():
+    made = joint(pair('<joint joint1="b" polycoef="0.3 1 0 0 0"/>'), "b")
+    assert (made.held, made.start) == (True, 0.3)
+
+
+def test_a_chain_of_equalities_leads_to_one_joint_and_a_curved_one_is_named():
+    inside = "".join(link(name, at=f"{i} 0 1") for i, name in enumerate("abcd"))
+    chain = "".join(
+        f'<joint joint1="{one}" joint2="{other}" polycoef="0.5 2 0 0 0"/>'
+        for one, other in ("dc", "cb", "ba")
+    )
+    mimic = joint(built(inside, sections={"equality": chain}), "d").mimic
+    assert (mimic.joint, mimic.multiplier, mimic.offset) == ("a", 8.0, 3.5)
+    with pytest.raises(ValueError, match=r"equality/joint \(1\)"):
+        pair('<joint joint1="b" joint2="a" polycoef="0 1 1 0 0"/>')
+
+
+def test_a_tendon_of_two_joints_that_an_equality_holds_is_a_mimic():
+    fixed = '<fixed name="t"><joint joint="a" coef="1"/><joint joint="b" coef="0.5"/></fixed>'
+    mimic = joint(pair('<tendon tendon1="t"/>', sections={"tendon": fixed}), "b").mimic
+    assert (mimic.joint, mimic.multiplier, mimic.offset) == ("a", -2.0, 0.0)
+
+
+def test_an_actuator_of_a_tendon_drives_the_joint_that_leads():
+    fixed = '<fixed name="t"><joint joint="a" coef="0.5"/><joint joint="b" coef="0.5"/></fixed>'
+    drive = '<position tendon="t" kp="4"/>'
+    sections = {"tendon": fixed, "actuator": drive}
+    made = joint(pair('<joint joint1="b" joint2="a"/>', sections=sections), "a")
+    assert made.stiffness == 4.0
+    with pytest.raises(ValueError, match=r"actuator/tendon \(1\)"):
+        built(link("a") + link("b", at="1 0 1"), sections=sections)
+
+
+def test_a_tendon_of_one_joint_is_its_limit_spring_and_damper():
+    fixed = (
+        '<fixed name="t" range="-0.1 0.2" limited="true" stiffness="3" springlength="0.1" '
+        'damping="2"><joint joint="a" coef="0.5"/></fixed>'
+    )
+    made = joint(built(link("a"), sections={"tendon": fixed}), "a")
+    assert made.limits == pytest.approx((-0.2, 0.4))
+    assert (made.stiffness, made.damping, made.target) == (0.75, 0.5, pytest.approx(0.2))
+
+
+def test_a_tendon_of_two_joints_is_named_unless_their_limits_keep_it_slack():
+    limited = '<joint name="{0}" range="-10 10"/>'
+    inside = link("a", joint=limited) + link("b", at="1 0 1", joint=limited)
+    ends = '<joint joint="a" coef="{0}"/><joint joint="b" coef="{0}"/>'
+    fixed = f'<fixed range="-1 1" limited="true">{ends}</fixed>'
+    assert len(built(inside, sections={"tendon": fixed.format(1)}).joints) == 2
+    with pytest.raises(ValueError, match=r"tendon \(1\)"):
+        built(inside, sections={"tendon": fixed.format(10)})
+
+
+# Contacts
+
+
+def contacts(of, scene=None):
+    """Pairs of bodies that touch, and their coefficients, in MuJoCo and in the scene."""
+    data = mujoco.MjData(of)
+    mujoco.mj_forward(of, data)
+    name = lambda geom: of.body(of.geom_bodyid[geom]).name  # noqa: E731
+    in_mujoco = {
+        frozenset((name(c.geom1), name(c.geom2))): (c.friction[0] if c.dim > 1 else 0.0)
+        for c in data.contact
+    }
+    made = scene or from_mjcf(of, ignore=["geom.condim"])
+    world, start = em.World(made), made.pack()
+    ours = {frozenset((c.body_a, c.body_b)) for c in world.contacts(start)}
+    frictions = {pair: made.contact_friction(*pair) for pair in ours}
+    return in_mujoco, frictions
+
+
+def loose(name, at, **geom):
+    of = " ".join(f'{key}="{value}"' for key, value in geom.items())
+    return (
+        f'<body name="{name}" pos="{at}"><freejoint/><geom name="{name}" size="0.5" {of}/></body>'
+    )
+
+
+def test_who_collides_and_how_rough_is_what_mujoco_says():
+    of = model(
+        loose("a", "0 0 0", friction=0.3)
+        + loose("b", "0.9 0 0", friction=0.7)
+        + loose("c", "0.4 0.8 0", friction=0.1, priority=1)
+        + loose("d", "0.4 -0.8 0", condim=1, friction=0.9)
+        + loose("e", "0.4 0 0.8", contype=2, conaffinity=2)
+        + loose("f", "0.4 0 -0.8", contype=2, conaffinity=1),
+        contact='<pair geom1="a" geom2="e" friction="0.05 0.05 0 0 0"/>'
+        '<exclude body1="b" body2="f"/>',
+    )
+    in_mujoco, ours = contacts(of)
+    assert len(in_mujoco) == 7
+    assert ours == pytest.approx(in_mujoco)
+
+
+def test_a_parent_collides_with_its_child_only_if_it_is_the_world():
+    ball = '<geom size="0.3"/>'
+    inside = link("b", link("c", at="0.2 0 0", geom=ball), at="0.2 0 0", geom=ball)
+    of = model('<geom name="wall" size="0.3"/>' + link("a", inside, at="0.2 0 0", geom=ball))
+    scene = from_mjcf(of, disable_collisions="overlapping")
+    in_mujoco, _ = contacts(of, scene)
+    allowed = {frozenset(pair) for pair in scene.disabled_collisions}
+    allowed |= {frozenset((j.parent, j.child)) for j in scene.joints}
+    names = {"world": "wall"}
+    ours = {frozenset(names.get(name, name) for name in pair) for pair in in_mujoco}
+    assert frozenset(("wall", "a")) in ours
+    assert frozenset(("a", "b")) not in ours
+    assert ours <= allowed  # as they overlap at the start
+
+
+def test_geoms_of_a_body_that_collide_with_others_differently_are_bodies_fixed_to_it():
+    geoms = (
+        '<geom name="rough" size="0.1" friction="1"/>'
+        '<geom name="smooth" size="0.1" pos="0.3 0 0" friction="0.1"/>'
+    )
+    scene = built(
+        '<geom name="floor" type="plane" size="1 1 1" friction="0"/>' + link("a", geom=geoms)
+    )
+    light = body(scene, "a/smooth")
+    assert (body(scene, "a").friction, light.friction) == (1.0, pytest.approx(0.1))
+    assert body(scene, "a").mass == 0.5
+    assert 0 < light.mass < 1e-8
+    assert joint(scene, "a/smooth/fixed").parent == "a"
+
+
+def test_links_that_overlap_at_the_start_are_refused_and_may_be_let_through():
+    inside = link("a") + link("b", at="0.05 0 1")
+    with pytest.raises(ValueError, match="links overlap at the start: 'a' and 'b' by 50 mm"):
+        built(inside)
+    for options in (
+        {"disable_collisions": "overlapping"},
+        {"disable_collisions": [("a", "b")]},
+        {"self_collision": False},
+    ):
+        assert ("a", "b") in built(inside, **options).disabled_collisions
+    with pytest.raises(ValueError, match="disable_collisions has 'c', expected one of"):
+        built(inside, disable_collisions=[("a", "c")])
+
+
+def test_torsional_friction_and_margins_are_named():
+    geom = '<geom size="0.05" condim="4" margin="0.01"/>'
+    with pytest.raises(ValueError, match=r"geom.condim \(1\), geom.margin \(1\)"):
+        built(link("a", geom=geom))
+
+
+def test_a_scene_with_another_friction_rule_is_refused_and_stays_as_it_was():
+    scene = em.Scene()
+    with pytest.raises(ValueError, match=r"scene\.friction_rule is 'product', expected"):
+        built(link("a"), scene)
+    assert scene.bodies == []
+
+
+# Subtrees and roles
+
+ARM = link(
+    "upper", link("palm", link("finger", at="0.2 0 0"), at="0 0 0.5") + link("side", at="1 0 0")
+)
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+def test_a_subtree_is_a_body_and_what_hangs_on_it_where_the_model_has_it(base):
+    of = model(ARM)
+    data = random_data(of)
+    scene = from_mjcf(of, subtree="palm", base=base, data=data)
+    assert [b.name for b in scene.bodies] == ["palm", "finger"]
+    assert body(scene, "palm").mass == (0.5 if base == "free" else 0.0)
+    assert pose_error(scene, of, data) < 1e-9
+    start = em.mujoco.state(scene, of, data)
+    assert start == pytest.approx(scene.pack(), abs=1e-9)
+
+
+def test_a_subtree_may_stand_elsewhere():
+    of = model(ARM)
+    turn = Rotation.from_euler("x", 90, degrees=True)
+    at = {"position": (1, 2, 3), "orientation": turn.as_quat()}
+    now = from_mjcf(of, subtree="palm", **at)
+    finger = now.unpack(now.pack())["finger"]
+    assert finger["position"] == pytest.approx(turn.apply([0.2, 0, 0]) + np.array([1, 2, 3]))
+    with pytest.raises(ValueError, match="subtree is 'hand', expected one of world, upper"):
+        from_mjcf(of, subtree="hand")
+    with pytest.raises(ValueError, match="base is 'free', expected 'fixed', or subtree="):
+        from_mjcf(of, base="free")
+
+
+def test_what_an_equality_couples_with_the_outside_of_a_subtree_is_named():
+    coupled = model(ARM, equality='<joint joint1="finger" joint2="upper"/>')
+    with pytest.raises(ValueError, match=r"equality/joint \(1\)"):
+        from_mjcf(coupled, subtree="palm")
+    assert joint(from_mjcf(coupled), "finger").mimic.joint == "upper"
+
+
+def test_roles_are_those_of_named_bodies_and_of_all_that_hangs_on_an_effector():
+    inside = ARM + loose("ball", "0 0 3")
+    scene = built(inside, object="ball", effector="palm", prefix="my/")
+    roles = {b.name: b.role for b in scene.bodies if b.role != "none"}
+    assert roles == {"my/palm": "effector", "my/finger": "effector", "my/ball": "object"}
+    with pytest.raises(ValueError, match="object is 'nothing', expected one of"):
+        built(inside, object="nothing")
+    with pytest.raises(ValueError, match="object is 'palm', which is fixed"):
+        built(inside, object="palm", subtree="palm")
+
+
+def test_a_massless_body_is_part_of_the_one_that_it_is_fixed_to():
+    tip = '<body name="tip" pos="0 0 0.1"><geom size="0.01" mass="0"/>'
+    frame = f'<body name="frame" pos="0.1 0 0">{tip}'
+    of = link("a", frame + link("b", at="0 0 0.3") + "</body></body>", geom="")
+    made = model(of)
+    scene = from_mjcf(made)
+    assert [b.name for b in scene.bodies] == ["world", "a", "b"]
+    assert body(scene, "a").shape.parts[0].position == pytest.approx([0.1, 0, 0.1])
+    assert pose_error(scene, made, random_data(made)) < 1e-9
+
+
+def test_a_mass_that_is_fixed_to_another_body_keeps_its_name_and_mass():
+    tip = f'<body name="tip" pos="0 0 0.2">{MASS}<geom size="0.01"/></body>'
+    scene = built(link("a", tip))
+    assert (body(scene, "tip").mass, joint(scene, "tip/fixed").type) == (0.5, "fixed")
