@@ -39,10 +39,10 @@ def scene() -> em.Scene:
         GRIPPER,
         em.Compound(fingers),
         mass=8.0,
+        kinematic=True,  # the arm moves it, whatever it meets
         position=(1.3, 0.75, 0.6),
         friction=1.0,
         role="effector",
-        force=(0, 0, 8.0 * 9.81),  # the arm carries its weight
     )
     made.disable_collisions(GRIPPER, "table0")  # the fingers graze it
     return made
