@@ -1,6 +1,7 @@
 """Models that are known with an error: beliefs over problems, their particles and their scores."""
 
 from energymargin.beliefs.belief import Belief, Particles
+from energymargin.beliefs.prior import velocities
 from energymargin.beliefs.scores import BeliefScore, BeliefScores, score_belief
 from energymargin.beliefs.uncertainty import Uncertainty
 
@@ -11,4 +12,5 @@ __all__ = [
     "Particles",
     "Uncertainty",
     "score_belief",
+    "velocities",
 ]

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem, World
+from energymargin.beliefs.prior import checked, posterior
 from energymargin.beliefs.uncertainty import ERRORS, Source, Uncertainty
 from energymargin.checks import whole_number
 from energymargin.plausibility import PlausibilityWarning
@@ -28,6 +30,7 @@ __all__ = ["Belief", "Particles"]
 # refuse a quarter.
 LEFT = 0.01
 TRIES = 100  # draws for each particle
+FOR_MEAN = 1024  # points
 HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0: no quantile is infinite
 
 Question = Callable[[NDArray[np.float64]], Problem]
@@ -81,8 +84,13 @@ class Belief:
         question: poses the question about a particle's state, shape (n,), where more depends on the
             state than the start, as a capture set that moves with the robot:
             `lambda state: task.problem(state, params)`. By default `problem.with_state`.
+        prior: by names of bodies, the velocities that are likely before any is measured: samples,
+            shape (N, 6), as `em.beliefs.velocities` reads them from other motions, or a frozen
+            `scipy.stats.multivariate_normal` of six. It and the errors of the same body's velocity
+            are multiplied.
 
-    Raises ValueError on what cannot be, and on bodies that the scene does not have.
+    Raises ValueError on what cannot be, on bodies that the scene does not have, and where a
+    measured velocity contradicts its prior.
     """
 
     def __init__(
@@ -95,6 +103,7 @@ class Belief:
         velocity: Any = None,
         uncertainty: Uncertainty | None = None,
         question: Question | None = None,
+        prior: Mapping[str, Any] | None = None,
     ) -> None:
         """As the class."""
         if not isinstance(problem, Problem):
@@ -109,6 +118,9 @@ class Belief:
         self.uncertainty = uncertainty
         self._question: Question = problem.with_state if question is None else question
         self._sources = uncertainty.sources(problem.scene)
+        if prior is not None:
+            known = checked(prior, problem.scene, self._sources)
+            self._sources = [self._with_prior(source, known) for source in self._sources]
         self._world = World(problem.scene)
 
     def __repr__(self) -> str:
@@ -147,15 +159,43 @@ class Belief:
                 break
         return Particles(problems, np.array(points), self.sources, separated, redrawn)
 
+    @property
+    def estimate(self) -> Problem:
+        """One problem in place of the belief, with the mean of what is not known: what a filter
+        would say. With a prior it is better than the measurement.
+
+        Raises ValueError if its bodies find no place.
+        """
+        width = sum(len(source.inputs) for source in self._sources)
+        points = np.array(list(islice(_points(width, FOR_MEAN, 0), FOR_MEAN)))
+        means = [values.mean(axis=0) for values in self._values(points)]
+        found = self._made(_Place(self._world, self.problem, self._sources), means)
+        if found is None:
+            raise ValueError("the mean of the belief has no place, expected smaller errors")
+        return found[0]
+
+    def _with_prior(self, source: Source, prior: Mapping[str, Any]) -> Source:
+        if source.quantity != "velocity" or source.body not in prior:
+            return source
+        measured = np.asarray(self.problem.state)[self.problem.scene.slice(source.body)][7:13]
+        return posterior(source, prior[source.body], measured)
+
+    def _values(self, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Of each source at points of the unit cube, shape (N, D)."""
+        ends = np.cumsum([len(source.inputs) for source in self._sources])
+        columns = np.split(points, ends[:-1], axis=1) if self._sources else []
+        return [source.values(own) for source, own in zip(self._sources, columns, strict=True)]
+
     def _drawn(self, place: _Place, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
         """The problem at a point of the unit cube, and whether bodies were moved apart; None if it
         cannot be."""
-        state, first = np.array(self.problem.state), 0
+        return self._made(place, [values[0] for values in self._values(point[None])])
+
+    def _made(self, place: _Place, draws: list[NDArray[np.float64]]) -> tuple[Problem, bool] | None:
+        """The problem with a draw of each source, as `_drawn`."""
+        state = np.array(self.problem.state)
         changes: dict[str, dict[str, float]] = {}
-        for source in self._sources:
-            last = first + len(source.inputs)
-            (values,) = source.values(point[None, first:last])
-            first = last
+        for source, values in zip(self._sources, draws, strict=True):
             if source.quantity in ERRORS:
                 _add_error(state[self.problem.scene.slice(source.body)], source.quantity, values)
             elif values[0] < 0 or (source.quantity == "mass" and values[0] == 0):

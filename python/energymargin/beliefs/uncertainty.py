@@ -18,7 +18,15 @@ from energymargin._core import Body, Scene
 from energymargin.arguments import shown
 from energymargin.checks import not_negative_number
 
-__all__ = ["AXES", "QUANTITIES", "Source", "Uncertainty"]
+__all__ = [
+    "AXES",
+    "QUANTITIES",
+    "Source",
+    "Uncertainty",
+    "is_distribution",
+    "normal_root",
+    "standard_normal",
+]
 
 QUANTITIES = ("friction", "mass", "pose", "velocity")
 VALUES, ERRORS = QUANTITIES[:2], QUANTITIES[2:]
@@ -44,6 +52,12 @@ class Source:
     values: Callable[[NDArray[np.float64]], NDArray[np.float64]]
     """From points of the unit cube, shape (N, D), to values (N, 1), or of a pose or a velocity to
     errors (N, 6)."""
+    given: Any = None
+    """How well it is known, as the Uncertainty has it."""
+    effective: float | None = None
+    """With samples as a prior: how many of one weight say as much; None otherwise."""
+    widened: float = 1.0
+    """How many times larger the errors counted, since too few samples of the prior fit them."""
 
     @property
     def name(self) -> str:
@@ -163,20 +177,21 @@ def _by_body(quantity: str, value: Any) -> list[tuple[str, Any]]:
     return list(value.items())
 
 
-def _is_distribution(value: Any) -> bool:
+def is_distribution(value: Any) -> bool:
+    """Whether it has quantiles, as a frozen one of scipy.stats."""
     return callable(getattr(value, "ppf", None))
 
 
 def _check(place: str, quantity: str, value: Any) -> None:
     """Raises ValueError unless a body's uncertainty is one of its quantity."""
     if quantity in VALUES:
-        if not _is_distribution(value):
+        if not is_distribution(value):
             _deviation(place, value)
     elif _is_covariance(value):
         _covariance(place, value)
     else:
         for name, one in zip(AXES[quantity], _six(place, value), strict=True):
-            if not _is_distribution(one):
+            if not is_distribution(one):
                 _deviation(f"{place}, {name},", one)
 
 
@@ -224,6 +239,17 @@ def _covariance(place: str, value: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(axes[:, there] * np.sqrt(variances[there]))[:, ::-1]
 
 
+def normal_root(value: Any) -> NDArray[np.float64] | None:
+    """Of normal errors of a pose or velocity: their principal axes, each as long as its deviation,
+    (6, D). None of others."""
+    if _is_covariance(value):
+        return _covariance("covariance", value)
+    if any(is_distribution(one) for one in value):
+        return None
+    deviations = np.array(value, dtype=float)
+    return np.asarray(np.diag(deviations)[:, deviations > 0])
+
+
 def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: str) -> None:
     body = bodies.get(name)
     if body is None:
@@ -242,16 +268,18 @@ def _source(quantity: str, body: Body, value: Any) -> Source:
     if quantity in VALUES:
         center = float(getattr(body, quantity))
         columns = {quantity: _quantiles(value, center)}
-        return _of_columns(quantity, body, columns)
+        return _of_columns(quantity, body, value, columns)
     if _is_covariance(value):
         root = _covariance(quantity, value)
         names = tuple(f"axis {k + 1}" for k in range(root.shape[1]))
-        return Source(quantity, body.name, names, lambda u: _normal(u) @ root.T)
+        return Source(quantity, body.name, names, lambda u: standard_normal(u) @ root.T, value)
     axes = dict(zip(AXES[quantity], (_quantiles(one, 0.0) for one in value), strict=True))
-    return _of_columns(quantity, body, axes)
+    return _of_columns(quantity, body, value, axes)
 
 
-def _of_columns(quantity: str, body: Body, columns: Mapping[str, Quantiles | None]) -> Source:
+def _of_columns(
+    quantity: str, body: Body, given: Any, columns: Mapping[str, Quantiles | None]
+) -> Source:
     """Of independent numbers; those that are known exactly take no input."""
     drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
 
@@ -262,19 +290,20 @@ def _of_columns(quantity: str, body: Body, columns: Mapping[str, Quantiles | Non
         return found
 
     inputs = tuple(name for name, of in columns.items() if of is not None)
-    return Source(quantity, body.name, inputs, values)
+    return Source(quantity, body.name, inputs, values, given)
 
 
 def _quantiles(value: Any, center: float) -> Quantiles | None:
     """Of a distribution, or of a standard deviation about the center; None where that is 0."""
-    if _is_distribution(value):
+    if is_distribution(value):
         return lambda u: np.asarray(value.ppf(u), dtype=float)
     if value == 0:
         return None
-    return lambda u: center + float(value) * _normal(u)
+    return lambda u: center + float(value) * standard_normal(u)
 
 
-def _normal(u: NDArray[np.float64]) -> NDArray[np.float64]:
+def standard_normal(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Its quantiles at numbers of the open unit interval."""
     from scipy.special import ndtri
 
     return np.asarray(ndtri(u))
@@ -285,7 +314,7 @@ def _is_by_body(plain: Any) -> bool:
 
 
 def _to_plain(quantity: str, value: Any) -> Any:
-    if _is_distribution(value):
+    if is_distribution(value):
         return _distribution_to_plain(value)
     if quantity in VALUES:
         return float(value)
@@ -316,6 +345,6 @@ def _from_plain(plain: Any) -> Any:
 
     name = plain["distribution"]
     distribution = getattr(scipy.stats, name, None) if isinstance(name, str) else None
-    if distribution is None or not _is_distribution(distribution):
+    if distribution is None or not is_distribution(distribution):
         raise ValueError(f"distribution is {name!r}, expected the name of one of scipy.stats")
     return distribution(*plain.get("args", ()), **plain.get("kwds", {}))
