@@ -85,7 +85,10 @@ void bind_region(py::module_& module) {
 
 void bind_regions(py::module_& module) {
   bind_region(module);
-  py::module_ primitives = module.def_submodule("regions", "Sets of states, in the world's frame or another body's.");
+  py::module_ primitives = module.def_submodule(
+      "regions",
+      "Sets of states, in the world's frame or another body's. `point` of those about a position: the "
+      "body's \"origin\", that of its shape's frame, or its \"center_of_mass\".");
   bind_primitives(primitives);
   primitives.def(
       "Predicate", [](const StatesPredicate& function) -> Region { return python_predicate(function.value); },

@@ -3,6 +3,7 @@
 #include "regions.hpp"
 
 #include "energymargin/region.hpp"
+#include "sets/words.hpp"
 #include "warnings.hpp"
 
 namespace energymargin::binding {
@@ -10,20 +11,25 @@ namespace {
 
 using Frame = std::optional<std::string>;
 
-Region ball(const std::string& body, const ArrayLike& center, const Number& radius, const Frame& frame) {
-  return regions::Ball{body, vector3("center", center), real("radius", radius), frame.value_or("")};
+regions::Point point_of(const std::string& word) { return value_of<regions::Point>("point", word); }
+
+Region ball(const std::string& body, const ArrayLike& center, const Number& radius, const Frame& frame,
+            const std::string& point) {
+  return regions::Ball{body, vector3("center", center), real("radius", radius), frame.value_or(""), point_of(point)};
 }
 
-Region box(const std::string& body, const ArrayLike& center, const ArrayLike& size, const Frame& frame) {
-  return regions::Box{body, vector3("center", center), vector3("size", size), frame.value_or("")};
+Region box(const std::string& body, const ArrayLike& center, const ArrayLike& size, const Frame& frame,
+           const std::string& point) {
+  return regions::Box{body, vector3("center", center), vector3("size", size), frame.value_or(""), point_of(point)};
 }
 
-Region disc(const std::string& body, const ArrayLike& center, const Number& radius, const Frame& frame) {
-  return regions::Disc{body, vector2("center", center), real("radius", radius), frame.value_or("")};
+Region disc(const std::string& body, const ArrayLike& center, const Number& radius, const Frame& frame,
+            const std::string& point) {
+  return regions::Disc{body, vector2("center", center), real("radius", radius), frame.value_or(""), point_of(point)};
 }
 
 Region annular_sector(const std::string& body, const ArrayLike& center, const Number& radius, const Number& half_width,
-                      const Number& start_angle, const Number& sweep, const Frame& frame) {
+                      const Number& start_angle, const Number& sweep, const Frame& frame, const std::string& point) {
   warn_of_angle("start_angle", real("start_angle", start_angle));
   return regions::AnnularSector{body,
                                 vector2("center", center),
@@ -31,7 +37,8 @@ Region annular_sector(const std::string& body, const ArrayLike& center, const Nu
                                 real("half_width", half_width),
                                 real("start_angle", start_angle),
                                 real("sweep", sweep),
-                                frame.value_or("")};
+                                frame.value_or(""),
+                                point_of(point)};
 }
 
 regions::PlanarMotion planar_motion(const std::map<std::string, ArrayLike>& at) {
@@ -44,7 +51,8 @@ regions::PlanarMotion planar_motion(const std::map<std::string, ArrayLike>& at) 
 
 Region swept(const std::string& body, const std::string& by, const Number& half_width, const Number& behind,
              const Number& ahead, const Number& least_speed, const Number& disc_radius,
-             const std::optional<std::map<std::string, ArrayLike>>& at, const Number& beyond) {
+             const std::optional<std::map<std::string, ArrayLike>>& at, const Number& beyond,
+             const std::string& point) {
   return regions::Swept{body,
                         by,
                         real("half_width", half_width),
@@ -53,13 +61,15 @@ Region swept(const std::string& body, const std::string& by, const Number& half_
                         real("least_speed", least_speed),
                         real("disc_radius", disc_radius),
                         at ? std::make_optional(planar_motion(*at)) : std::nullopt,
-                        real("beyond", beyond)};
+                        real("beyond", beyond),
+                        point_of(point)};
 }
 
 Region half_space(const std::string& body, const ArrayLike& normal, const Number& offset, const Frame& frame,
-                  const Number& ahead) {
-  return regions::HalfSpace{body, vector3("normal", normal), real("offset", offset), frame.value_or(""),
-                            real("ahead", ahead)};
+                  const Number& ahead, const std::string& point) {
+  return regions::HalfSpace{
+      body,           vector3("normal", normal), real("offset", offset), frame.value_or(""), real("ahead", ahead),
+      point_of(point)};
 }
 
 Region speed(const std::string& body, const Number& limit, const ArrayLike& point, const Frame& frame, bool along_world,
@@ -87,27 +97,29 @@ constexpr const char* swept_doc =
 
 constexpr const char* speed_doc =
     "|velocity of a point of the body| <= limit [m/s]; the point is in its frame or, `along_world`, from its origin "
-    "along the world's axes. along: a unit vector (3,); the velocity along it counts alone, and may be negative.";
+    "along the world's axes. That of the centre of mass is at the `center` of em.mass_properties, or of the body's "
+    "inertial. along: a unit vector (3,); the velocity along it counts alone, and may be negative.";
 
 }  // namespace
 
 void bind_primitives(py::module_& module) {
   const py::arg_v frame = py::arg("frame") = py::none();
-  module.def("Ball", &ball, py::arg("body"), py::arg("center"), py::arg("radius"), frame,
+  const py::arg_v point = py::arg("point") = "origin";
+  module.def("Ball", &ball, py::arg("body"), py::arg("center"), py::arg("radius"), frame, py::kw_only(), point,
              "|position - center| <= radius [m].");
-  module.def("Box", &box, py::arg("body"), py::arg("center"), py::arg("size"), frame,
+  module.def("Box", &box, py::arg("body"), py::arg("center"), py::arg("size"), frame, py::kw_only(), point,
              "Position inside a box along the frame's axes; full edge lengths [m], inf for no limit.");
-  module.def("Disc", &disc, py::arg("body"), py::arg("center"), py::arg("radius"), frame,
+  module.def("Disc", &disc, py::arg("body"), py::arg("center"), py::arg("radius"), frame, py::kw_only(), point,
              "Distance from the center (2,) in x and y <= radius [m].");
   module.def("AnnularSector", &annular_sector, py::arg("body"), py::arg("center"), py::arg("radius"),
-             py::arg("half_width"), py::arg("start_angle"), py::arg("sweep"), frame,
+             py::arg("half_width"), py::arg("start_angle"), py::arg("sweep"), frame, py::kw_only(), point,
              "What an arc about a center (2,) of mean radius and half width [m] sweeps in x and y, from start_angle by "
              "sweep [rad], positive counter-clockwise.");
   module.def("Swept", &swept, py::arg("body"), py::arg("by"), py::kw_only(), py::arg("half_width"), py::arg("behind"),
              py::arg("ahead"), py::arg("least_speed"), py::arg("disc_radius"), py::arg("at") = py::none(),
-             py::arg("beyond") = 0.0, swept_doc);
+             py::arg("beyond") = 0.0, point, swept_doc);
   module.def("HalfSpace", &half_space, py::arg("body"), py::arg("normal"), py::arg("offset"), frame, py::kw_only(),
-             py::arg("ahead") = 0.0,
+             py::arg("ahead") = 0.0, point,
              "normal . position <= offset [m]; the normal is a unit vector. Where the frame's body moves along the "
              "normal it reaches further, by what that covers in `ahead` [s].");
   module.def("Speed", &speed, py::arg("body"), py::arg("limit"), py::arg("point") = py::make_tuple(0.0, 0.0, 0.0),

@@ -175,6 +175,26 @@ TEST(LowerBound, of_a_capture_set_that_goes_along_is_0_with_the_reason) {
   EXPECT_NE(bound_of(problem).reason.find("goes along with 'hand'"), std::string::npos) << bound_of(problem).reason;
 }
 
+// A bar that stands on the ground of a plane, whose frame is 5 cm beside its centre of mass.
+Problem lifted_bar(regions::Point point) {
+  Scene scene(Vector3(0.0, -g, 0.0));
+  scene.add_body(fixed("floor", Plane{Vector3::UnitY(), -0.02}));
+  Body bar = in_plane(body("object", Box{{0.04, 0.04, 0.04}}, 0.2, {-0.05, 0.0, 0.0}, Role::object));
+  bar.shape = Compound{{Part{Box{{0.04, 0.04, 0.04}}, {{0.05, 0.0, 0.0}, Quaternion::Identity()}}}, {}};
+  scene.add_body(bar);
+  return escape_from(scene, regions::HalfSpace{"object", Vector3::UnitY(), 0.1, "", 0.0, point});
+}
+
+TEST(LowerBound, of_a_region_about_the_centre_of_mass_is_the_weight_to_its_border) {
+  const LowerBound center = bound_of(lifted_bar(regions::Point::center_of_mass));
+  EXPECT_LE(center.effort, weight * 0.1);
+  EXPECT_GE(center.effort, weight * 0.1 * 0.95);
+  // A turn brings the frame above the centre of mass, half of the way up.
+  const LowerBound origin = bound_of(lifted_bar(regions::Point::origin));
+  EXPECT_LE(origin.effort, weight * 0.05);
+  EXPECT_GE(origin.effort, weight * 0.05 * 0.8);
+}
+
 TEST(LowerBound, of_a_speed_is_the_kinetic_energy_that_it_takes) {
   Problem problem = ball_in_pen({fixed("lid", Box{{0.3, 0.3, 0.02}}, {0.0, 0.0, 0.11})});
   problem.captured = regions::Speed{"object", 2.0};

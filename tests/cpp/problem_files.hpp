@@ -86,7 +86,7 @@ inline Problem everything() {
   scene.disable_collisions("plane", "body 0");
   scene.set_friction("body 2", "plane", 1.0 / 7.0);
   scene.set_friction("body 5", "body 1", 0.0);
-  const Region ball = regions::Ball{"body 0", {0.1, 0.2, 0.3}, 0.7, "body 1"};
+  const Region ball = regions::Ball{"body 0", {0.1, 0.2, 0.3}, 0.7, "body 1", regions::Point::center_of_mass};
   const Region box = regions::Box{"body 5", {0.1, 0.2, 0.3}, {infinity, 0.1, infinity}};
   const Region disc = regions::Disc{"body 0", {0.1, 0.2}, 0.7, "plane"};
   const Region sector = regions::AnnularSector{"body 0", {0.1, 0.2}, 0.7, 0.1, 9.0, -1.0, "body 2"};
@@ -100,6 +100,7 @@ inline Problem everything() {
   problem.succeeded_any = half | speed;
   regions::Swept swept{"body 0", "body 1", 0.1, 0.2, 0.3, 0.4, 0.5};
   const Region own = swept;
+  swept.point = regions::Point::center_of_mass;
   swept.at = regions::PlanarMotion{{0.1, 0.2}, {0.3, 1.0 / 3.0}, 0.4};
   problem.within = ~(tilt & own) | swept;
   problem.rate = 1.0 / 3.0;

@@ -91,7 +91,9 @@ TEST(Splitting, IsUnbiasedForALevelThatIsOfLittleUse) {
 
 Scene two_bodies() {
   Scene scene(Vector3::Zero());
-  scene.add_body(scenes::body("object", Sphere{0.1}, 1.0, Vector3::Zero(), Role::object));
+  Body object = scenes::body("object", Sphere{0.1}, 1.0, Vector3::Zero(), Role::object);
+  object.inertial = Inertial{{0.0, 0.4, 0.3}, Vector3::Ones()};
+  scene.add_body(object);
   scene.add_body(scenes::body("hand", Sphere{0.1}, 1.0, Vector3(0.0, 0.0, 3.0), Role::effector));
   return scene;
 }
@@ -117,6 +119,9 @@ TEST(SignedDistance, IsNegativeInsideAndPositiveOutside) {
   regions::Speed along{"object", 0.3};
   along.along = Vector3::UnitY();
   const Region ball = regions::Ball{"object", Vector3(0.2, 0.0, 0.0), 1.0, "hand"};
+  constexpr regions::Point center = regions::Point::center_of_mass;
+  regions::Swept swept_center = swept;
+  swept_center.point = center;
   const Region box =
       regions::Box{"object", Vector3::Zero(), Vector3(1.0, 2.0, std::numeric_limits<double>::infinity())};
   const std::vector<Region> all{ball,
@@ -129,6 +134,9 @@ TEST(SignedDistance, IsNegativeInsideAndPositiveOutside) {
                                 regions::Speed{"object", 0.9},
                                 along,
                                 regions::Tilt{"object", Vector3::UnitZ(), Vector3::UnitX(), 1.0},
+                                regions::Ball{"object", Vector3::Zero(), 1.0, "hand", center},
+                                regions::HalfSpace{"object", Vector3::UnitX(), 0.2, "", 0.0, center},
+                                swept_center,
                                 ball & box,
                                 ball | box,
                                 ~(ball & ~box)};

@@ -287,13 +287,13 @@ TEST(Region, FrameOfAFixedBodyIsWhereTheSceneSays) {
   EXPECT_FALSE(contains(ball, {2.0, 2.0, 3.0}));
 }
 
-// Regions about the position, in a frame.
-std::vector<Region> positional(const std::string& frame) {
-  return {regions::Ball{"object", {0.2, 0.1, 0.0}, 0.8, frame},
-          regions::Box{"object", {0.1, 0.0, 0.1}, {1.0, 1.5, 2.0}, frame},
-          regions::Disc{"object", {0.0, 0.3}, 0.7, frame},
-          regions::AnnularSector{"object", {0.1, 0.0}, 0.7, 0.4, 2.5, 2.0, frame},
-          regions::HalfSpace{"object", {0.0, 0.6, 0.8}, 0.1, frame}};
+// Regions about the position of a point, in a frame.
+std::vector<Region> positional(const std::string& frame, regions::Point point = regions::Point::origin) {
+  return {regions::Ball{"object", {0.2, 0.1, 0.0}, 0.8, frame, point},
+          regions::Box{"object", {0.1, 0.0, 0.1}, {1.0, 1.5, 2.0}, frame, point},
+          regions::Disc{"object", {0.0, 0.3}, 0.7, frame, point},
+          regions::AnnularSector{"object", {0.1, 0.0}, 0.7, 0.4, 2.5, 2.0, frame, point},
+          regions::HalfSpace{"object", {0.0, 0.6, 0.8}, 0.1, frame, 0.0, point}};
 }
 
 // States with object and carrier anywhere within a metre or so.
@@ -327,6 +327,54 @@ TEST(Region, RegionInABodysFrameIsTheWorldsRegionMovedWithTheBody) {
       const Vector3 seen = carrier.orientation.conjugate() * (bodies.at("object").position - carrier.position);
       EXPECT_EQ(mask(i), contains(still[r], seen)) << "region " << r << ", state " << i;
     }
+  }
+}
+
+// An object whose frame is 0.5 m away from its centre of mass, and one whose frame is there.
+Scene off_center(const Vector3& center) {
+  Scene scene;
+  scene.add_body(fixed("post", Box{}, {1.0, 2.0, 3.0}));
+  Body object = body("object", Box{}, 1.0, Vector3::Zero(), Role::object);
+  object.inertial = Inertial{center, Vector3::Ones(), turn(0.4, Vector3::UnitX())};
+  scene.add_body(object);
+  scene.add_body(body("carrier", Box{}, 1.0, Vector3::Zero()));
+  return scene;
+}
+
+TEST(Region, RegionAboutTheCentreOfMassIsThatAboutAFrameThatIsThere) {
+  const Vector3 center(0.3, -0.4, 0.0);
+  const Scene scene = off_center(center);
+  const States states = random_states(scene, 200);
+  for (const char* frame : {"", "carrier"}) {
+    std::vector<Region> about_center = positional(frame, regions::Point::center_of_mass);
+    std::vector<Region> about_origin = positional(frame);
+    regions::Swept swept{"object", "carrier"};
+    about_origin.push_back(swept);
+    swept.point = regions::Point::center_of_mass;
+    about_center.push_back(swept);
+    for (std::size_t r = 0; r < about_center.size(); ++r) {
+      const Membership member(about_center[r], scene);
+      const Membership other(about_origin[r], scene);
+      int differing = 0;
+      for (int i = 0; i < states.rows(); ++i) {
+        const State state = states.row(i);
+        auto bodies = unpack(scene, state).bodies;
+        const BodyState carrier = bodies.at("carrier");
+        const BodyState moved = state_at_point(center, bodies.at("object"));
+        EXPECT_EQ(member(state), other(pack(scene, {{"object", moved}, {"carrier", carrier}}))) << r << ", " << i;
+        differing += member(state) != other(state) ? 1 : 0;
+      }
+      EXPECT_GT(differing, 5) << "region " << r << " tells the points not apart";
+    }
+  }
+}
+
+TEST(Region, CentreOfMassOfAFixedBodyIsAnErrorThatNamesIt) {
+  const Scene scene = two_bodies();
+  for (const Region& region :
+       {Region(regions::Ball{"post", Vector3::Zero(), 1.0, "", regions::Point::center_of_mass}),
+        Region(regions::Disc{"post", Vector2::Zero(), 1.0, "", regions::Point::center_of_mass})}) {
+    EXPECT_TRUE(rejects([&] { Membership(region, scene); }, {"'center_of_mass' of 'post'", "fixed", "'origin'"}));
   }
 }
 

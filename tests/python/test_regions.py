@@ -1,7 +1,9 @@
 """Sets of states that are large, deep or both: they work or are refused, and none ends Python."""
 
 import json
+import math
 
+import numpy as np
 import pytest
 
 import energymargin as em
@@ -99,3 +101,99 @@ def test_predicates_that_ask_one_another_too_deep_are_refused(problem):
         with pytest.raises(RuntimeError, match="ask one another 65 levels deep, expected at most"):
             regions[deeper].contains(problem.scene, problem.state)
     assert regions[64].contains(problem.scene, problem.state)
+
+
+# The point whose position counts
+
+CENTER = (0.0, 0.0, 0.2)  # of mass, in the frame of the hammer
+
+
+def hammer():
+    """A head at the end of a shaft: its frame is where the hand holds it."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    inertial = em.Inertial(CENTER, inertia=np.diag([0.01, 0.01, 0.002]))
+    shaft = em.Cylinder(radius=0.01, length=0.3)
+    scene.add_body("hammer", shaft, mass=0.5, inertial=inertial, role="object")
+    scene.add_body("post", em.Box((0.1, 0.1, 0.1)), mass=0, position=(9, 0, 0))
+    return scene
+
+
+def positional(**options):
+    """Regions about a position, each of which holds it at (0, 0, 0) and not at (0, 0, 0.2)."""
+    return [
+        em.regions.Ball("hammer", (0, 0, 0), 0.1, **options),
+        em.regions.Box("hammer", (0, 0, 0), (1, 1, 0.2), **options),
+        em.regions.HalfSpace("hammer", (0, 0, 1), 0.1, **options)
+        & em.regions.HalfSpace("hammer", (0, 0, -1), 0.1, **options),
+    ]
+
+
+def in_plane(**options):
+    """The same where the hammer lies along x."""
+    swept = {"half_width": 0.1, "behind": 0.1, "ahead": 1, "least_speed": 1, "disc_radius": 0.1}
+    still = {"position": (0, 0), "velocity": (0, 0), "yaw_rate": 0}
+    return [
+        em.regions.Disc("hammer", (0, 0), 0.1, **options),
+        em.regions.AnnularSector("hammer", (-1, 0), 1.0, 0.1, -1, 2, **options),
+        em.regions.Swept("hammer", "post", **swept, at=still, **options),
+    ]
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_a_region_is_about_the_origin_or_the_centre_of_mass(number):
+    scene = hammer()
+    turn = {} if number < 3 else {"orientation": (0, math.sqrt(0.5), 0, math.sqrt(0.5))}
+    along = np.array([0, 0, 0.2]) if number < 3 else np.array([0.2, 0, 0])
+    there, before = (
+        scene.pack(hammer={"position": place, **turn}) for place in ((0, 0, 0), -along)
+    )
+    default, origin, center = (
+        (positional(**options) + in_plane(**options))[number]
+        for options in ({}, {"point": "origin"}, {"point": "center_of_mass"})
+    )
+    for region, expected in ((default, [True, False]), (origin, [True, False])):
+        assert [bool(region.contains(scene, state)) for state in (there, before)] == expected
+    assert [bool(center.contains(scene, state)) for state in (there, before)] == [False, True]
+
+
+def test_the_point_is_written_where_it_is_not_the_origin_and_read_again():
+    scene = hammer()
+    center = {"point": "center_of_mass"}
+    half = em.regions.HalfSpace("hammer", (0, 0, 1), 0.1, **center)
+    for region in (*positional(**center)[:2], half, *in_plane(**center)):
+        problem = em.Problem(
+            scene,
+            scene.pack(),
+            force=(1, 1, 0),
+            torque=(0, 0, 0),
+            duration=0.1,
+            captured=region | em.regions.Ball("hammer", (0, 0, 0), 5.0),
+        )
+        of = json.loads(problem.to_json())["captured"]["of"]
+        assert (of[0]["point"], "point" in of[1]) == ("center_of_mass", False)
+        assert em.Problem.from_json(problem.to_json()).to_json() == problem.to_json()
+    of[0]["point"] = "middle"
+    file = json.loads(problem.to_json()) | {"captured": {"type": "or", "of": of}}
+    with pytest.raises(ValueError, match=r'captured\.of\[0\].*"origin"'):
+        em.Problem.from_json(json.dumps(file))
+
+
+def test_a_push_that_turns_a_body_about_its_centre_of_mass_leaves_the_ball_about_its_origin():
+    scene = hammer()
+    state = scene.pack(hammer={"angular_velocity": (5, 0, 0), "velocity": (0, 1, 0)})
+    end = em.World(scene).rollout(state, np.zeros(6), 0.3).state
+    path = np.array(scene.unpack(end)["hammer"]["position"])
+    for point, center in (("origin", (0, 0, 0)), ("center_of_mass", CENTER)):
+        ball = em.regions.Ball("hammer", center, 0.01, point=point)
+        assert ball.contains(scene, state)
+        assert ball.contains(scene, end) == (point == "center_of_mass")
+    assert np.linalg.norm(path) > 0.1
+
+
+def test_a_point_that_is_none_and_that_of_a_fixed_body_are_refused_by_name():
+    with pytest.raises(ValueError, match="point is 'com', expected 'origin' or 'center_of_mass'"):
+        em.regions.Ball("hammer", (0, 0, 0), 1.0, point="com")
+    scene = hammer()
+    post = em.regions.Disc("post", (0, 0), 1.0, point="center_of_mass")
+    with pytest.raises(ValueError, match="'center_of_mass' of 'post', which is fixed, expected 'o"):
+        post.contains(scene, scene.pack())

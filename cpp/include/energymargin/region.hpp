@@ -27,8 +27,15 @@ using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 namespace regions {
 
-// In each of them `body` is the body whose position counts. Where there is a `frame`, it names the body in whose frame
-// centre, axes and velocities are given; empty: the world.
+// In each of them `body` is the body whose position counts: that of its frame, or of its centre of mass, which `point`
+// says. Where there is a `frame`, it names the body in whose frame centre, axes and velocities are given; empty: the
+// world.
+
+//! The point of a body whose position counts.
+enum class Point {
+  origin,          ///< of the body's frame, which is its shape's
+  center_of_mass,  ///< of a body that has a mass
+};
 
 //! |position - centre| <= radius.
 struct Ball {
@@ -36,6 +43,7 @@ struct Ball {
   Vector3 center = Vector3::Zero();  //!< [m]
   double radius = 1.0;               //!< [m]
   std::string frame{};
+  Point point = Point::origin;
 };
 
 //! Position inside a box along the frame's axes.
@@ -44,6 +52,7 @@ struct Box {
   Vector3 center = Vector3::Zero();  //!< [m]
   Vector3 size = Vector3::Ones();    //!< full edge lengths, inf allowed [m]
   std::string frame{};
+  Point point = Point::origin;
 };
 
 //! A ball of the plane: the distance counts in x and y alone.
@@ -52,6 +61,7 @@ struct Disc {
   Vector2 center = Vector2::Zero();  //!< [m]
   double radius = 1.0;               //!< [m]
   std::string frame{};
+  Point point = Point::origin;
 };
 
 //! What an arc of some width sweeps in x and y.
@@ -63,6 +73,7 @@ struct AnnularSector {
   double start_angle = 0.0;          //!< from the x axis [rad]
   double sweep = 1.0;  //!< counter-clockwise from the start, negative: clockwise; at most a full turn [rad]
   std::string frame{};
+  Point point = Point::origin;
 };
 
 //! How a body moves in x and y at one moment.
@@ -84,6 +95,7 @@ struct Swept {
   double disc_radius = 1.0;          //!< [m]
   std::optional<PlanarMotion> at{};  //!< the sweep from this motion, fixed in the world; unset: from the state's own
   double beyond = 0.0;               //!< length of path beyond what is ahead that still counts [m]
+  Point point = Point::origin;       //!< of `body`
 };
 
 //! normal . position <= offset, and further by what the frame's body moves along the normal in a while.
@@ -93,6 +105,7 @@ struct HalfSpace {
   double offset = 0.0;                //!< [m]
   std::string frame{};
   double ahead = 0.0;  //!< time of the frame's motion that counts, above 0 with a frame alone [s]
+  Point point = Point::origin;
 };
 
 //! |velocity of a body's point| <= limit; with a frame, the velocity as seen from that body.

@@ -41,7 +41,7 @@ inline constexpr Form region{"one_region"};
 enum class Presence {
   required,
   added,     ///< written always; files of older versions lack it
-  optional,  ///< written unless it has its default: of numbers, texts and std::optional
+  optional,  ///< written unless it has its default: of numbers, texts, enums and std::optional
 };
 
 //! One field of a struct. `get` is a pointer to a member, or a function from an object to a reference to the member.

@@ -5,6 +5,7 @@
 
 #include "bounds/infinity.hpp"
 #include "energymargin/kinematics.hpp"
+#include "sets/body_reader.hpp"
 #include "sets/sweep.hpp"
 
 namespace energymargin::bounds {
@@ -33,7 +34,7 @@ CrossingEnergy both(const CrossingEnergy& a, const CrossingEnergy& b) {
 
 // Where a body may be in a cell, and how it may be turned there.
 struct Placement {
-  Vector3 position, slack;  // of its frame, along the axes of the world [m]
+  Vector3 position, slack;  // of its point, along the axes of the world [m]
   Quaternion orientation;
   double turn;  // by which the orientation may differ [rad]
 
@@ -133,18 +134,17 @@ class ExitEnergy::Set {
 
   template <typename Primitive>
   Placement placement(const Primitive& primitive, const PoseCell& cell) const {
-    const BodyState frame = state(primitive.frame);
-    return placement(primitive.body, cell).from(frame);
+    return placement(primitive.body, position_in_body(problem_.scene, primitive), cell).from(state(primitive.frame));
   }
 
-  Placement placement(const std::string& body, const PoseCell& cell) const {
+  Placement placement(const std::string& body, const Vector3& point, const PoseCell& cell) const {
     if (index(body) != object_) {
-      const BodyState there = state(body);
+      const BodyState there = state_at_point(point, state(body));
       return {there.position, Vector3::Zero(), there.orientation, 0.0};
     }
     const Pose pose = space_.pose(cell.center());
     const Coordinates half = cell.half();
-    return {pose.position, space_.slack(half, Vector3::Zero()), pose.orientation,
+    return {pose.position + pose.orientation * point, space_.slack(half, point), pose.orientation,
             space_.any_turn() ? pi : half[turn_axis]};
   }
 
@@ -174,7 +174,7 @@ class ExitEnergy::Set {
   }
   CrossingEnergy of(const regions::Swept& swept, const PoseCell& cell) const {
     if (!why(swept).empty()) return either;
-    const Placement at = placement(swept.body, cell);
+    const Placement at = placement(swept.body, position_in_body(problem_.scene, swept), cell);
     const regions::PlanarMotion motion = motion_of(swept);
     const auto sector = swept_sector(swept, motion);
     if (sector) return in_sector(*sector, at);

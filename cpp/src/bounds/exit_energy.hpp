@@ -32,7 +32,8 @@ class ExitEnergy {
   //! Whether the region may be another one elsewhere along an axis of the world.
   bool depends_on(int axis) const;
 
-  //! Between these lie the object's positions in the set along the axes of the world [m]; infinite where there is none.
+  //! Between these lie the positions in the set, of the point of the object that counts, along the axes of the world
+  //! [m]; infinite where there is none.
   std::array<Vector3, 2> extent() const;
 
   //! Why a part of the region bounds nothing; empty if there is none.

@@ -4,7 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
+#include "energymargin/region.hpp"
 #include "energymargin/scene.hpp"
 #include "energymargin/types.hpp"
 
@@ -23,15 +25,36 @@ class BodyReader {
   std::size_t body_;
 };
 
+//! Where the point is whose position counts, in the body's frame [m]. Throws std::invalid_argument on the centre of
+//! mass of a body that is fixed, and has none.
+inline Vector3 position_in_body(const Scene& scene, const std::string& name, regions::Point point) {
+  if (point == regions::Point::origin) return Vector3::Zero();
+  const Body& body = scene.bodies()[scene.index(name)];
+  if (body.fixed()) reject("point", "'center_of_mass' of '" + name + "', which is fixed", "'origin'");
+  return body.principal_inertial().center;
+}
+
+//! The same for any region about one body; those about no position have the origin.
+template <typename Primitive>
+Vector3 position_in_body(const Scene& scene, const Primitive& primitive) {
+  return position_in_body(scene, primitive.body, primitive.point);
+}
+inline Vector3 position_in_body(const Scene&, const regions::Speed&) { return Vector3::Zero(); }
+inline Vector3 position_in_body(const Scene&, const regions::Tilt&) { return Vector3::Zero(); }
+
 //! A body as seen from a frame: that of another body or, without a name, the world's.
 class RelativeReader {
  public:
   RelativeReader(const Scene& scene, const std::shared_ptr<const Kinematics>& kinematics, const std::string& body,
-                 const std::string& frame)
-      : body_(scene, kinematics, body), in_world_(frame.empty()), frame_(scene, kinematics, in_world_ ? body : frame) {}
+                 const std::string& frame, Vector3 point = Vector3::Zero())
+      : body_(scene, kinematics, body),
+        in_world_(frame.empty()),
+        frame_(scene, kinematics, in_world_ ? body : frame),
+        point_(std::move(point)) {}
 
+  //! Of the point.
   Vector3 position(const double* state) const {
-    const Vector3 position = body_(state).position;
+    const Vector3 position = state_at_point(point_, body_(state)).position;
     if (in_world_) return position;
     const BodyState frame = frame_(state);
     return frame.orientation.conjugate() * (position - frame.position);
@@ -64,6 +87,7 @@ class RelativeReader {
   BodyReader body_;
   bool in_world_;
   BodyReader frame_;
+  Vector3 point_;  // in the body's frame
 };
 
 }  // namespace energymargin

@@ -52,9 +52,9 @@ class Compiler {
     return [sector, body = reader(sector)](const double* state) { return in_sector(sector, body.position(state)); };
   }
   Test operator()(const regions::Swept& swept) const {
-    return [swept, body = BodyReader(scene_, kinematics_, swept.body),
+    return [swept, body = RelativeReader(scene_, kinematics_, swept.body, "", position_in_body(scene_, swept)),
             by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
-      return in_sweep(swept, swept.at ? *swept.at : planar_motion(by(state)), body(state).position);
+      return in_sweep(swept, swept.at ? *swept.at : planar_motion(by(state)), body.position(state));
     };
   }
   Test operator()(const regions::HalfSpace& half_space) const {
@@ -100,7 +100,7 @@ class Compiler {
  private:
   template <typename Primitive>
   RelativeReader reader(const Primitive& primitive) const {
-    return {scene_, kinematics_, primitive.body, primitive.frame};
+    return {scene_, kinematics_, primitive.body, primitive.frame, position_in_body(scene_, primitive)};
   }
 
   std::vector<Test> compile_each(const std::vector<Region>& regions) const {

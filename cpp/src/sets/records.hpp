@@ -5,6 +5,7 @@
 
 #include "base/record.hpp"
 #include "energymargin/region.hpp"
+#include "sets/words.hpp"
 
 namespace energymargin {
 
@@ -17,6 +18,16 @@ auto body_and_frame() {
   };
 }
 
+//! The point of the body whose position counts, for those that are about a position.
+template <typename Primitive>
+auto point() {
+  return std::tuple{Field{"point",
+                          &Primitive::point,
+                          "Of the body: \"origin\" of its frame, as when left out, or \"center_of_mass\".",
+                          {},
+                          Presence::optional}};
+}
+
 template <>
 struct Record<regions::Ball> {
   static constexpr const char* name = "ball";
@@ -27,7 +38,8 @@ struct Record<regions::Ball> {
                           std::tuple{
                               Field{"center", &regions::Ball::center, "[m]"},
                               Field{"radius", &regions::Ball::radius, "[m]", forms::positive},
-                          });
+                          },
+                          point<regions::Ball>());
   }
 };
 
@@ -41,7 +53,8 @@ struct Record<regions::Box> {
                           std::tuple{
                               Field{"center", &regions::Box::center, "[m]"},
                               Field{"size", &regions::Box::size, "Full edge lengths [m], or \"inf\".", forms::sizes},
-                          });
+                          },
+                          point<regions::Box>());
   }
 };
 
@@ -55,7 +68,8 @@ struct Record<regions::Disc> {
                           std::tuple{
                               Field{"center", &regions::Disc::center, "[m]"},
                               Field{"radius", &regions::Disc::radius, "[m]", forms::positive},
-                          });
+                          },
+                          point<regions::Disc>());
   }
 };
 
@@ -76,7 +90,8 @@ struct Record<regions::AnnularSector> {
             Field{"sweep", &Sector::sweep,
                   "Counter-clockwise from the start, negative: clockwise; not 0, at most a full turn [rad].",
                   forms::turn},
-        });
+        },
+        point<Sector>());
   }
 };
 
@@ -103,22 +118,24 @@ struct Record<regions::Swept> {
       "Inside what another body is about to sweep in x and y: the annular sector about its instantaneous centre of "
       "rotation or, while it is too slow to have a direction, a disc about it.";
   static auto fields() {
-    return std::tuple{
-        Field{"body", &Swept::body, "Whose position, or motion, counts.", forms::body},
-        Field{"by", &Swept::by, "The body that sweeps.", forms::body},
-        Field{"half_width", &Swept::half_width, "On each side of its path [m].", forms::positive},
-        Field{"behind", &Swept::behind, "Length of path behind it that still counts [m].", forms::not_negative},
-        Field{"ahead", &Swept::ahead, "Time of its motion that counts [s].", forms::positive},
-        Field{"least_speed", &Swept::least_speed, "Below it the disc counts [m/s].", forms::not_negative},
-        Field{"disc_radius", &Swept::disc_radius, "[m]", forms::positive},
-        Field{"beyond", &Swept::beyond, "Length of path beyond what is ahead that still counts [m].",
-              forms::not_negative, Presence::optional},
-        Field{"at",
-              &Swept::at,
-              "The sweep from this motion, fixed in the world; left out: from the state's own.",
-              {},
-              Presence::optional},
-    };
+    return std::tuple_cat(
+        std::tuple{
+            Field{"body", &Swept::body, "Whose position, or motion, counts.", forms::body},
+            Field{"by", &Swept::by, "The body that sweeps.", forms::body},
+            Field{"half_width", &Swept::half_width, "On each side of its path [m].", forms::positive},
+            Field{"behind", &Swept::behind, "Length of path behind it that still counts [m].", forms::not_negative},
+            Field{"ahead", &Swept::ahead, "Time of its motion that counts [s].", forms::positive},
+            Field{"least_speed", &Swept::least_speed, "Below it the disc counts [m/s].", forms::not_negative},
+            Field{"disc_radius", &Swept::disc_radius, "[m]", forms::positive},
+            Field{"beyond", &Swept::beyond, "Length of path beyond what is ahead that still counts [m].",
+                  forms::not_negative, Presence::optional},
+            Field{"at",
+                  &Swept::at,
+                  "The sweep from this motion, fixed in the world; left out: from the state's own.",
+                  {},
+                  Presence::optional},
+        },
+        point<Swept>());
   }
 };
 
@@ -140,7 +157,8 @@ struct Record<regions::HalfSpace> {
                   "It reaches further by what the frame's body covers along the normal in this time [s]; with a frame "
                   "alone.",
                   forms::not_negative, Presence::optional},
-        });
+        },
+        point<HalfSpace>());
   }
 };
 

@@ -58,9 +58,9 @@ class DistanceCompiler {
         [sector, body = reader(sector)](const double* state) { return distance_to(sector, body.position(state)); });
   }
   Distance operator()(const regions::Swept& swept) const {
-    return scaled([swept, body = BodyReader(scene_, kinematics_, swept.body),
+    return scaled([swept, body = RelativeReader(scene_, kinematics_, swept.body, "", position_in_body(scene_, swept)),
                    by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
-      return distance_to(swept, swept.at ? *swept.at : planar_motion(by(state)), body(state).position);
+      return distance_to(swept, swept.at ? *swept.at : planar_motion(by(state)), body.position(state));
     });
   }
   Distance operator()(const regions::HalfSpace& half_space) const {
@@ -114,7 +114,7 @@ class DistanceCompiler {
 
   template <typename Primitive>
   RelativeReader reader(const Primitive& primitive) const {
-    return {scene_, kinematics_, primitive.body, primitive.frame};
+    return {scene_, kinematics_, primitive.body, primitive.frame, position_in_body(scene_, primitive)};
   }
 
   std::vector<Distance> compile_each(const std::vector<Region>& regions) const {
