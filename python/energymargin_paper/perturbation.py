@@ -6,7 +6,6 @@ in one file, state by state: stopped and started again, the study goes on.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,15 +25,17 @@ from energymargin.store import ScoreStore
 from energymargin.store.scoring import begin_run, score_run
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.perturbation_belief import (
+    INFORMED,
     KNOWN,
     LEVEL,
     Regained,
     believed_scores,
     figure_belief,
+    priors,
     regained_markdown,
 )
 from energymargin_paper.perturbation_errors import KINDS, LARGEST, perturbed, typical
-from energymargin_paper.quality import FRAMES, TASK, pushes, quality
+from energymargin_paper.quality import FRAMES, TASK, interval, pushes, quality
 from energymargin_paper.study import Progress, Study, setting
 
 if TYPE_CHECKING:
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
 __all__ = ["PAPER", "STUDY", "Perturbation", "Point", "Settings", "figure_perturbation"]
 
 FORCE = "force"
-CONFIDENCE = 0.95
 
 # The paper's curves, from the source of its figure: AP by scaled largest error.
 PAPER: dict[str, dict[float, float]] = {
@@ -69,6 +69,7 @@ class Settings:
     belief: bool = setting(False, "Score beliefs too: what do they regain of the AP?")
     particles: int = setting(4, "Particles of a belief, which share the nodes.")
     reference: int = setting(20, "Times the steps that a reference belief has.")
+    others: int = setting(1000, "Other pushes, whose velocities are known beforehand.")
     seed: int = 0
     """Seed of the searches; the errors of draw i have the seed i."""
 
@@ -79,6 +80,7 @@ class Settings:
         whole_number("draws", self.draws, 1)
         whole_number("particles", self.particles, 1, self.nodes)
         whole_number("reference", self.reference, 2)
+        whole_number("others", self.others, 2)
         wrong = [level for level in self.levels if not 0 <= level <= 1]
         if wrong:
             raise ValueError(f"levels has {wrong[0]}, expected numbers from 0 to 1")
@@ -109,15 +111,8 @@ class Point:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Student's 95 % interval of the mean, within 0..1; of draws that do not differ, the mean
-        itself."""
-        if np.ptp(self.ap) == 0:
-            return self.mean, self.mean
-        from scipy.stats import t
-
-        reach = t.ppf((1 + CONFIDENCE) / 2, len(self.ap) - 1)
-        half = float(reach * self.ap.std(ddof=1) / math.sqrt(len(self.ap)))
-        return max(0.0, self.mean - half), min(1.0, self.mean + half)
+        """Student's 95 % interval of the mean; of draws that do not differ, the mean itself."""
+        return interval(self.ap)
 
 
 @dataclass(frozen=True)
@@ -152,7 +147,12 @@ class Perturbation:
         believed = [
             (name, one.kind, LEVEL, p.mean, *p.interval, len(aps), "")
             for one in self.regained
-            for name, aps in (("belief", one.belief), ("reference", one.reference))
+            for name, aps in (
+                ("best state", one.estimate),
+                ("belief without a prior", one.even),
+                ("belief", one.belief),
+                ("reference", one.reference),
+            )
             for p in (Point(one.kind, LEVEL, aps, 0),)
         ]
         header = ("source", "error", "scaled", "ap", "ap_low", "ap_high", "draws", "again")
@@ -198,7 +198,7 @@ class Perturbation:
         s = self.settings
         if not self.regained:
             return []
-        return regained_markdown(self.regained, s.nodes, s.particles, s.reference)
+        return regained_markdown(self.regained, s.nodes, s.particles, s.reference, s.others)
 
     def _says(self) -> list[str]:
         """How ours stand to the force score, and how often a state was drawn again."""
@@ -347,31 +347,38 @@ def _regained(
     }
     exact = plain(dataset, kind=KNOWN[0])
     at_errors = {at: _ap(plain(one.dataset, kind=at[0])) for at, one in wrong.items()}
-    equal, reference = (
-        believed_scores(
+    for kind in KNOWN:
+        ats = [(kind, draw) for draw in range(settings.draws)]
+        scored = partial(
+            believed_scores,
             folder,
-            wrong,
-            times * settings.particles,
-            settings=replace(settings.search, nodes=times * settings.nodes),
+            {at: wrong[at] for at in ats},
             threads=threads,
             progress=progress,
         )
-        for times in (1, settings.reference)
-    )
-    for kind in KNOWN:
-        ats = [(kind, draw) for draw in range(settings.draws)]
-        belief, with_more = (
+        prior = priors(settings.others) if kind in INFORMED else None
+        search = settings.search
+        more = replace(search, nodes=settings.reference * settings.nodes)
+        found = [
+            scored(0, prior=prior, settings=search),
+            scored(settings.particles, prior=None, settings=search),
+            scored(settings.particles, prior=prior, settings=search),
+            scored(settings.reference * settings.particles, prior=prior, settings=more),
+        ]
+        estimate, even, belief, with_more = (
             np.array([_ap(replace(exact, scores={"capture": scores[at][0]})) for at in ats])
-            for scores in (equal, reference)
+            for scores in found
         )
         yield Regained(
             kind,
             _ap(exact),
             np.array([at_errors[at] for at in ats]),
+            estimate,
+            even,
             belief,
             with_more,
-            float(np.mean([reference[at][1] for at in ats])),
-            float(np.mean([reference[at][2] for at in ats])),
+            float(np.mean([found[-1][at][1] for at in ats])),
+            float(np.mean([found[-1][at][2] for at in ats])),
         )
 
 

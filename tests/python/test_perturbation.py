@@ -197,17 +197,20 @@ def test_the_command_writes_table_numbers_and_picture(tmp_path):
 
 
 def test_beliefs_regain_some_of_what_errors_cost_and_go_on_from_a_stop(tmp_path):
-    settings = replace(SMALL, levels=(0.0,), draws=1, belief=True, particles=2, reference=2)
+    settings = replace(SMALL, levels=(0.0,), draws=1, belief=True, particles=2)
+    settings = replace(settings, reference=2, others=300)
     done = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
     assert [one.kind for one in done.regained] == ["position", "velocity"]
     for one in done.regained:
-        for ap in (one.wrong, one.belief, one.reference):
+        for ap in (one.wrong, one.estimate, one.even, one.belief, one.reference):
             assert ap.shape == (1,) and 0 < ap[0] <= 1
     assert "## With a belief of the errors" in done.to_markdown()
     sources = [row["source"] for row in csv.DictReader(done.to_csv().splitlines())]
-    assert sources.count("belief") == sources.count("reference") == 2
+    for name in ("best state", "belief without a prior", "belief", "reference"):
+        assert sources.count(name) == 2
     lines = (tmp_path / "beliefs.jsonl").read_text().splitlines()
-    assert len(lines) == 2 * 2 * settings.trajectories
+    runs = 3 + 4  # of positions a belief without a prior is the belief itself
+    assert len(lines) == runs * settings.trajectories
     (tmp_path / "beliefs.jsonl").write_text("\n".join(lines[:5]) + "\n")
     again = perturbation.STUDY.reproduce(settings, tmp_path, threads=1)
     assert again.to_csv() == done.to_csv()
