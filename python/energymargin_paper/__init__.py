@@ -31,6 +31,7 @@ STUDIES = {
     "walls": "Whether anything gets through a wall",
     "uncertainty": "How often the intervals of the scores hold the truth",
     "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
+    "mjcf-models": "Grippers, hands and arms of MuJoCo's files, as scenes",
     "engines": "Labels, escapes and probabilities in MuJoCo too",
     "fewer-steps": "What it gains to use more of each rollout",
     "published": "The authors' own data: their scores and ours on the same states",

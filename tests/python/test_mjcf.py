@@ -500,6 +500,14 @@ def test_a_subtree_is_a_body_and_what_hangs_on_it_where_the_model_has_it(base):
     assert start == pytest.approx(scene.pack(), abs=1e-9)
 
 
+def test_a_weld_that_leads_the_base_of_a_subtree_is_no_part_of_it():
+    led = '<body name="mocap" mocap="true"/>' + ARM
+    of = model(led, equality='<weld body1="mocap" body2="palm"/>')
+    assert len(from_mjcf(of, subtree="palm", base="free").joints) == 1
+    with pytest.raises(ValueError, match=r"equality/weld \(1\)"):
+        from_mjcf(of)
+
+
 def test_a_subtree_may_stand_elsewhere():
     of = model(ARM)
     turn = Rotation.from_euler("x", 90, degrees=True)

@@ -174,6 +174,8 @@ def _holds_what_moves(selection: Selection, equality: int, ends: list[int]) -> b
     model = selection.model
     if word("mjtObj", model.eq_objtype[equality]) == "site":
         ends = [int(model.site_bodyid[site]) for site in ends]
+    if selection.root in ends and not all(body in selection.lump for body in ends):
+        return False  # where the base is, and how it moves, the caller says
     return any(body in selection.lump and body not in selection.static for body in ends)
 
 
