@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 from energymargin.checks import not_negative_number, positive_number, whole_number
-from energymargin.gym import ActionFilter, CaptureWrapper, Future, TaskEnv
+from energymargin.gym import ActionFilter, CaptureWrapper, ScriptedFuture, TaskEnv
 from energymargin.scoring import SearchSettings
 from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.jobs import pairs, resumed
@@ -179,10 +179,10 @@ def _wrapped(env: TaskEnv, job: Episode) -> Any:
     if job.arm == "policy":
         return env
     if job.arm == "scored":
-        return CaptureWrapper(env, Future(job.horizon))
+        return CaptureWrapper(env, ScriptedFuture(job.horizon))
     return CaptureWrapper(
         env,
-        Future(job.horizon, hold=job.horizon),
+        ScriptedFuture(job.horizon, hold=job.horizon),
         metric=None,
         settings=SearchSettings(rollouts=job.rollouts),
         action_filter=ActionFilter(job.candidates, job.spread, confidence=job.confidence),

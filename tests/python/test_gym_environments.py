@@ -151,7 +151,7 @@ def test_the_question_of_an_environment_is_that_of_its_task():
     env.reset(seed=4)
     for _ in range(5):
         env.step(env.nominal_action())
-    ours = gym.Future(horizon=0.5)(env)
+    ours = gym.ScriptedFuture(horizon=0.5)(env)
     theirs = env.task.future(env.state, env.time, env.params, horizon=0.5)
     assert ours.to_json() == theirs.to_json()
     assert gym.present(env).to_json() == env.task.problem(env.state, env.params).to_json()

@@ -13,7 +13,7 @@ from energymargin.gym.filters import choose
 from energymargin.scoring import SearchSettings
 
 FEW = SearchSettings(rollouts=8, nodes=8)
-SOON = gym.Future(horizon=0.1)
+SOON = gym.ScriptedFuture(horizon=0.1)
 SHELF = 0.1  # m, half of its length
 
 

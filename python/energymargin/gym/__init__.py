@@ -13,10 +13,18 @@ except ImportError as error:
 from energymargin.gym.channels import CHANNELS, Channel
 from energymargin.gym.environment import TaskEnv
 from energymargin.gym.filters import ActionFilter
-from energymargin.gym.questions import Future, present
+from energymargin.gym.questions import ScriptedFuture, present
 from energymargin.gym.registration import register_environments
 from energymargin.gym.wrapper import CaptureWrapper
 
-__all__ = ["CHANNELS", "ActionFilter", "CaptureWrapper", "Channel", "Future", "TaskEnv", "present"]
+__all__ = [
+    "CHANNELS",
+    "ActionFilter",
+    "CaptureWrapper",
+    "Channel",
+    "ScriptedFuture",
+    "TaskEnv",
+    "present",
+]
 
 register_environments()

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from energymargin._core import Problem
 from energymargin.gym.environment import TaskEnv
 
-__all__ = ["Future", "present"]
+__all__ = ["ScriptedFuture", "present"]
 
 
 @dataclass(frozen=True)
-class Future:
+class ScriptedFuture:
     """Does it stay captured over a horizon, while the robot follows the task's script?
 
     For environments of `TaskEnv`. With an action the robot holds that first: the question of a
