@@ -113,8 +113,9 @@ def _undisturbed(problem: Problem) -> tuple[list[Edge], Vector]:
         raise ValueError("escape is None, expected one for a problem without horizon and plan")
     scene, horizon = problem.scene, problem.horizon
     none = np.zeros((sum(body.role == "object" for body in scene.bodies), 6))
-    world = World(scene, problem.plan)
-    return [Edge(none, horizon)], world.rollout(problem.state, none, horizon).state
+    steps = round(horizon / scene.step)
+    here = World(scene, problem.plan).simulate(problem.state, steps, record=[steps])
+    return [Edge(none, horizon)], here.states[-1]
 
 
 def _least_scale(
