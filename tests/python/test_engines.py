@@ -8,35 +8,12 @@ from energymargin.cli import app
 from energymargin_paper.engines import STUDY, Engines, Settings, ratios
 from energymargin_paper.engines_states import Both, Escape, Job, Label, Probability
 
-SMALL = [
-    "--tasks",
-    "topple",
-    "--trajectories",
-    "2",
-    "--nodes",
-    "40",
-    "--rollouts",
-    "2",
-    "--parts",
-    "1",
-    "--threads",
-    "1",
-]
+SMALL = ("--tasks", "topple", "--trajectories", "2", "--nodes", "40", "--rollouts", "2")
+FAST = ("--parts", "1", "--threads", "1")
 
 
 def test_the_command_writes_its_tables_and_goes_on_from_its_runs(tmp_path):
-    command = [
-        "reproduce",
-        "engines",
-        *SMALL,
-        *FAST,
-        "--parts",
-        "1",
-        "--threads",
-        "1",
-        "-o",
-        str(tmp_path),
-    ]
+    command = ["reproduce", "engines", *SMALL, *FAST, "-o", str(tmp_path)]
     first = CliRunner().invoke(app, command)
     assert first.exit_code == 0, first.output
     table, runs = (tmp_path / "engines.md").read_text(), tmp_path / "runs.jsonl"

@@ -10,8 +10,8 @@ from energymargin.mujoco.states import States
 TASKS = ("push", "balance", "topple", "grasp", "push-multi", "scoop", "push-real")
 
 
-def at_start(scene, state=None):
-    model = em.mujoco.model_of(scene, state)
+def at_start(scene, state=None, **options):
+    model = em.mujoco.model_of(scene, state, **options)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     return model, data
@@ -52,13 +52,15 @@ def test_a_state_that_is_written_is_read_again():
 
 
 def test_both_engines_see_one_friction():
+    """The larger of the two, MuJoCo's own rule, would be 0.5."""
     scene = with_object(friction=0.4)
-    model, data = at_start(scene, scene.pack(box={"velocity": (1.0, 0, 0)}))
-    mujoco.mj_step(model, data, 24)  # the box comes to rest on the floor
+    start = scene.pack(box={"velocity": (1.0, 0, 0)})
+    model, data = at_start(scene, start, step=scene.step / 4)  # where contacts chatter less
+    mujoco.mj_step(model, data, 96)
     before = data.qvel[0]
-    mujoco.mj_step(model, data, 48)
-    rate = (before - data.qvel[0]) / (48 * scene.step)
-    assert rate == pytest.approx(0.4 * 0.5 * 9.81, rel=0.05)
+    mujoco.mj_step(model, data, 192)
+    rate = (before - data.qvel[0]) / (192 * model.opt.timestep)
+    assert rate == pytest.approx(0.4 * 0.5 * 9.81, rel=0.1)
 
 
 def test_capsules_hulls_joints_drives_springs_and_mimics_have_their_place():
