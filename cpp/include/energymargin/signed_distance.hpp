@@ -2,6 +2,7 @@
 // How far a state is from the edge of a region.
 
 #include <functional>
+#include <vector>
 
 #include "energymargin/region.hpp"
 
@@ -15,10 +16,23 @@ class SignedDistance {
   //! Throws std::invalid_argument on a body that the scene does not have, and on a Predicate, which has no distance.
   SignedDistance(const Region& region, const Scene& scene, const State& start);
 
-  double operator()(const State& state) const { return distance_(state.data()); }
+  double operator()(const State& state) const;
+
+  //! What each primitive reads of a state, one after another: the position in a ball, the height over a half space. The
+  //! primitive's distance changes by no more than they do.
+  std::vector<double> coordinates(const State& state) const;
+
+  //! How many are those of each primitive.
+  const std::vector<int>& sizes() const { return sizes_; }
+
+  //! The distance at such coordinates, with that of each primitive in a unit of the caller's.
+  double at(const double* coordinates, const double* units) const { return distance_(coordinates, units); }
 
  private:
-  std::function<double(const double*)> distance_;
+  std::vector<int> sizes_;
+  std::vector<double> units_;  // distances of the primitives at the start
+  std::vector<std::function<void(const double*, double*)>> readers_;
+  std::function<double(const double*, const double*)> distance_;
 };
 
 }  // namespace energymargin

@@ -8,6 +8,7 @@
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/signed_distance.hpp"
+#include "metrics/forecast.hpp"
 #include "metrics/looks.hpp"
 #include "metrics/splitting.hpp"
 #include "search/exit.hpp"
@@ -17,9 +18,19 @@ namespace energymargin {
 namespace {
 
 constexpr std::size_t pilots = 20;         // rollouts that tell how long the rate of the level lasts
+constexpr int replicas_a_scout = 20;       // one of so many replicas scouts first, for the forecast ...
+constexpr int fewest_scouts = 20;          // ... but no fewer than these
 constexpr std::size_t fewest_batches = 4;  // that have a variance: Student's distribution of three degrees of freedom
 
-using Level = std::function<double(const State&)>;
+// Their streams of random numbers, behind those of the batches.
+constexpr std::size_t stream_of_pilots = splitting_batches;
+constexpr std::size_t stream_of_scouts = splitting_batches + 1;
+
+// How near a state is to its loss.
+struct Nearness {
+  std::optional<Forecast> forecast{};  // or, without one, the level and what it gains at its rate of now
+  double ahead = 0.0;                  // in so long [s]
+};
 
 // A rollout: what acts on it, and how near it came to its loss.
 struct Replica {
@@ -40,15 +51,20 @@ struct Replica {
 // Rollouts of one batch, one after another.
 class ReplicaSimulator {
  public:
-  ReplicaSimulator(const Problem& problem, const RareOptions& options, double ahead)
+  // `fit`, which may be null, learns from each rollout.
+  ReplicaSimulator(const Problem& problem, const RareOptions& options, const Nearness& nearness,
+                   ForecastFit* fit = nullptr)
       : problem_(problem),
         options_(options),
-        ahead_(ahead),
+        nearness_(nearness),
+        fit_(fit),
         timing_(*timing_of(problem)),
+        last_look_(static_cast<int>(looks_of(timing_).size()) - 1),
         captured_(problem.captured, problem.scene),
-        level_(options.level ? options.level : Level(SignedDistance(problem.captured, problem.scene, problem.state))),
         world_(search::world_of(problem)),
-        time_between_looks_(timing_.check * problem.scene.stepping().step) {}
+        time_between_looks_(timing_.check * problem.scene.stepping().step) {
+    if (!options.level) distance_.emplace(problem.captured, problem.scene, problem.state);
+  }
 
   Replica draw(std::uint64_t seed, std::size_t number) {
     Replica replica{draw_pushes(options_.disturbance, problem_, timing_.horizon, seed, number),
@@ -64,7 +80,7 @@ class ReplicaSimulator {
     const int step = std::min(look * timing_.check, timing_.horizon);
     Replica replica{branch_pushes(options_.disturbance, problem_, parent.pushes, step, seed, number),
                     branch_plan(options_.disturbance, problem_, parent.plan, step, seed, number)};
-    simulate(replica);
+    simulate(replica, look);
     return replica;
   }
 
@@ -100,9 +116,18 @@ class ReplicaSimulator {
 
  private:
   // The past of a branch is simulated again: a simulation that is restored at a state is not the one that goes on.
-  void simulate(Replica& replica) {
+  // Its law is a fair draw from look `first` on.
+  void simulate(Replica& replica, int first = 0) {
+    simulate_looks(replica);
+    if (!fit_) return;
+    track_.lost = replica.exit >= 0;
+    fit_->add(track_, first);
+  }
+
+  void simulate_looks(Replica& replica) {
     search::Exit exit(timing_.dwell);
     gains_.clear();
+    track_.coordinates.clear();
     look(problem_.state, 0, exit, replica);
     ++simulated_;
     if (options_.rollout_counter) ++*options_.rollout_counter;
@@ -129,16 +154,27 @@ class ReplicaSimulator {
   // Whether it has left.
   bool look(const State& state, int step, search::Exit& exit, Replica& replica) {
     exit.look(captured_(state), step);
-    const double now = level_(state);
-    if (std::isnan(now)) reject("level", "not a number", "a number for every state");
-    double level = step > 0 ? now + ahead_ * (now - last_) / time_between_looks_ : now;
-    if (step > 0) gains_.push_back(now - last_);
-    last_ = now;
+    double level = level_of(state, last_look_ - static_cast<int>(replica.highest_until.size()));
     if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
     std::vector<double>& highest = replica.highest_until;
     highest.push_back(highest.empty() ? level : std::max(level, highest.back()));
     if (exit.left()) set_exit(exit, replica);
     return exit.left();
+  }
+
+  // With so many looks to come.
+  double level_of(const State& state, int left) {
+    if (distance_ && (fit_ || nearness_.forecast)) {
+      const std::vector<double> coordinates = distance_->coordinates(state);
+      track_.coordinates.insert(track_.coordinates.end(), coordinates.begin(), coordinates.end());
+    }
+    if (nearness_.forecast) return (*nearness_.forecast)(track_, left);
+    const double now = distance_ ? (*distance_)(state) : options_.level(state);
+    if (std::isnan(now)) reject("level", "not a number", "a number for every state");
+    const double gain = left < last_look_ ? now - last_ : 0.0;
+    if (left < last_look_) gains_.push_back(gain);
+    last_ = now;
+    return now + nearness_.ahead * gain / time_between_looks_;
   }
 
   static void set_exit(const search::Exit& exit, Replica& replica) {
@@ -148,14 +184,17 @@ class ReplicaSimulator {
 
   const Problem& problem_;
   const RareOptions& options_;
-  double ahead_;  // [s]
+  Nearness nearness_;
+  ForecastFit* fit_;
   Timing timing_;
+  int last_look_;
   Membership captured_;
-  Level level_;
+  std::optional<SignedDistance> distance_{};  // unless the level is the caller's
   World world_;
   double time_between_looks_;  // [s]
   double last_ = 0.0;          // level of the state at the last look
   std::vector<double> gains_;  // of that level, from look to look
+  Track track_;
   long long steps_ = 0;
   int simulated_ = 0;
   int diverged_ = 0;
@@ -173,11 +212,11 @@ struct ReplicaBatch {
   bool complete = false;
 };
 
-ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, double ahead, int replicas,
-                       std::size_t number) {
+ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const Nearness& nearness, int replicas,
+                       std::size_t number, ForecastFit* fit = nullptr) {
   const std::uint64_t seed = stream(options.seed, number);
   Random random(seed, std::numeric_limits<std::uint64_t>::max());  // a stream that no rollout has
-  ReplicaSimulator simulator(problem, options, ahead);
+  ReplicaSimulator simulator(problem, options, nearness, fit);
   const auto draw = [&](std::size_t rollout) { return simulator.draw(seed, rollout); };
   const auto branch = [&](const Replica& parent, double level, std::size_t rollout) {
     return simulator.branch(parent, level, seed, rollout);
@@ -202,6 +241,17 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, doubl
   batch.diverged = simulator.diverged();
   batch.complete = last.complete;
   return batch;
+}
+
+// A few replicas that split by the rate of their distance find the forecast by which all others split: what they see is
+// evenly spread from the start to the edge, and their estimate counts for nothing. Returns their steps.
+long long scout(const Problem& problem, const RareOptions& options, Nearness& nearness) {
+  const SignedDistance distance(problem.captured, problem.scene, problem.state);
+  ForecastFit fit(distance, static_cast<int>(looks_of(*timing_of(problem)).size()));
+  const int scouts = std::max(options.rollouts / replicas_a_scout, fewest_scouts);
+  const long long steps = run_batch(problem, options, nearness, scouts, stream_of_scouts, &fit).steps;
+  nearness.forecast = fit.fit();
+  return steps;
 }
 
 // Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the same
@@ -286,16 +336,18 @@ void validate(const Problem& problem, const RareOptions& options) {
 CaptureProbability rare_capture_probability(const Problem& problem, const RareOptions& options) {
   validate(problem);
   validate(problem, options);
-  ReplicaSimulator simulator(problem, options, 0.0);
+  ReplicaSimulator simulator(problem, options, Nearness{});
   const Replica undisturbed = simulator.undisturbed();
-  const double ahead = options.ahead ? *options.ahead : simulator.memory(stream(options.seed, splitting_batches));
+  Nearness nearness;
+  nearness.ahead = options.ahead ? *options.ahead : simulator.memory(stream(options.seed, stream_of_pilots));
+  const long long steps_of_scouts = options.level || options.ahead ? 0 : scout(problem, options, nearness);
   std::vector<ReplicaBatch> batches(splitting_batches);
   parallel_for(
       batches.size(), options.threads,
       [&](std::size_t i) {
         const int rest = options.rollouts % splitting_batches;
         const int replicas = options.rollouts / splitting_batches + (static_cast<int>(i) < rest ? 1 : 0);
-        batches[i] = run_batch(problem, options, ahead, replicas, i);
+        batches[i] = run_batch(problem, options, nearness, replicas, i);
       },
       options.limit);
   const auto missing =
@@ -305,7 +357,7 @@ CaptureProbability rare_capture_probability(const Problem& problem, const RareOp
   if (batches.size() < fewest_batches) options.limit.require();
   CaptureProbability p = result_of(problem, batches);
   p.complete = complete;
-  p.steps += simulator.steps();
+  p.steps += simulator.steps() + steps_of_scouts;
   p.undisturbed = undisturbed.exit < 0;
   p.undisturbed_time = p.undisturbed ? p.times[p.times.size() - 1] : undisturbed.exit * problem.scene.stepping().step;
   return p;

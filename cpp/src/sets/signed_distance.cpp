@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 
 #include "base/angles.hpp"
 #include "base/check.hpp"
@@ -13,7 +14,10 @@
 namespace energymargin {
 namespace {
 
-using Distance = std::function<double(const double*)>;
+// Of the coordinates of all primitives, in the units of each.
+using Distance = std::function<double(const double*, const double*)>;
+using Reader = std::function<void(const double*, double*)>;
+using Position = Eigen::Map<const Vector3>;
 
 double distance_to(const regions::AnnularSector& sector, const Vector3& position) {
   const Vector2 arm = position.head<2>() - sector.center;
@@ -35,81 +39,123 @@ class DistanceCompiler {
   DistanceCompiler(const Scene& scene, const State& start)
       : scene_(scene), kinematics_(std::make_shared<Kinematics>(scene)), start_(start) {}
 
-  Distance compile(const Region& region) const { return std::visit(*this, region.expression()); }
+  std::vector<int> sizes{};
+  std::vector<double> units_at_start{};
+  std::vector<Reader> readers{};
 
-  Distance operator()(const regions::Ball& ball) const {
-    return scaled([ball, body = reader(ball)](const double* state) {
-      return (body.position(state) - ball.center).norm() - ball.radius;
-    });
+  Distance compile(const Region& region) { return std::visit(*this, region.expression()); }
+
+  Distance operator()(const regions::Ball& ball) {
+    return add_position(ball,
+                        [ball](const Vector3& position) { return (position - ball.center).norm() - ball.radius; });
   }
-  Distance operator()(const regions::Box& box) const {
-    return scaled([box, body = reader(box)](const double* state) {
-      const Vector3 beyond = (body.position(state) - box.center).cwiseAbs() - 0.5 * box.size;
+  Distance operator()(const regions::Box& box) {
+    return add_position(box, [box](const Vector3& position) {
+      const Vector3 beyond = (position - box.center).cwiseAbs() - 0.5 * box.size;
       return std::min(beyond.maxCoeff(), 0.0) + beyond.cwiseMax(0.0).norm();
     });
   }
-  Distance operator()(const regions::Disc& disc) const {
-    return scaled([disc, body = reader(disc)](const double* state) {
-      return (body.position(state).head<2>() - disc.center).norm() - disc.radius;
-    });
+  Distance operator()(const regions::Disc& disc) {
+    const auto in_plane = [body = reader(disc)](const double* state) {
+      const Vector3 position = body.position(state);
+      return Vector3(position.x(), position.y(), 0.0);
+    };
+    return add_vector(
+        in_plane, [disc](const Vector3& position) { return (position.head<2>() - disc.center).norm() - disc.radius; });
   }
-  Distance operator()(const regions::AnnularSector& sector) const {
-    return scaled(
+  Distance operator()(const regions::AnnularSector& sector) {
+    return add_scalar(
         [sector, body = reader(sector)](const double* state) { return distance_to(sector, body.position(state)); });
   }
-  Distance operator()(const regions::Swept& swept) const {
-    return scaled([swept, body = RelativeReader(scene_, kinematics_, swept.body, "", position_in_body(scene_, swept)),
-                   by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
+  Distance operator()(const regions::Swept& swept) {
+    return add_scalar([swept,
+                       body = RelativeReader(scene_, kinematics_, swept.body, "", position_in_body(scene_, swept)),
+                       by = BodyReader(scene_, kinematics_, swept.by)](const double* state) {
       return distance_to(swept, swept.at ? *swept.at : planar_motion(by(state)), body.position(state));
     });
   }
-  Distance operator()(const regions::HalfSpace& half_space) const {
-    return scaled([half_space, body = reader(half_space)](const double* state) {
+  Distance operator()(const regions::HalfSpace& half_space) {
+    return add_scalar([half_space, body = reader(half_space)](const double* state) {
       const double beyond = half_space.normal.dot(body.position(state)) - half_space.offset;
       if (half_space.ahead == 0.0) return beyond;
       return beyond - std::max(half_space.ahead * half_space.normal.dot(body.frame_velocity(state)), 0.0);
     });
   }
-  Distance operator()(const regions::Speed& speed) const {
-    return scaled([speed, body = reader(speed)](const double* state) {
-      const Vector3 velocity = body.velocity(state, speed.point, speed.along_world);
-      return (speed.along ? velocity.dot(*speed.along) : velocity.norm()) - speed.limit;
+  Distance operator()(const regions::Speed& speed) {
+    const auto velocity = [speed, body = reader(speed)](const double* state) {
+      return body.velocity(state, speed.point, speed.along_world);
+    };
+    if (speed.along) {
+      return add_scalar(
+          [speed, velocity](const double* state) { return velocity(state).dot(*speed.along) - speed.limit; });
+    }
+    return add_vector(velocity, [speed](const Vector3& now) { return now.norm() - speed.limit; });
+  }
+  Distance operator()(const regions::Tilt& tilt) {
+    const auto direction = [tilt, body = reader(tilt)](const double* state) {
+      return body.direction(state, tilt.axis);
+    };
+    return add_vector(direction, [tilt](const Vector3& now) {
+      return std::atan2(now.cross(tilt.reference).norm(), now.dot(tilt.reference)) - tilt.limit;
     });
   }
-  Distance operator()(const regions::Tilt& tilt) const {
-    return scaled([tilt, body = reader(tilt)](const double* state) {
-      const Vector3 direction = body.direction(state, tilt.axis);
-      return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) - tilt.limit;
-    });
-  }
-  Distance operator()(const regions::Predicate&) const {
+  Distance operator()(const regions::Predicate&) {
     reject("captured", "a Predicate, which has no distance to its edge",
            "other regions, or level=, a function of the state that rises towards the edge");
   }
-  Distance operator()(const regions::Intersection& all) const {
-    return [distances = compile_each(all.of)](const double* state) {
+  Distance operator()(const regions::Intersection& all) {
+    return [distances = compile_each(all.of)](const double* coordinates, const double* units) {
       double largest = -std::numeric_limits<double>::infinity();
-      for (const Distance& distance : distances) largest = std::max(largest, distance(state));
+      for (const Distance& distance : distances) largest = std::max(largest, distance(coordinates, units));
       return largest;
     };
   }
-  Distance operator()(const regions::Union& any) const {
-    return [distances = compile_each(any.of)](const double* state) {
+  Distance operator()(const regions::Union& any) {
+    return [distances = compile_each(any.of)](const double* coordinates, const double* units) {
       double least = std::numeric_limits<double>::infinity();
-      for (const Distance& distance : distances) least = std::min(least, distance(state));
+      for (const Distance& distance : distances) least = std::min(least, distance(coordinates, units));
       return least;
     };
   }
-  Distance operator()(const regions::Complement& negated) const {
-    return [distance = compile(negated.of.front())](const double* state) { return -distance(state); };
+  Distance operator()(const regions::Complement& negated) {
+    return [distance = compile(negated.of.front())](const double* coordinates, const double* units) {
+      return -distance(coordinates, units);
+    };
   }
 
  private:
-  // In units of its size at the start; as it is where the start is at the edge, or without end from it.
-  Distance scaled(Distance distance) const {
-    const double at_start = std::abs(distance(start_.data()));
-    const double unit = at_start > 0.0 && std::isfinite(at_start) ? at_start : 1.0;
-    return [distance = std::move(distance), unit](const double* state) { return distance(state) / unit; };
+  template <typename Primitive, typename OfPosition>
+  Distance add_position(const Primitive& primitive, const OfPosition& distance) {
+    return add_vector([body = reader(primitive)](const double* state) { return body.position(state); }, distance);
+  }
+
+  template <typename Read, typename OfVector>
+  Distance add_vector(const Read& read, const OfVector& distance) {
+    return add(
+        3, [read](const double* state, double* to) { Eigen::Map<Vector3>{to} = read(state); },
+        [distance](const double* at) { return distance(Position(at)); });
+  }
+
+  template <typename Read>
+  Distance add_scalar(const Read& read) {
+    return add(1, [read](const double* state, double* to) { *to = read(state); }, [](const double* at) { return *at; });
+  }
+
+  // Its unit is its size at the start; 1 where the start is at the edge, or without end from it.
+  template <typename OfCoordinates>
+  Distance add(int size, const Reader& read, const OfCoordinates& distance) {
+    std::vector<double> at_start(static_cast<std::size_t>(size));
+    read(start_.data(), at_start.data());
+    const double length = std::abs(distance(at_start.data()));
+    const std::size_t number = units_at_start.size();
+    const int first = count_;
+    count_ += size;
+    sizes.push_back(size);
+    units_at_start.push_back(length > 0.0 && std::isfinite(length) ? length : 1.0);
+    readers.push_back(read);
+    return [distance, number, first](const double* coordinates, const double* units) {
+      return distance(coordinates + first) / units[number];
+    };
   }
 
   template <typename Primitive>
@@ -117,7 +163,7 @@ class DistanceCompiler {
     return {scene_, kinematics_, primitive.body, primitive.frame, position_in_body(scene_, primitive)};
   }
 
-  std::vector<Distance> compile_each(const std::vector<Region>& regions) const {
+  std::vector<Distance> compile_each(const std::vector<Region>& regions) {
     std::vector<Distance> distances;
     for (const Region& region : regions) distances.push_back(compile(region));
     return distances;
@@ -126,11 +172,31 @@ class DistanceCompiler {
   const Scene& scene_;
   std::shared_ptr<const Kinematics> kinematics_;
   const State& start_;
+  int count_ = 0;  // of coordinates
 };
 
 }  // namespace
 
-SignedDistance::SignedDistance(const Region& region, const Scene& scene, const State& start)
-    : distance_(DistanceCompiler(scene, start).compile(region)) {}
+SignedDistance::SignedDistance(const Region& region, const Scene& scene, const State& start) {
+  DistanceCompiler compiler(scene, start);
+  distance_ = compiler.compile(region);
+  sizes_ = compiler.sizes;
+  units_ = compiler.units_at_start;
+  readers_ = compiler.readers;
+}
+
+double SignedDistance::operator()(const State& state) const {
+  return distance_(coordinates(state).data(), units_.data());
+}
+
+std::vector<double> SignedDistance::coordinates(const State& state) const {
+  std::vector<double> all(static_cast<std::size_t>(std::accumulate(sizes_.begin(), sizes_.end(), 0)));
+  double* next = all.data();
+  for (std::size_t i = 0; i < readers_.size(); ++i) {
+    readers_[i](state.data(), next);
+    next += sizes_[i];
+  }
+  return all;
+}
 
 }  // namespace energymargin

@@ -1696,10 +1696,11 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
         rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
             `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
             success, by_object and tolerance, and for Uniform, Gaussian and noise of the plan.
-        level: with rare, a function of a state, shape (n,), that rises towards a loss; by default the signed distance to the
-            edge of the capture set, as a share of the start's. `lost` is unbiased with any, and precise with a good one.
-        ahead: with rare, what the level gains in so long at its rate of now counts too [s]; by default as long as a rate is
-            remembered, which 20 rollouts of their own tell.
+        level: with rare, a function of a state, shape (n,), that rises towards a loss; by default how far the edge of the
+            capture set is where it is forecast to be nearest. `lost` is unbiased with any, and precise with a good one.
+        ahead: with rare, the level is that function, by default the signed distance to the edge as a share of the start's,
+            and what it gains in so long at its rate of now [s]. By default there is a forecast instead; with a level of your
+            own, as long as a rate is remembered, which 20 rollouts of their own tell.
         timeout: the call ends after so many seconds.
         cancel: the call ends once it is set.
         progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.

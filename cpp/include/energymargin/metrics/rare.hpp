@@ -15,11 +15,12 @@ struct RareOptions {
   int rollouts = 1000;                                     //!< replicas, in batches whose estimates are independent
   std::uint64_t seed = 0;
   int threads = 1;  //!< for batches; the probability does not depend on it
-  //! How near to its loss a state is: replicas split where it rises. Unset: SignedDistance of the capture set. The
-  //! probability is unbiased with any level; its interval is narrow with a good one.
+  //! How near to its loss a state is: replicas split where it rises. Unset: a linear forecast of SignedDistance of the
+  //! capture set, in standard deviations of its error, which a few replicas find first. The probability is unbiased
+  //! with any level; its interval is narrow with a good one.
   std::function<double(const State&)> level{};
-  //! The level is that of the state, and what it gains in so long at its rate of now [s]. Unset: as long as a rate is
-  //! remembered, which rollouts of their own tell.
+  //! Set: the level is `level`, or SignedDistance, and what it gains in so long at its rate of now [s], without a
+  //! forecast. Unset with a level of the caller's: as long as a rate is remembered, which rollouts of their own tell.
   std::optional<double> ahead{};
   Limit limit{};  //!< ends it early: the batches that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
