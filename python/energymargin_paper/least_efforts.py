@@ -99,11 +99,12 @@ class State:
 
 @dataclass(frozen=True)
 class ReferenceJob:
-    """A reference search of a state."""
+    """A reference search of a state, confirmed by a simulation of so many finer steps."""
 
     algorithm: str
     state: str
     rollouts: int
+    finer: int
 
 
 @dataclass(frozen=True)
@@ -297,7 +298,10 @@ def _references(
 ) -> dict[str, Reference]:
     made = resumed(
         folder / "references.jsonl",
-        [ReferenceJob(ALGORITHM, name, settings.rollouts) for name in batch],
+        [
+            ReferenceJob(ALGORITHM, name, settings.rollouts, reference_search.FINER)
+            for name in batch
+        ],
         lambda job, cancel: _reference(batch[job.state], job, cancel),
         threads,
         lines=pairs(ReferenceJob, Reference),
