@@ -9,17 +9,17 @@ namespace {
 
 // Without a clock.
 constexpr int rests_of_a_wait = 10;     // longest edges
-constexpr double waiting_share = 0.04;  // of the attempts
+constexpr double waiting_share = 0.02;  // of the attempts
 constexpr double polish_ratio = 1.5;    // polishes by other attempts
 constexpr int first_others = 100;       // before the first polish: the escape gets its form
 constexpr double slow_share = 0.1;      // of the other attempts
 constexpr int most_passages = 6;        // pushes of an escape that is slowed down
 constexpr double slowest = 3.0;         // times slower, drawn evenly in its logarithm, as the surplus is
 constexpr double least_surplus = 1e-3, most_surplus = 0.3;
-constexpr double long_rest_share = 0.1;  // of the changes end with a wait
-constexpr double pushing_share = 0.75;   // of the changes are to an edge that has a wrench
-constexpr int longest_guess = 3;         // longest edges
-constexpr double even_share = 0.5;       // of the guesses are not at the bounds
+constexpr double long_rest_share = 0.03;  // of the changes end with a wait
+constexpr double pushing_share = 0.75;    // of the changes are to an edge that has a wrench
+constexpr int longest_guess = 3;          // longest edges
+constexpr double even_share = 0.5;        // of the guesses are not at the bounds
 
 // A descent ends once so many rollouts have not brought its cost down to this share of what it was.
 constexpr int patience = 100;
