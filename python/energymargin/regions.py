@@ -3,8 +3,8 @@
 Each function takes the name of the body whose position (or velocity, or axis) counts, and
 ``frame``, the name of the body in whose frame it counts; by default the world's.
 
-A position is that of the body's ``point``: its "origin", which is that of the shape's frame, as of a
-mesh file or a link, or its "center_of_mass".
+A position is that of the body's ``point``: its "origin", which is that of the shape's frame, as of
+a mesh file or a link, or its "center_of_mass".
 """
 
 from energymargin._core import Region

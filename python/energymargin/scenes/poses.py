@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Compound, MassProperties, Part
 
@@ -16,7 +16,7 @@ Pose = NDArray[np.float64]
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
 
 
-def pose(position: Sequence[float], orientation: Sequence[float]) -> Pose:
+def pose(position: ArrayLike, orientation: ArrayLike) -> Pose:
     """From a position (3,) [m] and a unit quaternion x, y, z, w; ValueError on anything else."""
     quaternion = vector("orientation", orientation, 4)
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-6:
