@@ -100,3 +100,34 @@ def test_a_constant_force_and_gravity_hold_each_other_along_locked_axes():
 def test_what_mjcf_cannot_express_is_named():
     with pytest.raises(ValueError, match="'box' turns about 2 axes, expected 0, 1 or 3"):
         em.mujoco.to_mjcf(with_object(angular_factor=(1, 1, 0)))
+
+
+def test_a_held_joint_is_a_weld_whose_state_is_read_and_whose_other_states_are_refused():
+    scene = em.Scene()
+    scene.add_body("base", em.Sphere(0.1), mass=0.0)
+    scene.add_body("arm", em.Sphere(0.1), mass=1.0)
+    turned = {"axis": (0, 0, 1), "origin": (0.2, 0, 0), "child_origin": (-0.1, 0, 0)}
+    scene.add_joint("elbow", parent="base", child="arm", held=True, **turned)
+    start = scene.pack(joints={"elbow": 0.4})
+    model, data = at_start(scene, start)
+    assert model.njnt == 0
+    assert em.mujoco.state(scene, model, data) == pytest.approx(start, abs=1e-9)
+    em.mujoco.set_state(model, data, scene, start)
+    with pytest.raises(ValueError, match=r"'arm' is .* in the model, whose joints do not reach"):
+        em.mujoco.set_state(model, data, scene, scene.pack(joints={"elbow": 0.5}))
+
+
+@pytest.mark.parametrize("angular", [(0, 0, 0), (0, 0, 1), (1, 1, 1)])
+def test_a_body_with_locked_axes_goes_to_mujoco_and_back(angular):
+    scene = with_object(linear_factor=(1, 1, 0), angular_factor=angular)
+    model, data = at_start(scene)
+    spin = 2.0 * np.array(angular)
+    moved = {"position": (0.3, -0.2, 0.1), "velocity": (1, 2, 0), "angular_velocity": spin}
+    state = scene.pack(box={**moved, "yaw": 0.4 * angular[2]})
+    em.mujoco.set_state(model, data, scene, state)
+    assert em.mujoco.state(scene, model, data) == pytest.approx(state, abs=1e-9)
+    above = scene.pack(box={"position": (0, 0, 0.2)})
+    before = data.qpos.copy()
+    with pytest.raises(ValueError, match=r"'box' is 0\.1 m and 0 rad"):
+        em.mujoco.set_state(model, data, scene, above)
+    assert np.array_equal(data.qpos, before)

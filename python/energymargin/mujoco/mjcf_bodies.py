@@ -197,8 +197,8 @@ class Bodies:
         return {"type": kind, "size": numbers((solid.radius, solid.length / 2))}
 
     def _begin(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
-        self.start["qpos"] += positions
-        self.start["qvel"] += velocities
+        self.start["qpos"].extend(positions)
+        self.start["qvel"].extend(velocities)
 
 
 def rigid(joint: Joint) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from energymargin._core import Plan
 from energymargin.mujoco.needed import needed
 from energymargin.mujoco.states import States
+from energymargin.scenes.mjcf_model import control_address
 
 __all__ = ["Robot"]
 
@@ -31,7 +32,7 @@ class Robot:
         """Raises ValueError on a body that the model lacks, or a joint without such an actuator."""
         self._mujoco, self._plan, self._model, self._states = needed(), plan, model, states
         self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
-        self._targets = [(self._actuator(j), rows) for j, rows in plan.targets.items()]
+        self._targets = [(self._control(j), rows) for j, rows in plan.targets.items()]
         self._motors = [
             (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
         ]
@@ -46,8 +47,8 @@ class Robot:
     def act(self, data: Any, time: float) -> None:
         """Sets the controls, and adds to the wrenches, for the step that begins at a time [s]."""
         row, last = int(time / self._plan.step + ALMOST), self._plan.rows - 1
-        for actuator, targets in self._targets:
-            data.ctrl[actuator] = targets[min(row, last)]
+        for control, targets in self._targets:
+            data.ctrl[control] = targets[min(row, last)]
         if row > last:
             return
         for body, wrenches in self._wrenches:
@@ -80,8 +81,8 @@ class Robot:
             torque = force * reaches.max(initial=0.0)
         return np.repeat([force, torque], 3)
 
-    def _actuator(self, joint: str) -> int:
-        """The one that a target controls."""
+    def _control(self, joint: str) -> int:
+        """The number in `ctrl` that is a target."""
         model, kinds = self._model, self._mujoco.mjtObj
         number = self._mujoco.mj_name2id(model, kinds.mjOBJ_JOINT, joint)
         on_joint = model.actuator_trntype == self._mujoco.mjtTrn.mjTRN_JOINT
@@ -93,4 +94,4 @@ class Robot:
                 f"plan has targets of joint '{joint}', for which model has {len(found)} position "
                 "actuators, expected 1"
             )
-        return int(found[0])
+        return control_address(model, int(found[0]))

@@ -9,65 +9,76 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Body, Joint, Scene
-from energymargin.mujoco.mjcf_bodies import inertia_of, motion_of
+from energymargin.mujoco.mjcf_bodies import inertia_of
+from energymargin.mujoco.names import Names
 from energymargin.mujoco.needed import needed
 
 __all__ = ["States"]
 
 Vector = NDArray[np.float64]
 
-PLACED = 1e-6  # [m], [rad]: what is further off was not placed
+PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else
+FIXED = "and it is fixed in the scene; base='free' makes a base that moves"
+CANNOT = "whose joints do not reach it, and it is no mocap body: MuJoCo cannot place it"
 
 
 class States:
     """The states of a scene in the data of one model.
 
-    Raises ValueError on a scene with a body that the model does not have.
+    A free body of the scene has a free joint in the model, is its mocap body, stands on slides and
+    a hinge or a ball if it has locked axes, or hangs on what the scene does not have. A held joint
+    may be a weld.
     """
 
-    def __init__(self, scene: Scene, model: Any) -> None:
-        """`model`: a `mujoco.MjModel` with the scene's bodies, and its joints that are not held."""
+    def __init__(
+        self, scene: Scene, model: Any, *, prefix: str = "", others: ArrayLike | None = None
+    ) -> None:
+        """`model`: a `mujoco.MjModel`. `prefix`: of the scene's names. `others`: a state, shape
+        (n,), that says where the bodies and joints are that the model does not have.
+
+        Raises ValueError on such if there is no `others`.
+        """
         self._mujoco, self._scene, self._model = needed(), scene, model
-        self._usual = np.array(scene.pack())
-        links = {joint.child for joint in scene.joints}
-        self._free = [
-            (body, self.body_id(body.name), scene.slice(body.name))
-            for body in scene.bodies
-            if not body.fixed and body.name not in links
-        ]
-        self._joints = [joint for joint in scene.joints if joint.type != "fixed"]
-        self._own = [joint for joint in self._joints if joint.mimic is None]
+        self._names = names = Names(scene, model, prefix)
+        self._free = [(body, at, scene.slice(body.name)) for body, at in names.free()]
+        self._joints = list(names.joints())
+        self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving()]
+        self._welds = list(names.welds())
+        self._rest = self._others(others)
         self._twist = np.zeros(6)
 
     def read(self, data: Any) -> Vector:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
-        state = self._usual.copy()
+        state, model = self._rest.copy(), self._model
         for _, body, at in self._free:
             row, twist = state[at], self.twist(data, body, self._mujoco.mjtObj.mjOBJ_XBODY)
             row[:3], row[3:7] = data.xpos[body], np.roll(data.xquat[body], -1)
             row[7:10], row[10:] = twist[3:], twist[:3]
-        for joint in self._own:
-            state[self._scene.joint_slice(joint.name)] = self._motion(data, joint)
+        for joint, number, at in self._own:
+            speed = 0.0 if joint.held else data.qvel[model.jnt_dofadr[number]]
+            state[at] = data.qpos[model.jnt_qposadr[number]], speed
+        for joint, parent, child in self._welds:
+            state[self._scene.joint_slice(joint.name)] = _held_at(data, joint, parent, child), 0.0
         return state
 
     def write(self, data: Any, state: ArrayLike) -> None:
-        """Puts a state, shape (n,), into a `mujoco.MjData`.
+        """Puts a state, shape (n,), into a `mujoco.MjData`, and refreshes that.
 
         Raises ValueError on a pose that the model's joints do not reach, as of a held joint.
         """
-        now = self._scene.unpack(state)
+        now, model = self._scene.unpack(state), self._model
+        for joint, number in self._joints:
+            at = now["joints"][joint.name]
+            data.qpos[model.jnt_qposadr[number]] = at["position"]
+            data.qvel[model.jnt_dofadr[number]] = at["velocity"]
         for body, number, _ in self._free:
             self._write_body(data, body, number, now[body.name])
-        for joint in self._joints:
-            if self._has(joint):
-                of = self._model.joint(joint.name)
-                position, velocity = motion_of(joint, now["joints"])
-                data.qpos[of.qposadr[0]], data.qvel[of.dofadr[0]] = position, velocity
         self.refresh(data)
-        for name, wanted in now.items():
-            if name != "joints":
-                self._check(data, name, wanted)
+        for body, number, _ in self._free:
+            self._require(data, body.name, number, now[body.name], CANNOT)
+        for joint, _, child in self._welds:
+            self._require(data, joint.child, child, now[joint.child], CANNOT)
 
     def refresh(self, data: Any) -> None:
         """Poses and velocities from `qpos` and `qvel`."""
@@ -83,39 +94,52 @@ class States:
 
     def body_id(self, name: str) -> int:
         """The number of a body in the model; ValueError if there is none."""
-        number = self._mujoco.mj_name2id(self._model, self._mujoco.mjtObj.mjOBJ_BODY, name)
-        if number < 0:
+        number = self._names.body(name)
+        if number is None:
             raise ValueError(f"model has no body '{name}', expected all that move in the scene")
-        return int(number)
+        return number
 
-    def _has(self, joint: Joint) -> bool:
-        of_joints = self._mujoco.mjtObj.mjOBJ_JOINT
-        return bool(self._mujoco.mj_name2id(self._model, of_joints, joint.name) >= 0)
+    def require_fixed(self, data: Any) -> None:
+        """ValueError unless the model has the scene's fixed bodies where the scene has them."""
+        for body, number in self._names.fixed():
+            there = {"position": body.position, "orientation": body.orientation}
+            self._require(data, body.name, number, there, FIXED)
 
-    def _motion(self, data: Any, joint: Joint) -> tuple[float, float]:
-        """Position and velocity; of a joint that the model welds, where it is."""
-        if self._has(joint):
-            of = self._model.joint(joint.name)
-            return data.qpos[of.qposadr[0]], data.qvel[of.dofadr[0]]
-        parent, child = self.body_id(joint.parent), self.body_id(joint.child)
-        of_parent, of_child = _matrix(data, parent), _matrix(data, child)
-        frame, axis = of_parent * _turn(joint.orientation), np.array(joint.axis)
-        if joint.type == "revolute":
-            turned = frame.inv() * of_child * _turn(joint.child_orientation)
-            return float(turned.as_rotvec() @ axis), 0.0
-        end = data.xpos[child] + of_child.apply(np.array(joint.child_origin))
-        start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
-        return float((end - start) @ frame.apply(axis)), 0.0
+    def _others(self, given: ArrayLike | None) -> Vector:
+        """The numbers of what the model does not have."""
+        missing = self._names.missing()
+        if given is None:
+            if missing:
+                raise ValueError(
+                    f"the model does not have {', '.join(map(repr, missing))}; others=state says "
+                    "where they are, as scene.pack(...) does"
+                )
+            return np.zeros(self._scene.dimension)
+        others = np.array(given, float)
+        if others.shape != (self._scene.dimension,):
+            expected = f"expected ({self._scene.dimension},)"
+            raise ValueError(f"others has the shape {others.shape}, {expected}")
+        return others
 
     def _write_body(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
+        model = self._model
+        turn, spin = _turn(now["orientation"]), now["angular_velocity"]
+        place = [*now["position"], *np.roll(now["orientation"], 1)]
+        mocap, first = int(model.body_mocapid[number]), int(model.body_jntadr[number])
+        joints = range(first, first + int(model.body_jntnum[number]))
+        if mocap >= 0:
+            data.mocap_pos[mocap], data.mocap_quat[mocap] = place[:3], place[3:]
+        elif [model.jnt_type[j] for j in joints] == [self._mujoco.mjtJoint.mjJNT_FREE]:
+            self._put(data, first, place, [*now["velocity"], *turn.inv().apply(spin)])
+        elif not all([*body.linear_factor, *body.angular_factor]):
+            self._write_chain(data, body, number, now)
+
+    def _write_chain(self, data: Any, body: Body, number: int, now: dict[str, Any]) -> None:
+        """Of a body with locked axes."""
         model, kinds = self._model, self._mujoco.mjtJoint
         first = int(model.body_jntadr[number])
         joints = range(first, first + int(model.body_jntnum[number]))
         turn, spin = _turn(now["orientation"]), now["angular_velocity"]
-        if [model.jnt_type[j] for j in joints] == [kinds.mjJNT_FREE]:
-            place = [*now["position"], *np.roll(now["orientation"], 1)]
-            self._put(data, first, place, [*now["velocity"], *turn.inv().apply(spin)])
-            return
         for joint in joints:
             at = model.jnt_qposadr[joint]
             size = 4 if model.jnt_type[joint] == kinds.mjJNT_BALL else 1
@@ -141,15 +165,27 @@ class States:
         data.qpos[at : at + len(place)] = place
         data.qvel[of : of + len(speed)] = speed
 
-    def _check(self, data: Any, name: str, wanted: dict[str, Any]) -> None:
-        number = self.body_id(name)
+    def _require(
+        self, data: Any, name: str, number: int, wanted: dict[str, Any], hint: str
+    ) -> None:
         off = float(np.linalg.norm(data.xpos[number] - wanted["position"]))
         turn = (_matrix(data, number).inv() * _turn(wanted["orientation"])).magnitude()
         if max(off, turn) > PLACED:
             raise ValueError(
-                f"state has '{name}' at {wanted['position']}, which the model's joints miss by "
-                f"{off:.3g} m and {turn:.3g} rad, expected a pose that they reach"
+                f"body {name!r} is {off:.3g} m and {turn:.3g} rad from there in the model, {hint}"
             )
+
+
+def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
+    """Where a joint is that the model welds."""
+    of_parent, of_child = _matrix(data, parent), _matrix(data, child)
+    frame, axis = of_parent * _turn(joint.orientation), np.array(joint.axis)
+    if joint.type == "revolute":
+        turned = frame.inv() * of_child * _turn(joint.child_orientation)
+        return float(turned.as_rotvec() @ axis)
+    end = data.xpos[child] + of_child.apply(np.array(joint.child_origin))
+    start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
+    return float((end - start) @ frame.apply(axis))
 
 
 def _turn(orientation: Any) -> Rotation:

@@ -12,7 +12,7 @@ import numpy as np
 from energymargin._core import Mimic
 from energymargin.scenes.mjcf_couplings import Coupling, Linear, linear_tendon
 from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, disabled, joint_name, word
+from energymargin.scenes.mjcf_model import Selection, control_address, disabled, joint_name, word
 
 __all__ = ["Drive", "drives", "joint_drives"]
 
@@ -285,13 +285,10 @@ class _Drives:
             bias[:] = model.actuator_biasprm[actuator][:3]
         elif of_bias != "none":
             return None
-        force, length, velocity = gain * self._start.control[self._address(actuator)] + bias
+        force, length, velocity = (
+            gain * self._start.control[control_address(model, actuator)] + bias
+        )
         return float(force), float(-length), float(-velocity)
-
-    def _address(self, actuator: int) -> int:
-        """Of an actuator's control; one may have several."""
-        addresses = getattr(self._model, "actuator_ctrladr", None)
-        return actuator if addresses is None else int(addresses[actuator])
 
     def _transmission(self, actuator: int) -> Linear | None:
         """The length that an actuator acts along, of joints that lead; None if it has none here."""

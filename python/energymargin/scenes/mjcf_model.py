@@ -22,6 +22,7 @@ __all__ = [
     "body_id",
     "body_name",
     "compiled",
+    "control_address",
     "disabled",
     "engine",
     "geom_name",
@@ -42,6 +43,12 @@ def engine() -> Any:
     except ImportError as error:
         raise ImportError("MuJoCo is missing: pip install 'energymargin[mujoco]'") from error
     return mujoco
+
+
+def control_address(model: Any, actuator: int) -> int:
+    """Where an actuator's control is in `ctrl`; in MuJoCo 4 one may have several."""
+    addresses = getattr(model, "actuator_ctrladr", None)
+    return actuator if addresses is None else int(addresses[actuator])
 
 
 def compiled(source: Any) -> Any:
