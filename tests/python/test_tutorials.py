@@ -1,3 +1,4 @@
+import ast
 import base64
 import io
 import re
@@ -46,8 +47,8 @@ def tutorial(request):
     return nbformat.read(request.param, as_version=4), RUN["executed"](request.param)
 
 
-def test_there_are_three_tutorials_and_the_page_of_them_names_each():
-    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3"]
+def test_there_are_four_tutorials_and_the_page_of_them_names_each():
+    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3", "4"]
     page = (FOLDER / "index.md").read_text()
     assert all(f"({path.name})" in page for path in TUTORIALS)
 
@@ -80,6 +81,35 @@ def test_a_tutorial_draws_its_pictures_and_none_is_blank(tutorial):
         assert len(pictures(now)) == len(pictures(before)), before.id
         for picture in pictures(before) + pictures(now):
             assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 10, before.id
+
+
+def ranked_grasps():
+    """The cells of the fourth tutorial up to its ranked list, and what each seed printed below."""
+    cells = code_cells(nbformat.read(FOLDER / "4_grasps_from_mjcf.ipynb", as_version=4))
+    ranking = next(place for place, cell in enumerate(cells) if "sorted(" in cell.source)
+    return cells[: ranking + 1], "".join(texts(cells[-1])).splitlines()
+
+
+def test_five_grasps_are_ranked_in_at_most_twenty_statements():
+    cells, _ = ranked_grasps()
+    nodes = [node for cell in cells for node in ast.walk(ast.parse(cell.source))]
+    lone = [node for node in nodes if isinstance(node, ast.Expr)]
+    docstrings = [node for node in lone if isinstance(node.value, ast.Constant)]
+    statements = [node for node in nodes if isinstance(node, ast.stmt) and node not in docstrings]
+    assert len(statements) <= 20
+    ranked = [float(line.split()[0]) for line in "".join(texts(cells[-1])).splitlines()]
+    assert len(ranked) == 5
+    assert ranked == sorted(ranked, reverse=True)
+    assert ranked[0] > ranked[-1]
+
+
+def test_more_force_and_more_friction_hold_the_grasp_better_with_each_seed():
+    _, lines = ranked_grasps()
+    assert len(lines) == 5
+    for line in lines:
+        low, middle, high, smooth, usual, rough = map(float, re.findall(r"\d\.\d\d", line))
+        assert low < middle < high
+        assert smooth < usual < rough
 
 
 def test_the_command_names_the_cell_that_fails_and_leaves_the_file_as_it_was(tmp_path):
