@@ -131,3 +131,13 @@ def test_a_body_with_locked_axes_goes_to_mujoco_and_back(angular):
     with pytest.raises(ValueError, match=r"'box' is 0\.1 m and 0 rad"):
         em.mujoco.set_state(model, data, scene, above)
     assert np.array_equal(data.qpos, before)
+
+
+def test_boxes_in_a_plane_whose_faces_are_flush_are_not_thrown_off():
+    """MuJoCo 3.11 finds contacts between boxes of one thickness where there are none."""
+    task = em.tasks.make("balance")
+    trajectory = task.rollout(0, frames=2)
+    problem = task.future(trajectory.states[0], 0.0, trajectory.params, 0.5)
+    model, data = at_start(problem.scene, problem.state, step=problem.scene.step / 4)
+    assert em.mujoco.replay(model, data, problem).distance < 0.05
+    assert model.geom_size[:, 2] == pytest.approx(0.05, rel=1e-3)
