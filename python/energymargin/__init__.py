@@ -167,7 +167,7 @@ HOMES = {
 
 
 def _lazy(name: str) -> Any:
-    """`gym`, `plots`, `report` and `viewer` need the extras of these names."""
+    """`gym`, `mujoco`, `plots`, `report` and `viewer` need the extras of these names."""
     if name in SUBPACKAGES:
         return import_module(f"energymargin.{name}")
     if name in HOMES:
