@@ -107,7 +107,7 @@ def test_more_force_and_more_friction_hold_the_grasp_better_with_each_seed():
     _, lines = ranked_grasps()
     assert len(lines) == 5
     for line in lines:
-        low, middle, high, smooth, usual, rough = map(float, re.findall(r"\d\.\d\d", line))
+        low, middle, high, smooth, usual, rough = map(float, re.findall(r"\d\.\d\d(?!,)", line))
         assert low < middle < high
         assert smooth < usual < rough
 
