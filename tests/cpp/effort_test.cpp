@@ -106,7 +106,7 @@ TEST_P(Effort, StoppedAtTheEscapeNoRolloutGoesOnOutside) {
 
 TEST_P(Effort, PathStaysWithinTheBoundsAndNothingGrowsOutsideOfThem) {
   Problem problem = drift();
-  problem.within = regions::HalfSpace{"object", Vector3::UnitX(), 0.02};
+  problem.within = regions::HalfSpace{"object", Vector3::UnitX(), 0.005};
   const Escape found = escape(problem, 600, 1);
   ASSERT_LT(found.effort, infinity);
   expect_path_leaves_the_capture_set_only_at_its_end(found, problem);
