@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Cancel
-from energymargin.beliefs import Belief, Uncertainty, velocities
+from energymargin.beliefs import Belief, ContradictionError, Uncertainty, velocities
 from energymargin.beliefs.scores import score_beliefs
 from energymargin.datasets import Dataset
 from energymargin.datasets.generation import generate
@@ -220,15 +220,14 @@ def _beliefs(
     """Of the states of a trajectory; the capture set is that of each particle."""
     task, trajectory = tasks.make(dataset.task, **dataset.parameters), dataset.trajectories[number]
     question = partial(task.problem, params=trajectory.params)
-    return [
-        Belief(
-            question(state),
-            uncertainty=known,
-            question=question,
-            prior=None if prior is None else prior[frame],
-        )
-        for frame, state in enumerate(trajectory.states)
-    ]
+    made = []
+    for frame, state in enumerate(trajectory.states):
+        belief = partial(Belief, question(state), uncertainty=known, question=question)
+        try:
+            made.append(belief(prior=None if prior is None else prior[frame]))
+        except ContradictionError:  # no other push is like it: what was measured is all there is
+            made.append(belief())
+    return made
 
 
 def regained_markdown(

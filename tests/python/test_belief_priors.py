@@ -107,7 +107,9 @@ def test_a_measurement_that_contradicts_its_prior_is_refused():
     uniform = [stats.uniform(-0.1, 0.2)] * 2 + [0] * 4
     for prior in away:
         for errors in (DEVIATIONS.tolist(), uniform):
-            with pytest.raises(ValueError, match=r"prior\['effector'\].* contradict each other"):
+            with pytest.raises(
+                em.beliefs.ContradictionError, match=r"prior\['effector'\].* contradict each other"
+            ):
                 belief(prior, errors)
 
 

@@ -89,8 +89,8 @@ class Belief:
             `scipy.stats.multivariate_normal` of six. It and the errors of the same body's velocity
             are multiplied.
 
-    Raises ValueError on what cannot be, on bodies that the scene does not have, and where a
-    measured velocity contradicts its prior.
+    Raises ValueError on what cannot be and on bodies that the scene does not have, and
+    ContradictionError, one of them, where a measured velocity contradicts its prior.
     """
 
     def __init__(

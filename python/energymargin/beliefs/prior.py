@@ -22,8 +22,9 @@ from energymargin.beliefs.uncertainty import (
     normal_root,
     standard_normal,
 )
+from energymargin.errors import EnergyMarginError
 
-__all__ = ["checked", "posterior", "velocities"]
+__all__ = ["ContradictionError", "checked", "posterior", "velocities"]
 
 # Fewer samples say little of a distribution: then the errors count as larger.
 LEAST_EFFECTIVE = 10.0
@@ -31,6 +32,10 @@ LARGER = 1.1
 LARGEST = 3.0  # times the errors; beyond that prior and measurement contradict each other
 FARTHEST = 6.0  # standard deviations; what is normal and farther away cannot be
 DRAWN = 2**13  # samples of a normal prior, for errors that are not normal
+
+
+class ContradictionError(EnergyMarginError, ValueError):
+    """A measured velocity that its prior excludes: one of the two is wrong, or samples lack."""
 
 
 def velocities(scene: Scene, states: ArrayLike) -> dict[str, NDArray[np.float64]]:
@@ -53,8 +58,8 @@ def posterior(source: Source, prior: Any, measured: NDArray[np.float64]) -> Sour
     `scipy.stats.multivariate_normal` of six.
 
     `measured`: the velocity with the error, shape (6,). Along axes without errors it stays, and the
-    prior does not count. Raises ValueError on another prior, and where the measurement contradicts
-    it.
+    prior does not count. Raises ValueError on another prior, and ContradictionError where the
+    measurement contradicts it.
     """
     name = f"prior[{source.body!r}]"
     root = normal_root(source.given)
@@ -95,7 +100,7 @@ def _product(
 
 def _require_probable(name: str, distance: float) -> None:
     if distance > FARTHEST:
-        raise ValueError(
+        raise ContradictionError(
             f"{name} and the measured velocity contradict each other: they are {distance:.3g} "
             "standard deviations apart, expected larger errors or a wider prior"
         )
@@ -115,7 +120,7 @@ def _weighted(
             break
         weights = _weights(log_density(errors / widened))
     if not weights.any():
-        raise ValueError(
+        raise ContradictionError(
             f"{name} and the measured velocity contradict each other: no sample is within "
             f"{LARGEST:g} times the errors, expected larger errors or other samples"
         )
