@@ -77,6 +77,39 @@ TEST(Articulation, SmallSwingsOfAPendulumHaveThePeriodOfItsInertia) {
   }
 }
 
+TEST(Articulation, ArmatureAddsToTheInertiaAboutTheJointAndToNoWeight) {
+  const double arm = 0.3, armature = 0.05;
+  const Shape box = Box{{0.05, 0.1, 0.4}};
+  Scene scene(down, exact());
+  scene.add_body(fixed("post", Box{{0.1, 0.1, 0.1}}));
+  scene.add_body(body("bob", box, 0.7, Vector3::Zero()));
+  Joint hinge =
+      joint("hinge", JointType::revolute, "post", "bob", Vector3::UnitY(), Vector3::Zero(), {0.0, 0.0, arm});
+  hinge.armature = armature;
+  scene.add_joint(hinge);
+  const double inertia = inertia_of(scene.body("bob"), Quaternion::Identity())(1, 1) + 0.7 * arm * arm + armature;
+  const double expected = 2.0 * pi * std::sqrt(inertia / (0.7 * g * arm));
+  const State start = pack(scene, {}, {{"hinge", {0.01, 0.0}}});
+  EXPECT_NEAR(period(scene, start, "hinge", 2400) / expected, 1.0, 1e-4);
+}
+
+TEST(Articulation, ArmatureOfAFreeTreeTakesNoPartInItsMomentum) {
+  const Scene scene = [] {
+    const Scene hinged = two_boxes_on_a_hinge();
+    Scene geared(hinged.gravity(), hinged.stepping());
+    for (const Body& body : hinged.bodies()) geared.add_body(body);
+    Joint hinge = hinged.joints().front();
+    hinge.armature = 1.0;
+    geared.add_joint(hinge);
+    return geared;
+  }();
+  const State start = pack(scene, {}, {{"hinge", {0.2, 2.0}}});
+  const Vector3 linear = momentum(scene, start), angular = angular_momentum(scene, start);
+  const State end = after(scene, start, 240);
+  EXPECT_LT((momentum(scene, end) - linear).norm(), 0.003 * linear.norm() + 1e-9);
+  EXPECT_LT((angular_momentum(scene, end) - angular).norm(), 0.01 * angular.norm());
+}
+
 // Largest deviation of the energy from that at the start over two seconds, as a share of what the fall brings.
 double drift(const Scene& scene, const State& start) {
   const World world(scene);

@@ -36,6 +36,13 @@ TEST(Energy, LinksCountWithTheirMotionAndHeight) {
   EXPECT_NEAR(energy_at(hanging, 0.3), -0.3 * g * 0.25 * std::sin(0.3), 1e-15);
 }
 
+TEST(Energy, ArmatureCountsWithTheSpeedOfItsJoint) {
+  Joint geared;
+  geared.armature = 0.25;
+  const Scene scene = rod_on_post(Vector3::UnitZ(), Vector3::Zero(), geared);
+  EXPECT_NEAR(energy_at(scene, 0.3, 2.0), 0.5 * (rod_inertia + 0.25) * 4.0, 1e-15);
+}
+
 TEST(Energy, ComplianceIsThatOfASpringAboutTheTarget) {
   const Scene scene = rod_on_post(Vector3::UnitZ(), Vector3::Zero(), compliant());
   EXPECT_NEAR(energy_at(scene, 0.5), 0.0, 1e-15);

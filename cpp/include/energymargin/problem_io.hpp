@@ -9,7 +9,7 @@
 namespace energymargin {
 
 //! Newest version of the format; `load` refuses newer ones. `save` writes the oldest one that can say it: 5 if the
-//! scene has a friction rule, coefficients of pairs or kinematic bodies, 4 if the problem has a horizon, plan, check or
+//! scene has a friction rule, coefficients of pairs, kinematic bodies or armatures, 4 if the problem has a horizon, plan, check or
 //! dwell, else 3.
 inline constexpr int problem_format_version = 5;
 

@@ -97,6 +97,8 @@ struct Joint {
   double damping = 0.0;          //!< [N m s/rad]
   double torque_limit = std::numeric_limits<double>::infinity();  //!< [N m]
   std::optional<Mimic> mimic{};                                   //!< set: it has no limits and no drive of its own
+  //! Inertia of the drive's rotor times the square of the gear ratio: it resists accelerations of the joint [kg m^2].
+  double armature = 0.0;
 
   //! Whether its position and velocity are numbers of the state.
   bool moves() const { return type != JointType::fixed && !mimic; }

@@ -61,7 +61,10 @@ Scene read_scene(const JsonNode& node, int version, const std::string& folder) {
     require_version(body, "kinematic", version_with_friction_rule, version);
     scene.add_body(records.record<Body>(body));
   });
-  for_each_item(node, "joints", [&](const JsonNode& joint) { scene.add_joint(records.record<Joint>(joint)); });
+  for_each_item(node, "joints", [&](const JsonNode& joint) {
+    require_version(joint, "armature", version_with_friction_rule, version);
+    scene.add_joint(records.record<Joint>(joint));
+  });
   for_each_item(node, "springs", [&](const JsonNode& spring) { scene.add_spring(records.record<Spring>(spring)); });
   for_each_item(node, "disabled_collisions", [&](const JsonNode& pair) { read_disabled_collision(pair, scene); });
   for_each_item(node, "pair_frictions",

@@ -53,8 +53,10 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
 int version_of(const Problem& problem) {
   const Scene& scene = problem.scene;
   const auto is_kinematic = [](const Body& body) { return body.kinematic; };
+  const auto has_armature = [](const Joint& joint) { return joint.armature != 0.0; };
   if (scene.friction_rule() != FrictionRule::product || !scene.pair_frictions().empty() ||
-      std::any_of(scene.bodies().begin(), scene.bodies().end(), is_kinematic)) {
+      std::any_of(scene.bodies().begin(), scene.bodies().end(), is_kinematic) ||
+      std::any_of(scene.joints().begin(), scene.joints().end(), has_armature)) {
     return version_with_friction_rule;
   }
   const bool clock = problem.horizon || problem.plan || problem.check || problem.dwell != 0.0;

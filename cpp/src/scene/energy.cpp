@@ -32,7 +32,9 @@ double Energy::operator()(const State& state) const {
   }
   for (const Spring& spring : scene_.springs()) energy += of_spring(spring, state);
   for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
-    energy += compliance_energy(scene_.joints()[i], layout_.joint(state.data(), i).position);
+    const JointState at = layout_.joint(state.data(), i);
+    energy += compliance_energy(scene_.joints()[i], at.position);
+    energy += 0.5 * scene_.joints()[i].armature * at.velocity * at.velocity;
   }
   return energy;
 }

@@ -42,6 +42,7 @@ Articulation::Link Articulation::link(std::size_t joint, int parent_link) const 
   Link made{scene_.index(on.child), parent_link, joint, on.type == JointType::prismatic};
   made.last_velocity = parent.last_velocity;
   made.mass = scene_.bodies()[made.body].mass;
+  made.armature = on.armature;
   const Inertial& of_parent = inertials_[parent.body];
   const Inertial& of_child = inertials_[made.body];
   const Quaternion from_child = of_child.axes.conjugate();

@@ -37,6 +37,7 @@ class Articulation {
     btMatrix3x3 turn = btMatrix3x3::getIdentity();  // from its axes to the parent's, at position 0
     btVector3 axis{}, pivot{}, arm{};               // of its joint; pivot in the parent's frame; to its centre
     double position = 0.0;                          // of its joint
+    double armature = 0.0;                          // of its joint [kg m^2] or [kg]
     btTransform pose = btTransform::getIdentity();
     btVector3 hinge{};                                                  // where its joint is, in the world
     btVector3 force = btVector3(0, 0, 0), torque = btVector3(0, 0, 0);  // on it in the next part

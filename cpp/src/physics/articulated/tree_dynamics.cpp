@@ -34,6 +34,7 @@ void TreeDynamics::update(const btVector3& gravity) {
       const auto above = static_cast<std::size_t>(j);
       inertia_[i * size_ + above] = inertia_[above * size_ + i] = motions[above].dot(momentum);
     }
+    inertia_[i * size_ + i] += tree_.links()[link].armature;
   }
 }
 
