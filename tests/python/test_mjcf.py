@@ -164,11 +164,12 @@ def test_a_body_with_several_joints_moves_as_in_mujoco():
     assert positions == pytest.approx(data.qpos, abs=1e-3)
 
 
-def test_limits_damping_and_stiffness_are_those_of_the_joint():
-    of = '<joint name="{0}" range="-30 60" damping="0.3" stiffness="2" springref="10"/>'
+def test_limits_damping_armature_and_stiffness_are_those_of_the_joint():
+    of = '<joint name="{0}" range="-30 60" damping="0.3" stiffness="2" springref="10"'
+    of += ' armature="1"/>'
     made = joint(built(link("a", joint=of)), "a")
     assert made.limits == pytest.approx(np.radians((-30, 60)))
-    assert (made.damping, made.stiffness) == (0.3, 2.0)
+    assert (made.damping, made.stiffness, made.armature) == (0.3, 2.0, 1.0)
     assert made.target == pytest.approx(np.radians(10))
     assert made.torque_limit == math.inf
 
@@ -206,11 +207,11 @@ def test_a_ball_joint_is_named_and_without_it_the_body_is_fixed():
     assert body(built(inside, ignore=("joint/ball",)), "a").fixed
 
 
-def test_armature_dry_friction_and_the_damping_of_a_free_joint_are_named():
+def test_dry_friction_and_the_damping_of_a_free_joint_are_named():
     free = '<joint type="free" damping="0.1"/>'
-    inside = link("a", joint='<joint frictionloss="1" armature="1"/>') + link("b", joint=free)
+    inside = link("a", joint='<joint frictionloss="1"/>') + link("b", joint=free)
     with pytest.raises(
-        ValueError, match=r"joint.armature \(1\), joint.damping \(1\), joint.frictionloss \(1\)"
+        ValueError, match=r"joint.damping \(1\), joint.frictionloss \(1\)"
     ):
         built(inside)
 
@@ -323,10 +324,10 @@ def test_the_joint_with_an_actuator_leads():
 
 def test_what_acts_on_a_joint_that_follows_acts_on_the_one_that_leads():
     equality = '<joint joint1="b" joint2="a" polycoef="0 2 0 0 0"/>'
-    of = '<joint name="{0}" range="-60 20" damping="0.5"/>'
+    of = '<joint name="{0}" range="-60 20" damping="0.5" armature="0.25"/>'
     made = joint(pair(equality, joint=of), "a")
     assert made.limits == pytest.approx(np.radians((-30, 10)))
-    assert made.damping == 2.0
+    assert (made.damping, made.armature) == (2.0, 1.0)
 
 
 def test_a_joint_that_equals_a_constant_is_held_there():

@@ -32,6 +32,7 @@ class Drive:
     force: float = 0.0
     stiffness: float = 0.0
     damping: float = 0.0
+    armature: float = 0.0
     most: list[float] = field(default_factory=list)
     """The force limit of each actuator."""
     passive_force: bool = False
@@ -59,6 +60,8 @@ class Drive:
             "stiffness": self.stiffness,
             "damping": self.damping,
         }
+        if self.armature > 0:
+            given["armature"] = self.armature
         if self.stiffness > 0:
             given["target"] = self.force / self.stiffness
         elif self.damping > 0:
@@ -132,7 +135,7 @@ class _Drives:
                 self._stop(self._of(joint), *map(float, self._model.jnt_range[joint]))
 
     def add_springs(self) -> None:
-        """Stiffness and damping of joints."""
+        """Stiffness, damping and armature of joints."""
         model = self._model
         damps, springs = (not disabled(model, of) for of in ("DAMPER", "SPRING"))
         for joint in self._own:
@@ -143,6 +146,11 @@ class _Drives:
             drive = self._push(self._of(joint), stiffness * rest, stiffness, damping)
             if drive is not None and stiffness:
                 drive.passive_force = True
+            self._add_armature(self._of(joint), float(model.dof_armature[dof]))
+
+    def _add_armature(self, length: Linear, armature: float) -> None:
+        for joint, factor in length.terms.items():
+            self.drives[joint].armature += factor**2 * armature
 
     def add_tendons(self) -> None:
         """Limits, springs and dampers of fixed tendons that depend on one joint."""
@@ -178,7 +186,7 @@ class _Drives:
         damping = float(model.tendon_damping[tendon])
         self._features.add("tendon", bool(stiffness) and low != high)
         drive = self._push(length, stiffness * low, stiffness, damping)
-        self._features.add("joint.armature", _number(model, "tendon_armature", tendon) > 0)
+        self._add_armature(length, _number(model, "tendon_armature", tendon))
         if drive is not None and stiffness:
             drive.passive_force = True
 
@@ -324,7 +332,6 @@ class _Drives:
         model, add = self._model, self._features.add
         for joint in self._own:
             dof = model.jnt_dofadr[joint]
-            add("joint.armature", model.dof_armature[dof] > 0)
             add("joint.frictionloss", model.dof_frictionloss[dof] > 0)
             add("joint.damping", _number(model, "dof_dampingpoly", dof) != 0)
             yields = _number(model, "jnt_springyield", joint)

@@ -32,7 +32,7 @@ FEATURES = {
     "geom.condim": "torsional and rolling friction; contacts slide with friction alone",
     "geom.margin": "contacts before geoms touch; they begin where these do",
     "joint/ball": "the body is fixed to its parent",
-    "joint.armature": "rotor inertia; left out",
+    "joint.armature": "rotor inertia of free joints; left out",
     "joint.damping": "of free joints, and polynomials; left out",
     "joint.frictionloss": "dry friction of a joint; left out",
     "joint.stiffness": "of free joints, polynomials and springs that yield; left out",
