@@ -22,7 +22,8 @@ state of its own.
 
 The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
 (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
-it has in the state, whatever the load. A joint with neither moves freely.
+it has in the state, whatever the load. A joint with neither moves freely. armature: the inertia of the drive's rotor times
+the square of the gear ratio [kg m^2], which resists accelerations of the joint and has no weight.
 
 The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
 locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.)";

@@ -81,6 +81,10 @@ inline Problem everything() {
       made.inertial = Inertial{{0.1, 0.0, 0.2 / 3.0}, {0.1, 0.2, 0.29}, turn(0.2, Vector3::UnitZ())};
     scene.add_body(made);
   }
+  scene.add_body(body("wheel", Sphere{0.1}, 1.0 / 3.0, Vector3::Zero()));
+  Joint axle = joint("axle", JointType::revolute, "plane", "wheel", Vector3::UnitZ(), {0.0, -9.0, 30.0});
+  axle.armature = 1.0 / 17.0;
+  scene.add_joint(axle);
   scene.add_spring({"body 1", "body 2", {0.01, 0.0, 0.0}, {0.0, 0.01, 1.0 / 300.0}, 1.0 / 3.0, 0.1, 0.01});
   scene.disable_collisions("body 4", "body 3");
   scene.disable_collisions("plane", "body 0");

@@ -232,6 +232,18 @@ TEST(ProblemIoErrors, KinematicBodyInAFileOfAnOlderVersionIsRejectedByItsPlace) 
   EXPECT_TRUE(rejects([&] { from_json(json.dump()); }, {"scene.bodies[4] has \"kinematic\"", "\"version\": 5"}));
 }
 
+TEST(ProblemIoErrors, ArmatureInAFileOfAnOlderVersionIsRejectedByItsPlace) {
+  Json json = Json::parse(to_json(everything()));
+  json["scene"].erase("friction_rule");
+  json["scene"].erase("pair_frictions");
+  json["scene"]["bodies"][4].erase("kinematic");
+  json["version"] = 4;
+  EXPECT_TRUE(
+      rejects([&] { from_json(json.dump()); }, {"scene.joints[0] has \"armature\"", "\"version\": 5", "says 4"}));
+  json["scene"]["joints"][0].erase("armature");
+  EXPECT_EQ(from_json(json.dump()).scene.joints().front().armature, 0.0);
+}
+
 TEST(ProblemIoErrors, FrictionRulesAndFrictionOfPairsThatCannotBeAreRejectedByTheirPlace) {
   const auto reading_scene = [](const std::string& place, const Json& value) {
     return reading(everything(), "/scene/" + place, value);

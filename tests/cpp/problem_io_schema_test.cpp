@@ -88,7 +88,7 @@ TEST(ProblemSchema, KeyThatTheReaderMissesTheSchemaMissesToo) {
                                        "solid",          "horizon",    "check",
                                        "dwell",          "plan",       "wrenches",
                                        "targets",        "velocities", "friction_rule",
-                                       "pair_frictions", "kinematic"};
+                                       "pair_frictions", "kinematic",  "armature"};
   std::set<std::string> left_out;
   for (const Json& file : full_files()) {
     for (const Pointer& place : Places(file).all) {

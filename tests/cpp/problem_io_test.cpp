@@ -184,7 +184,7 @@ TEST(ProblemIo, VersionIsFourOnlyWithAClockSoThatOlderProgramsReadTheRest) {
   EXPECT_EQ(changed([](Problem&) {}), 3);
 }
 
-TEST(ProblemIo, VersionIsFiveOnlyWithAFrictionRuleFrictionOfPairsOrAKinematicBody) {
+TEST(ProblemIo, VersionIsFiveWithAFrictionRuleFrictionOfPairsOrAKinematicBody) {
   const auto version = [](const Problem& problem) { return Json::parse(to_json(problem))["version"].get<int>(); };
   EXPECT_EQ(version(everything()), 5);
   for (Problem problem : {push(), planned()}) {
@@ -199,6 +199,23 @@ TEST(ProblemIo, VersionIsFiveOnlyWithAFrictionRuleFrictionOfPairsOrAKinematicBod
   problem.state = pack(problem.scene);
   EXPECT_EQ(version(problem), 5);
   EXPECT_TRUE(from_json(to_json(problem)).scene.body("hand").kinematic);
+}
+
+TEST(ProblemIo, VersionIsFiveWithAnArmatureWhichTheRoundTripKeeps) {
+  Problem problem = articulated();
+  EXPECT_EQ(Json::parse(to_json(problem))["version"], 3);
+  Scene geared(problem.scene.gravity(), problem.scene.stepping());
+  for (const Body& body : problem.scene.bodies()) geared.add_body(body);
+  for (Joint joint : problem.scene.joints()) {
+    if (joint.name == "rail") joint.armature = 1.0 / 3.0;
+    geared.add_joint(joint);
+  }
+  problem.scene = geared;
+  const Json json = Json::parse(to_json(problem));
+  EXPECT_EQ(json["version"], 5);
+  for (const Json& joint : json["scene"]["joints"]) EXPECT_EQ(joint.contains("armature"), joint["name"] == "rail");
+  const Scene read = from_json(to_json(problem)).scene;
+  EXPECT_EQ(read.joints()[read.joint_index("rail")].armature, 1.0 / 3.0);
 }
 
 TEST(ProblemIo, RoundTripKeepsTheFrictionRuleAndTheFrictionOfPairs) {

@@ -9,8 +9,8 @@
 namespace energymargin {
 
 //! Newest version of the format; `load` refuses newer ones. `save` writes the oldest one that can say it: 5 if the
-//! scene has a friction rule, coefficients of pairs, kinematic bodies or armatures, 4 if the problem has a horizon, plan, check or
-//! dwell, else 3.
+//! scene has a friction rule, coefficients of pairs, kinematic bodies or armatures, 4 if the problem has a horizon,
+//! plan, check or dwell, else 3.
 inline constexpr int problem_format_version = 5;
 
 //! The JSON Schema (draft-07) of problem files, which every file is checked against when it is read.

@@ -145,11 +145,8 @@ struct Record<Joint> {
         Field{"damping", &Joint::damping, "[N m s/rad]", forms::not_negative},
         Field{"torque_limit", &Joint::torque_limit, "[N m]; infinite: without limit.", forms::largest_size},
         Field{"mimic", &Joint::mimic, "The joint that it follows, and how; unset: none.", {}, Presence::optional},
-        Field{"armature",
-              &Joint::armature,
-              "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].",
-              forms::not_negative,
-              Presence::optional},
+        Field{"armature", &Joint::armature, "Inertia of the drive's rotor times the square of the gear ratio [kg m^2].",
+              forms::not_negative, Presence::optional},
     };
   }
 

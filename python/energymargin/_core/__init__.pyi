@@ -322,6 +322,11 @@ class Joint:
     A joint of a scene; for a prismatic one read m for rad and N for N m.
     """
     @property
+    def armature(self) -> float:
+        """
+        Inertia of the drive's rotor times the square of the gear ratio [kg m^2].
+        """
+    @property
     def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Unit vector in the joint's frame. Shape (3,).
@@ -487,7 +492,7 @@ class Scene:
         or a motor does. kinematic: the body goes on as it moves, or has the `velocities` of a plan, whatever it meets, as if its
         mass were infinite. Raises ValueError on bad values.
         """
-    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None) -> None:
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0) -> None:
         """
         Hang the body `child` on the body `parent`, which makes it a link.
         
@@ -501,7 +506,8 @@ class Scene:
         
         The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
         (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
-        it has in the state, whatever the load. A joint with neither moves freely.
+        it has in the state, whatever the load. A joint with neither moves freely. armature: the inertia of the drive's rotor times
+        the square of the gear ratio [kg m^2], which resists accelerations of the joint and has no weight.
         
         The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
         locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.

@@ -128,7 +128,8 @@ class Bodies:
             axis = numbers(of_child.apply(np.array(joint.axis)))
             of = {"name": joint.name, "type": HINGES[joint.type], "axis": axis}
             at = {"pos": numbers(joint.child_origin)}
-            xml.SubElement(element, "joint", {**of, **at, **_limits(joint)})
+            rotor = {"armature": repr(joint.armature)} if joint.armature and not joint.mimic else {}
+            xml.SubElement(element, "joint", {**of, **at, **_limits(joint), **rotor})
             self._begin([position], [velocity])
             self._drive(joint)
         self._add_links(element, body)

@@ -46,6 +46,7 @@ CONTROL = (
     "stiffness",
     "damping",
     "torque_limit",
+    "armature",
     "limits",
 )
 

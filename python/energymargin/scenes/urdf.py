@@ -34,6 +34,7 @@ CONTROL = (
     "stiffness",
     "damping",
     "torque_limit",
+    "armature",
     "limits",
 )
 UNLIMITED = (-math.inf, math.inf)
