@@ -20,20 +20,22 @@ def rod(armature=0.25, **options):
     """On a fixed post, horizontal: 0.3 kg, 0.5 m from the hinge about y to its centre."""
     scene = em.Scene()
     scene.add_body("post", em.Box((0.1, 0.1, 0.1)), mass=0.0, position=(0, 0, 1))
-    inertial = em.Inertial((0.5, 0, 0), (0.01, 0.02, 0.02))
-    scene.add_body("rod", em.Sphere(0.05), mass=0.3, inertial=inertial, role="object")
+    inertial = em.Inertial((0.5, 0, 0), inertia=np.diag((0.01, 0.02, 0.02)))
+    scene.add_body("rod", em.Sphere(0.05), mass=0.3, inertial=inertial)
     turned = {"parent": "post", "child": "rod", "axis": (0, 1, 0), "armature": armature, **options}
     scene.add_joint("hinge", **turned)
     return scene
 
 
 def problem(scene):
+    scene.add_body("cup", em.Sphere(0.1), mass=1.0, position=(0, 0, 1.15), role="object")
     return em.Problem(
         scene,
         scene.pack(),
-        force=1.0,
+        force=(1, 0, 0),
+        torque=(0, 0, 0),
         duration=0.1,
-        captured=em.regions.Ball("rod", (0, 0, 0), 9.0),
+        captured=em.regions.Ball("cup", (0, 0, 1.15), 1.0),
     )
 
 
@@ -46,7 +48,7 @@ def test_a_rod_falls_by_its_weight_over_its_inertia_and_the_rotor_s(armature):
     assert velocity / scene.step == pytest.approx(0.3 * 9.81 * 0.5 / inertia, rel=1e-9)
 
 
-def compared(of, velocities, seconds=0.2, step=1e-4):
+def compared(of, velocities, seconds=0.2, step=2e-5):
     """States of a model after so long: the library's, MuJoCo's."""
     of.opt.timestep, of.opt.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
     gravity = from_mjcf(of).gravity
@@ -71,7 +73,7 @@ def test_a_hinge_with_armature_swings_as_in_mujoco():
 def test_a_free_tree_that_a_spring_with_a_rotor_drives_moves_as_in_mujoco():
     of = model(FREE.format(MASS, link("a", joint=DRIVEN, at="0.2 0 0")))
     ours, theirs = compared(of, [0.3, -0.2, 0.1, 0.5, -1.0, 0.8, 2.0])
-    assert ours == pytest.approx(theirs, abs=2e-3)
+    assert ours == pytest.approx(theirs, abs=5e-3)
     of.dof_armature[-1] = 0.0
     other, _ = compared(of, [0.3, -0.2, 0.1, 0.5, -1.0, 0.8, 2.0])
     assert np.abs(other - theirs).max() > 0.1

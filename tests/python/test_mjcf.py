@@ -210,9 +210,7 @@ def test_a_ball_joint_is_named_and_without_it_the_body_is_fixed():
 def test_dry_friction_and_the_damping_of_a_free_joint_are_named():
     free = '<joint type="free" damping="0.1"/>'
     inside = link("a", joint='<joint frictionloss="1"/>') + link("b", joint=free)
-    with pytest.raises(
-        ValueError, match=r"joint.damping \(1\), joint.frictionloss \(1\)"
-    ):
+    with pytest.raises(ValueError, match=r"joint.damping \(1\), joint.frictionloss \(1\)"):
         built(inside)
 
 
