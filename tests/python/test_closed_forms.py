@@ -13,7 +13,7 @@ import energymargin as em
 from energymargin_paper import closed_forms, known_answers
 
 OWN_ERROR = 0.01  # of the simulation, at its default stepping (docs/results/closed_forms.md)
-QUICK = closed_forms.Settings(nodes=400, seeds=2, gain_seeds=1)
+QUICK = closed_forms.Settings(nodes=400, seeds=3, gain_seeds=1)
 
 
 @pytest.fixture(scope="module")
