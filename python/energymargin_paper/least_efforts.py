@@ -225,7 +225,7 @@ class LeastEffortsStudy(Study[Settings, LeastEfforts]):
         """Makes every search that is not in the folder yet. Raises ValueError on an unknown task,
         and on one that has too few such states."""
         problems, references = _states(settings, folder, threads, progress)
-        known = known_answers(list(CLOSED_FORMS) if settings.answer_seeds else [], CLOSED_FORMS)
+        known = known_answers(of=CLOSED_FORMS) if settings.answer_seeds else []
         problems |= {answer.name: answer.problem for answer in known}
         jobs = [
             SearchJob(ALGORITHM_IMPROVED, name, settings.nodes, seed)

@@ -73,3 +73,9 @@ def test_settings_out_of_range_and_tasks_that_cannot_be_lost_are_named(tmp_path:
     with pytest.raises(ValueError, match="no task 'juggle'"):
         unknown = replace(least_efforts.STUDY.quick, tasks=("juggle",))
         least_efforts.STUDY.reproduce(unknown, tmp_path, threads=1)
+
+
+def test_without_searches_of_known_answers_the_states_stand_alone(tmp_path: Path) -> None:
+    settings = replace(least_efforts.STUDY.quick, answer_seeds=0, nodes=50, rollouts=1500)
+    result = least_efforts.STUDY.reproduce(settings, tmp_path, threads=1)
+    assert set(result.groups) == {"states of topple"}
