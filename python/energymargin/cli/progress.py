@@ -85,11 +85,11 @@ def share_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
 @contextmanager
 def inner_bar(console: Console, title: str, unit: str) -> Iterator[Callable[[int, int], None]]:
     """As `progress_bar`; where another bar is being drawn it is a row below that, until its end."""
-    if not _drawn:
+    outer = next((p for p in reversed(_drawn) if p.console is console and p.live.is_started), None)
+    if outer is None:
         with progress_bar(console, title, unit) as update:
             yield update
         return
-    outer = _drawn[-1]
     row = outer.add_task(title, total=None, unit=unit, visible=False)
 
     def update_row(done: int, total: int) -> None:
@@ -116,7 +116,8 @@ def _stopped(progress: Progress) -> Iterator[None]:
     try:
         yield
     finally:
-        if progress.live.is_started:
-            with delayed_interrupts():
+        with delayed_interrupts():
+            if progress in _drawn:
                 _drawn.remove(progress)
+            if progress.live.is_started:
                 progress.stop()
