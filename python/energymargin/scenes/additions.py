@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from energymargin._core import Scene, World
 from energymargin.limits import Limit
 
-__all__ = ["Additions", "Pair", "added"]
+__all__ = ["CONTROL", "Additions", "Control", "Pair", "added"]
+
+# What `joints` may set of a robot's joints; the rest is the file's.
+CONTROL = (
+    "start",
+    "start_velocity",
+    "held",
+    "target",
+    "target_velocity",
+    "stiffness",
+    "damping",
+    "torque_limit",
+    "armature",
+    "limits",
+)
+Control = Mapping[str, Mapping[str, Any]]
 
 OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 Pair = tuple[str, str]

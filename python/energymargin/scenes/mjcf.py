@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Scene
 from energymargin.checks import one_of
 from energymargin.limits import Limit
-from energymargin.scenes.additions import Additions, added
+from energymargin.scenes.additions import CONTROL, Additions, Control, added
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import Coupling, couplings
@@ -35,20 +35,6 @@ __all__ = ["from_mjcf"]
 FRICTION_RULE = "max"  # MuJoCo's
 OVERLAPPING = "overlapping"
 Names = str | Iterable[str]
-Control = Mapping[str, Mapping[str, Any]]
-# What `joints` may set; the rest is the model's.
-CONTROL = (
-    "start",
-    "start_velocity",
-    "held",
-    "target",
-    "target_velocity",
-    "stiffness",
-    "damping",
-    "torque_limit",
-    "armature",
-    "limits",
-)
 
 
 def from_mjcf(

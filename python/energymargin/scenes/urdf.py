@@ -16,7 +16,7 @@ from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
 from energymargin.meshes.progress import Progress, Tally
-from energymargin.scenes.additions import Additions, Pair, added
+from energymargin.scenes.additions import CONTROL, Additions, Control, Pair, added
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
 from energymargin.scenes.urdf_inertias import warn_of_links
@@ -24,22 +24,8 @@ from energymargin.scenes.urdf_model import Geometry, Joint, Link, MeshFile, Robo
 
 __all__ = ["from_urdf"]
 
-# What `joints` may set; the rest is the file's.
-CONTROL = (
-    "start",
-    "start_velocity",
-    "held",
-    "target",
-    "target_velocity",
-    "stiffness",
-    "damping",
-    "torque_limit",
-    "armature",
-    "limits",
-)
 UNLIMITED = (-math.inf, math.inf)
 SLACK = 1e-6  # rad or m, of a mimic joint beyond its own limits: files are rounded
-Control = Mapping[str, Mapping[str, Any]]
 
 
 def from_urdf(
