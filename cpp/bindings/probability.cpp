@@ -2,6 +2,8 @@
 
 #include "energymargin/metrics/probability.hpp"
 
+#include <cmath>
+
 #include "bindings.hpp"
 #include "energymargin/metrics/rare.hpp"
 #include "interrupt.hpp"
@@ -22,10 +24,12 @@ Args:
         the times of the steps, shape (steps,) [s], that returns wrenches, shape (steps, 6 k) for k objects [N, N m].
     rollouts: by default 30.
     seed: the same seed draws the same disturbances, in units of the bounds, for every problem.
+    first: the number of the first rollout. A part of the rollouts has the bits that it has in the whole.
     threads: for several rollouts. The probability does not depend on them.
     tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most this. It takes at most
         `rollouts`, by default 10000.
     success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
+    undisturbed: also one rollout without a disturbance, before the others.
     by_object: of several objects also the probability of any, and of each.
     rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
         `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
@@ -39,7 +43,7 @@ Args:
     cancel: the call ends once it is set.
     progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
 
-One more rollout is without a disturbance. After a timeout or a cancel the complete rollouts count, up to the first that
+After a timeout or a cancel the complete rollouts count, up to the first that
 is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
 without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.)";
 
@@ -56,13 +60,15 @@ using Model = std::variant<disturbances::Uniform, disturbances::Gaussian, distur
 constexpr int rollouts_of_function = 30;
 
 // The wrenches that a user's function draws for each rollout.
-disturbances::Draws draws_of(const Function& function, const Problem& problem, int rollouts, std::uint64_t seed) {
+disturbances::Draws draws_of(const Function& function, const Problem& problem, std::uint64_t first, int rollouts,
+                             std::uint64_t seed) {
   const auto timing = timing_of(problem);
   if (!timing) throw std::invalid_argument("problem is without horizon and plan, expected one with");
   const py::module_ numpy = py::module_::import("numpy");
   const py::object times = numpy.attr("arange")(timing->horizon) * py::float_(problem.scene.stepping().step);
   disturbances::Draws draws;
-  for (int i = 0; i < rollouts; ++i) {
+  draws.first = first;
+  for (std::uint64_t i = first; i < first + static_cast<std::uint64_t>(rollouts); ++i) {
     const py::object random = numpy.attr("random").attr("default_rng")(py::make_tuple(seed, i));
     draws.rollouts.push_back(matrix("disturbance", ArrayLike{function(random, times)}, timing->horizon, -1));
   }
@@ -89,7 +95,7 @@ void set_disturbance(const Problem& problem, const Model& model, ProbabilityOpti
             "tolerance is given with a function as disturbance, expected a model of em.disturbances, or rollouts=");
       }
       options.rollouts = options.rollouts.value_or(rollouts_of_function);
-      options.disturbance = draws_of(alternative, problem, *options.rollouts, options.seed);
+      options.disturbance = draws_of(alternative, problem, options.first, *options.rollouts, options.seed);
     }
   };
   std::visit(set, model);
@@ -116,6 +122,8 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityCall& cal
   if (call.tolerance) refuse_for_rare("tolerance");
   if (call.success) refuse_for_rare("success");
   if (call.by_object) refuse_for_rare("by_object");
+  if (call.first != 0) refuse_for_rare("first");
+  if (!call.undisturbed) refuse_for_rare("undisturbed=False");
   RareOptions options;
   const auto set = [&](const auto& model) {
     if constexpr (std::is_same_v<std::decay_t<decltype(model)>, Function>) {
@@ -192,6 +200,10 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> band_of(const CaptureProbability& p,
   return band;
 }
 
+std::optional<bool> undisturbed_of(const CaptureProbability& p) {
+  return std::isnan(p.undisturbed_time) ? std::nullopt : std::make_optional(p.undisturbed);
+}
+
 std::string repr_of(const CaptureProbability& p) {
   const double confidence = 1.0 - 0.05 / p.looks;
   const Interval ends = p.splitting ? interval_of_loss(p, confidence) : interval_of_capture(p, confidence);
@@ -199,7 +211,7 @@ std::string repr_of(const CaptureProbability& p) {
   return repr_of_fields("CaptureProbability", {{p.splitting ? "lost" : "captured", py::cast(estimate)},
                                                {"interval", py::cast(Ends{ends.low, ends.high})},
                                                {"mean_time", py::cast(p.all.mean_time)},
-                                               {"undisturbed", py::cast(p.undisturbed)},
+                                               {"undisturbed", py::cast(undisturbed_of(p))},
                                                {"rollouts", py::cast(p.rollouts)},
                                                {"complete", py::cast(p.complete)}});
 }
@@ -230,10 +242,10 @@ void def_survivals(ProbabilityClass& type) {
 }
 
 void def_undisturbed(ProbabilityClass& type) {
-  type.def_readonly("undisturbed", &CaptureProbability::undisturbed,
-                    "Whether the objects stay captured without a disturbance.")
+  type.def_property_readonly("undisturbed", &undisturbed_of,
+                             "Whether the objects stay captured without a disturbance; None with undisturbed=False.")
       .def_readonly("undisturbed_time", &CaptureProbability::undisturbed_time,
-                    "When they leave without a disturbance [s]; the horizon if they stay.")
+                    "When they leave without a disturbance [s]; the horizon if they stay, NaN with undisturbed=False.")
       .def_readonly("undisturbed_success", &CaptureProbability::undisturbed_success,
                     "Whether the undisturbed future ends in the success set; None unless success.");
 }
@@ -248,6 +260,18 @@ void def_counts(ProbabilityClass& type) {
       .def_property_readonly(
           "levels", [](const CaptureProbability& p) { return p.splitting ? p.splitting->levels : 0.0; },
           "Levels at which replicas split, in the mean of the batches; 0 unless rare.")
+      .def_readonly(
+          "exit_times", &CaptureProbability::exit_times,
+          "When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: inf "
+          "if it stays, NaN if it diverged. Empty with rare=True.")
+      .def_property_readonly(
+          "successes",
+          [](const CaptureProbability& p) -> std::optional<py::array_t<bool>> {
+            if (!p.success) return std::nullopt;
+            return py::array_t<bool>(static_cast<py::ssize_t>(p.successes.size()),
+                                     reinterpret_cast<const bool*>(p.successes.data()));
+          },
+          "Whether each rollout ends in the success set, shape (rollouts,); None unless success.")
       .def_readonly("complete", &CaptureProbability::complete,
                     "Whether no rollout is missing. False if the timeout or the cancel came first.");
 }
@@ -273,9 +297,10 @@ void bind_probability(py::module_& module) {
       module, "capture_probability", &score_probability, probability_doc,
       std::tuple_cat(
           std::tuple{keyword("disturbance", &ProbabilityCall::model), keyword("rollouts", &ProbabilityCall::rollouts),
-                     keyword("seed", &ProbabilityCall::seed), keyword("threads", &ProbabilityCall::threads),
-                     keyword("tolerance", &ProbabilityCall::tolerance), keyword("success", &ProbabilityCall::success),
-                     keyword("by_object", &ProbabilityCall::by_object), keyword("rare", &ProbabilityCall::rare),
+                     keyword("seed", &ProbabilityCall::seed), keyword("first", &ProbabilityCall::first),
+                     keyword("threads", &ProbabilityCall::threads), keyword("tolerance", &ProbabilityCall::tolerance),
+                     keyword("success", &ProbabilityCall::success), keyword("by_object", &ProbabilityCall::by_object),
+                     keyword("undisturbed", &ProbabilityCall::undisturbed), keyword("rare", &ProbabilityCall::rare),
                      keyword("level", &ProbabilityCall::level), keyword("ahead", &ProbabilityCall::ahead)},
           progress_keywords()));
 }

@@ -43,6 +43,7 @@ struct OfPlan {
 //! Draws of a user's own model.
 struct Draws {
   std::vector<Wrenches> rollouts;  //!< for each rollout the wrenches of its steps, shape (steps, 6 k)
+  std::uint64_t first = 0;         //!< number of the first of them
 };
 
 }  // namespace disturbances

@@ -85,7 +85,8 @@ class Estimator {
   // The complete rollouts up to the first that is not.
   int counted() const { return static_cast<int>(std::find(complete_.begin(), complete_.end(), 0) - complete_.begin()); }
 
-  Future run(std::size_t index) {
+  Future run(std::size_t number) {
+    const std::size_t index = options_.first + number;
     const auto plan = draw_plan(options_.disturbance, problem_, options_.seed, index);
     return run(draw_pushes(options_.disturbance, problem_, timing_.horizon, options_.seed, index),
                plan ? &*plan : nullptr);
@@ -216,7 +217,22 @@ class Estimator {
     if (sets_.size() > 1) p.any = survival(1, shares);
     for (std::size_t set = 2; set < sets_.size(); ++set) p.by_object.push_back(survival(set, shares));
     if (success_) p.success = success(shares);
+    set_outcomes(count, p);
     return p;
+  }
+
+  void set_outcomes(int count, CaptureProbability& p) const {
+    const double step = problem_.scene.stepping().step;
+    p.exit_times = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
+    for (int i = 0; i < count; ++i) {
+      const Future& future = futures_[static_cast<std::size_t>(i)];
+      if (future.diverged) {
+        p.exit_times[i] = std::numeric_limits<double>::quiet_NaN();
+      } else if (future.exits[0] >= 0) {
+        p.exit_times[i] = step * future.exits[0];
+      }
+      if (success_) p.successes.push_back(future.success ? 1 : 0);
+    }
   }
 
   void count_rollouts(int count, CaptureProbability& p) const {
@@ -232,6 +248,7 @@ class Estimator {
   void set_times(CaptureProbability& p) const {
     const double step = problem_.scene.stepping().step;
     p.times = times_of(looks_of(timing_), step);
+    p.undisturbed_time = std::numeric_limits<double>::quiet_NaN();
     if (!undisturbed_) return;
     const int exit = undisturbed_->exits[0];
     p.undisturbed = exit < 0;

@@ -202,7 +202,9 @@ std::vector<Push> draw_pushes(const DisturbanceModel& model, const Problem& prob
                               std::size_t index) {
   Random random(seed, index);
   std::vector<Push> sequence;
-  if (const auto* draws = std::get_if<Draws>(&model)) return pushes(draws->rollouts[index], problem, steps);
+  if (const auto* draws = std::get_if<Draws>(&model)) {
+    return pushes(draws->rollouts[index - draws->first], problem, steps);
+  }
   if (std::holds_alternative<OfPlan>(model)) return {Push{Disturbance(objects_of(problem)), steps}};
   if (const auto* uniform = std::get_if<Uniform>(&model)) extend(*uniform, problem, steps, random, sequence);
   if (const auto* boltzmann = std::get_if<Boltzmann>(&model)) {

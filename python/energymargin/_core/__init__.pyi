@@ -1630,6 +1630,11 @@ class CaptureProbability:
         Effective sample size: rollouts of equal weight that say as much.
         """
     @property
+    def exit_times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: inf if it stays, NaN if it diverged. Empty with rare=True.
+        """
+    @property
     def levels(self) -> float:
         """
         Levels at which replicas split, in the mean of the batches; 0 unless rare.
@@ -1665,14 +1670,19 @@ class CaptureProbability:
         Probability of being in the success set at the horizon; None unless success.
         """
     @property
+    def successes(self) -> numpy.typing.NDArray[numpy.bool] | None:
+        """
+        Whether each rollout ends in the success set, shape (rollouts,); None unless success.
+        """
+    @property
     def times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Of the looks at the sets, shape (T,) [s].
         """
     @property
-    def undisturbed(self) -> bool:
+    def undisturbed(self) -> bool | None:
         """
-        Whether the objects stay captured without a disturbance.
+        Whether the objects stay captured without a disturbance; None with undisturbed=False.
         """
     @property
     def undisturbed_success(self) -> bool | None:
@@ -1682,9 +1692,9 @@ class CaptureProbability:
     @property
     def undisturbed_time(self) -> float:
         """
-        When they leave without a disturbance [s]; the horizon if they stay.
+        When they leave without a disturbance [s]; the horizon if they stay, NaN with undisturbed=False.
         """
-def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
     
@@ -1694,10 +1704,12 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
             the times of the steps, shape (steps,) [s], that returns wrenches, shape (steps, 6 k) for k objects [N, N m].
         rollouts: by default 30.
         seed: the same seed draws the same disturbances, in units of the bounds, for every problem.
+        first: the number of the first rollout. A part of the rollouts has the bits that it has in the whole.
         threads: for several rollouts. The probability does not depend on them.
         tolerance: rollouts are added, 32, 64, 128, ..., until half of the 95 % interval is at most this. It takes at most
             `rollouts`, by default 10000.
         success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
+        undisturbed: also one rollout without a disturbance, before the others.
         by_object: of several objects also the probability of any, and of each.
         rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
             `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
@@ -1711,7 +1723,7 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
         cancel: the call ends once it is set.
         progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
     
-    One more rollout is without a disturbance. After a timeout or a cancel the complete rollouts count, up to the first that
+    After a timeout or a cancel the complete rollouts count, up to the first that
     is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
     without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.
     """

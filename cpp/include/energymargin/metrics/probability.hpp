@@ -20,6 +20,7 @@ struct ProbabilityOptions {
   DisturbanceModel disturbance = disturbances::Uniform{};
   std::optional<int> rollouts{};  //!< unset: 30, or `most_rollouts` if there is a tolerance
   std::uint64_t seed = 0;
+  std::uint64_t first = 0;            //!< number of the first rollout: a part of them has the bits of the whole
   int threads = 1;                    //!< the probability does not depend on it
   std::optional<double> tolerance{};  //!< rollouts are added until half of the 95 % interval is at most this
   bool success = false;               //!< also for the success set at the horizon: rollouts go on after an exit
@@ -52,8 +53,10 @@ struct CaptureProbability {
   std::vector<Survival> by_object{};  //!< in the scene's order
   std::optional<double> success{};    //!< probability of being in the success set at the horizon
   bool undisturbed = true;            //!< whether the objects stay captured without a disturbance, if that was asked
-  double undisturbed_time = 0.0;      //!< when they leave without a disturbance [s]; the horizon if they stay
+  double undisturbed_time = 0.0;      //!< when they leave without one [s]; the horizon if they stay, NaN if not asked
   std::optional<bool> undisturbed_success{};
+  Eigen::VectorXd exit_times;  //!< when each rollout leaves [s]: inf if it stays, NaN if it diverged; not of splitting
+  std::vector<char> successes{};         //!< whether each ends in the success set, if that was asked
   int rollouts = 0;                      //!< random rollouts that count; of splitting the replicas
   long long steps = 0;                   //!< simulation steps of all rollouts, also the undisturbed one
   int diverged = 0;                      //!< rollouts that diverged, and do not count
