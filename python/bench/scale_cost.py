@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from energymargin.executors.dask_pool import DaskPool
-from energymargin.executors.pool import CHUNKS_A_SECOND, Stopped
+from energymargin.executors.pool import Stopped
+from energymargin.executors.pool_session import CHUNKS_A_SECOND
 from energymargin.store import ScoreStore
 from scale_runs import dataset_file, scored_run, size_of
 from scale_throughput import WORKERS, cluster

@@ -3,6 +3,16 @@
 Each says what it draws; a probability means something under a stated disturbance alone.
 """
 
+import copyreg
+
 from energymargin._core.disturbances import Boltzmann, Gaussian, OfPlan, Uniform, of_plan
 
-__all__ = ["Boltzmann", "Gaussian", "OfPlan", "Uniform", "of_plan"]
+__all__ = ["Boltzmann", "Disturbance", "Gaussian", "OfPlan", "Uniform", "of_plan"]
+
+Disturbance = Uniform | Gaussian | Boltzmann | OfPlan
+
+# They travel to other processes as the calls that make them again.
+copyreg.pickle(Uniform, lambda m: (Uniform, (m.strength, m.objects, m.hold)))
+copyreg.pickle(Gaussian, lambda m: (Gaussian, (m.force, m.torque, m.correlation_time)))
+copyreg.pickle(Boltzmann, lambda m: (Boltzmann, (m.rate, m.strength, m.objects, m.hold)))
+copyreg.pickle(OfPlan, lambda m: (of_plan, (m.force, m.torque, m.targets, m.hold)))

@@ -13,7 +13,8 @@ from clusters import Cluster
 
 import energymargin as em
 from energymargin.executors import Dask, Processes, Threads
-from energymargin.executors.pool import POLL, PoolSession
+from energymargin.executors.pool import POLL
+from energymargin.executors.pool_session import PoolSession
 
 NODES, SEED = 60, 5
 

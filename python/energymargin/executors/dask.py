@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from energymargin.executors.pool import PoolSession
+from energymargin.executors.pool_session import PoolSession
 from energymargin.scoring.settings import SearchSettings, algorithm
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Dask:
             )
 
     def pool(self) -> DaskPool:
-        """The workers, for jobs of any kind. Raises ConnectionError if there is no scheduler."""
+        """As Executor.pool. Raises ConnectionError if there is no scheduler."""
         from energymargin.executors.dask_pool import DaskPool
 
         return DaskPool(self.scheduler, release_of=algorithm, notice=self.notice)

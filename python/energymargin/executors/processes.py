@@ -16,7 +16,8 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from energymargin.closing import Closing
-from energymargin.executors.pool import STOP, Job, Outcome, PoolSession
+from energymargin.executors.pool import STOP, Job, Outcome
+from energymargin.executors.pool_session import PoolSession
 from energymargin.executors.threads import core_count
 from energymargin.scoring.settings import SearchSettings
 
@@ -170,6 +171,10 @@ class Processes:
         """Raises ValueError if `count` is below 1."""
         core_count("processes", self.count)
 
+    def pool(self) -> ProcessPool:
+        """As Executor.pool."""
+        return ProcessPool(core_count("processes", self.count))
+
     def session(self, settings: SearchSettings) -> PoolSession:
         """As Executor.session."""
-        return PoolSession(ProcessPool(core_count("processes", self.count)), settings)
+        return PoolSession(self.pool(), settings)

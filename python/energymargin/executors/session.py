@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem
+from energymargin.executors.pool import Pool
 from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["Executor", "Failed", "Pace", "Row", "Session", "Work"]
@@ -125,6 +126,10 @@ class Session(Protocol):
 
 class Executor(Protocol):
     """Where problems are scored: `Threads`, `Processes` or `Dask`."""
+
+    def pool(self) -> Pool:
+        """Starts its workers, for jobs of any kind."""
+        ...
 
     def session(self, settings: SearchSettings) -> Session:
         """Starts its workers."""

@@ -11,6 +11,7 @@ from energymargin._core import ScoreRun
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.executors.session import Executor, Pace, Row, Work
+from energymargin.executors.thread_pool import ThreadPool
 from energymargin.metrics import METRICS
 from energymargin.scoring.settings import SearchSettings
 
@@ -31,6 +32,10 @@ class Threads:
     def __post_init__(self) -> None:
         """Raises ValueError if `count` is below 1."""
         thread_count(self.count)
+
+    def pool(self) -> ThreadPool:
+        """As Executor.pool."""
+        return ThreadPool(thread_count(self.count))
 
     def session(self, settings: SearchSettings) -> ThreadSession:
         """As Executor.session."""
