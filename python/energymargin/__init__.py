@@ -47,6 +47,7 @@ from energymargin.errors import EnergyMarginError
 from energymargin.scoring.searches import capture_score, escape_effort, escape_energy, force_score
 
 if TYPE_CHECKING:
+    from energymargin import actions as actions
     from energymargin import beliefs as beliefs
     from energymargin import datasets as datasets
     from energymargin import evaluation as evaluation
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from energymargin import store as store
     from energymargin import tasks as tasks
     from energymargin import viewer as viewer
+    from energymargin.actions import Ranking, rank
     from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
     from energymargin.monitor import Monitor
@@ -99,6 +101,7 @@ __all__ = [
     "Plane",
     "PlausibilityWarning",
     "Problem",
+    "Ranking",
     "Rollout",
     "Scene",
     "ScoreError",
@@ -109,6 +112,7 @@ __all__ = [
     "Spring",
     "Tree",
     "World",
+    "actions",
     "beliefs",
     "capture_probability",
     "capture_score",
@@ -123,6 +127,7 @@ __all__ = [
     "mass_properties",
     "mesh",
     "monitor",
+    "rank",
     "recordings",
     "regions",
     "scenes",
@@ -138,6 +143,7 @@ notebook.attach()
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
 SUBPACKAGES = (
+    "actions",
     "beliefs",
     "datasets",
     "evaluation",
@@ -157,10 +163,12 @@ HOMES = {
     "Belief": "beliefs",
     "Monitor": "monitor",
     "PlausibilityWarning": "plausibility",
+    "Ranking": "actions",
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
     "SearchSettings": "scoring",
     "mesh": "meshes",
+    "rank": "actions",
     "score": "scoring",
     "score_belief": "beliefs",
 }

@@ -1,0 +1,366 @@
+"""`em.rank`: which of several problems holds best, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Problem
+from energymargin.actions.candidates import Candidates
+from energymargin.actions.racing import Duel, duel, looks, sure_of
+from energymargin.actions.trials import Disturbance, Draws, Question, Trials
+from energymargin.arguments import shown
+from energymargin.beliefs import Uncertainty
+from energymargin.checks import whole_number, yes_or_no
+from energymargin.executors import Executor
+from energymargin.limits import Limit
+from energymargin.metrics import unit, value_text
+from energymargin.notebook import shown_by
+from energymargin.scoring.settings import Search
+from energymargin.table_text import csv_text, markdown_table
+
+__all__ = ["Ranking", "Standing", "rank"]
+
+CONFIDENCE = 0.95
+OF_INTERVALS = 0.95
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where one candidate stands."""
+
+    name: str
+    values: NDArray[np.float64]
+    """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]."""
+    held: float
+    """For how long it stays captured, as a share of the horizon, in the mean; 1 of efforts."""
+    score: float
+    """The probability, or the median of the efforts [J]."""
+    low: float
+    """End of a 95 % interval of the score."""
+    high: float
+    """The other end."""
+    steps: int
+    """Simulation steps that it took."""
+    racing: bool
+    """Whether it ran to the end; the others were clearly worse than the leader before."""
+
+    @property
+    def draws(self) -> int:
+        """N."""
+        return len(self.values)
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Candidates from the best to the worst, and what can be said of the first."""
+
+    _repr_html_ = shown_by("ranking")
+
+    metric: str
+    standings: tuple[Standing, ...]
+    """The best first: those that ran to the end, by score; then the others, the last out first."""
+    tolerance: float
+    confidence: float
+    """That was asked for."""
+    complete: bool = True
+    """Whether no draw is missing: False if the timeout or the cancel came first."""
+
+    def __len__(self) -> int:
+        """How many candidates."""
+        return len(self.standings)
+
+    def __iter__(self) -> Iterator[Standing]:
+        """From the best to the worst."""
+        return iter(self.standings)
+
+    def __getitem__(self, name: str) -> Standing:
+        """One candidate, by its name; KeyError if there is none."""
+        for standing in self.standings:
+            if standing.name == name:
+                return standing
+        raise KeyError(f"{name!r} is no candidate; there are: {', '.join(self.names)}")
+
+    def __repr__(self) -> str:
+        """The decision."""
+        return f"Ranking({self.decision})"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the candidates, the best first."""
+        return tuple(standing.name for standing in self.standings)
+
+    @property
+    def best(self) -> str:
+        """The name of the first."""
+        return self.standings[0].name
+
+    @property
+    def steps(self) -> int:
+        """Simulation steps of all candidates."""
+        return sum(standing.steps for standing in self.standings)
+
+    @cached_property
+    def sure(self) -> float:
+        """Probability, at least, that the best is better than each other one, or worse by at most
+        `tolerance`."""
+        return sure_of(list(self._duels.values()), self.tolerance)
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Those of which the best is not surely better."""
+        most = (1.0 - self.confidence) / max(len(self) - 1, 1)
+        return tuple(name for name, one in self._duels.items() if 1.0 - one.better > most)
+
+    @property
+    def decision(self) -> str:
+        """One sentence for people."""
+        if len(self) == 1:
+            return f"{self.best} is the only one"
+        percent, alike = f"{_percent(self.sure)} %", self.alike
+        if not alike:
+            return f"{self.best} is the best, with {percent} confidence"
+        others = _listed(alike)
+        if self.sure >= self.confidence:
+            return (
+                f"{self.best}; {others} may be as good: {self.best} is worse by at most "
+                f"{self.tolerance:g}, with {percent} confidence"
+            )
+        return f"{self.best} leads, but {others} may be better: the confidence is {percent}"
+
+    def to_markdown(self) -> str:
+        """A table, and the decision."""
+        rows = [
+            [
+                f"{place}",
+                standing.name,
+                value_text(self.metric, standing.score),
+                f"{value_text(self.metric, standing.low)} to "
+                f"{value_text(self.metric, standing.high)}",
+                f"{standing.draws}",
+                "" if standing.racing else "out",
+            ]
+            for place, standing in enumerate(self.standings, 1)
+        ]
+        score = f"{self.metric} [{unit(self.metric)}]" if unit(self.metric) else self.metric
+        table = markdown_table(["", "candidate", score, "95 % interval", "draws", ""], rows)
+        return f"{table}\n\n{self.decision[0].upper()}{self.decision[1:]}.\n"
+
+    def to_csv(self) -> str:
+        """A line for each candidate, in full precision."""
+        names = ("candidate", "score", "low", "high", "held", "draws", "steps", "racing")
+        rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
+        return csv_text(names, rows)
+
+    @cached_property
+    def _duels(self) -> dict[str, Duel]:
+        """The best against each of the others."""
+        first, *others = self.standings
+        return {other.name: duel(first.values, other.values) for other in others}
+
+
+def rank(
+    problems: Sequence[Problem] | Mapping[str, Problem],
+    *,
+    metric: str = "probability",
+    rollouts: int = 200,
+    disturbance: Disturbance | None = None,
+    uncertainty: Uncertainty | None = None,
+    confidence: float = CONFIDENCE,
+    tolerance: float = 0.05,
+    race: bool = True,
+    seed: int = 0,
+    nodes: int = 1000,
+    search: Search = "improved",
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Ranking:
+    """Which of several problems holds best: plans, grasps, pushes, tools.
+
+    All candidates meet the same disturbances, draw by draw. In a race they are compared after 16,
+    24, 36, ... draws: who is clearly worse than the leader is out, and the race ends early once all
+    others are out, or the leader is as good as each of them.
+
+    Args:
+        problems: the candidates; a dict gives them names, otherwise they are "0", "1", ...
+        metric: "probability" of staying captured, "probability/success", or an effort of escape,
+            "effort/est" or "effort/rrt".
+        rollouts: the most draws of each candidate; of an effort, searches.
+        disturbance: as of `em.capture_probability`; None: Uniform().
+        uncertainty: how well friction, masses, poses and velocities are known: draw j has the same
+            particle of it for every candidate.
+        confidence: of all comparisons together.
+        tolerance: a difference of probabilities that does not matter. 0: only better is better.
+        race: False scores every candidate to the end.
+        seed: the same seed draws the same, on any number of threads and on any executor.
+        nodes: of the searches, as of `em.escape_effort`.
+        search: the same.
+        threads: None takes all cores.
+        executor: in place of threads, as of `em.score`.
+        progress: progress(draws, most) counts draws; a race does not need them all.
+        timeout: after so many seconds the draws count that all racing candidates have.
+        cancel: the same once it is set.
+
+    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit.
+    Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, and TimeoutError or Cancelled if
+    the limit comes before the first comparison.
+    """
+    limit = Limit(timeout, cancel)
+    question = Question(metric, disturbance, seed, nodes, search)
+    rollouts = whole_number("rollouts", rollouts, 1)
+    _share("confidence", confidence)
+    _share("tolerance", tolerance)
+    field = _field(problems)
+    for name, problem in field.items():
+        question.check(f"problems[{name!r}]", problem)
+    candidates = Candidates(list(field.values()), uncertainty, seed)
+    with Trials(executor, threads) as trials:
+        field_race = _Race(
+            candidates, question, trials, limit, confidence=confidence, tolerance=tolerance
+        )
+        complete = field_race.run(rollouts, race=yes_or_no("race", race), progress=progress)
+    if not field_race.draws:
+        limit.require("the candidates were compared")
+    return Ranking(
+        metric, field_race.standings(list(field)), tolerance, confidence, complete=complete
+    )
+
+
+class _Race:
+    """Candidates, and the draws that they have so far."""
+
+    def __init__(
+        self,
+        candidates: Candidates,
+        question: Question,
+        trials: Trials,
+        limit: Limit,
+        *,
+        confidence: float,
+        tolerance: float,
+    ) -> None:
+        self._candidates, self._question = candidates, question
+        self._trials, self._limit = trials, limit
+        self._doubt, self._tolerance = 1.0 - confidence, tolerance
+        self._found = [Draws.none() for _ in candidates]
+        self._racing = list(range(len(candidates)))
+        self._out: list[int] = []
+        self.draws = 0
+        """Of those that race."""
+
+    def run(self, most: int, *, race: bool, progress: Callable[[int, int], None] | None) -> bool:
+        """Races to the end; False if the limit came first."""
+        numbers = looks(most) if race else [most]
+        # Each of all comparisons has its share of the doubt.
+        doubt = self._doubt / (len(numbers) * max(len(self._racing) - 1, 1))
+        total = most * len(self._racing)
+        for wanted in numbers:
+            if not self._draw(wanted):
+                return False
+            if progress is not None:
+                progress(sum(len(one.values) for one in self._found), total)
+            if race and self._decide(doubt):
+                break
+        return True
+
+    def standings(self, names: Sequence[str]) -> tuple[Standing, ...]:
+        """The best first."""
+        racing = sorted(self._racing, key=self._place)
+        return tuple(
+            _standing(names[i], self._question, self._found[i], racing=i in self._racing)
+            for i in [*racing, *reversed(self._out)]
+        )
+
+    def _draw(self, wanted: int) -> bool:
+        """Takes the draws up to number `wanted` of those that race; False if the limit came."""
+        trials = [self._candidates.trial(i, self.draws, wanted - self.draws) for i in self._racing]
+        found = self._trials.run(self._question, trials, self._limit)
+        if any(draws is None for draws in found):
+            return False
+        for i, draws in zip(self._racing, found, strict=True):
+            assert draws is not None
+            self._found[i] += draws
+        self.draws = wanted
+        return True
+
+    def _decide(self, doubt: float) -> bool:
+        """Who is out; whether that decides the race."""
+        leader, *others = sorted(self._racing, key=self._place)
+        ours = self._found[leader].values
+        duels = {i: duel(ours, self._found[i].values) for i in others}
+        out = [i for i, one in duels.items() if 1.0 - one.better <= doubt]
+        self._out += sorted(out, key=self._place, reverse=True)
+        self._racing = [i for i in self._racing if i not in out]
+        most = self._doubt / max(len(self._candidates) - 1, 1)
+        return all(
+            1.0 - one.as_good(self._tolerance) <= most for i, one in duels.items() if i not in out
+        )
+
+    def _place(self, candidate: int) -> tuple[float, float, int]:
+        """Sorts the best first; of equal ones that which stays longer, then the first given."""
+        draws = self._found[candidate]
+        score = _score(self._question, draws.values)
+        return -score, -float(draws.times.mean()), candidate
+
+
+def _score(question: Question, values: NDArray[np.float64]) -> float:
+    if question.is_effort:  # a lower median: inf where most searches found no way out
+        return float(np.quantile(values, 0.5, method="inverted_cdf"))
+    return float(values.mean())
+
+
+def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> Standing:
+    values = draws.values
+    low, high = (_of_median if question.is_effort else _of_share)(values)
+    score, held = _score(question, values), float(draws.times.mean())
+    return Standing(name, values, held, score, low, high, draws.steps, racing)
+
+
+def _of_share(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Clopper and Pearson's interval."""
+    from scipy import stats
+
+    found = stats.binomtest(round(float(values.sum())), len(values)).proportion_ci(OF_INTERVALS)
+    return float(found.low), float(found.high)
+
+
+def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Of order statistics: so wide that it holds the median in 95 of 100 cases, if it can."""
+    from scipy import stats
+
+    count, ordered = len(values), np.sort(values)
+    below = int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5))
+    first = max(below - 1, 0)
+    return float(ordered[first]), float(ordered[count - 1 - first])
+
+
+def _field(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Problem]:
+    if isinstance(problems, Problem) or not hasattr(problems, "__len__"):
+        raise ValueError(f"problems is {shown(problems)}, expected several, as a list or a dict")
+    if not isinstance(problems, Mapping):
+        problems = {str(number): problem for number, problem in enumerate(problems)}
+    if not problems:
+        raise ValueError("problems is empty, expected one at least")
+    return {str(name): problem for name, problem in problems.items()}
+
+
+def _share(name: str, value: float) -> None:
+    if not 0 <= value < 1:
+        raise ValueError(f"{name} is {value!r}, expected a number from 0 to below 1")
+
+
+def _percent(share: float) -> str:
+    """Rounded down, so that it does not claim more."""
+    return f"{np.floor(1000 * share) / 10:g}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    *some, last = names
+    return f"{', '.join(some)} and {last}" if some else last

@@ -1,0 +1,308 @@
+"""Trials of candidates as one batch: on threads, in processes, or on a cluster.
+
+Draw number j is the same for every candidate: the same disturbance, and with an uncertainty the
+same particle (common random numbers). So candidates differ by what they do, not by their luck.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin import disturbances
+from energymargin._core import Cancel, Cancelled, Problem, capture_probability, stream
+from energymargin.arguments import shown
+from energymargin.checks import one_of, whole_number
+from energymargin.closing import Closing
+from energymargin.executors import Executor, Threads
+from energymargin.executors.pool import POLL, Outcome, Stopped
+from energymargin.executors.threads import chosen_executor
+from energymargin.limits import Limit
+from energymargin.results import collect
+from energymargin.scoring.searches import escape_effort
+from energymargin.scoring.settings import SEARCHES, Search
+
+__all__ = ["OBJECTIVES", "Draws", "Question", "Trial", "Trials"]
+
+OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
+EFFORT = "effort/"
+
+JOBS_A_WORKER = 4  # of a batch, so that none is idle at its end
+MOST_DRAWS = 64  # of a job
+MOST_DEATHS = 3  # workers that one job may take with it
+
+Disturbance = disturbances.Disturbance | Callable[[Any, Any], Any]
+"""As of `capture_probability`."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What each draw is asked; raises ValueError on what cannot be."""
+
+    metric: str = "probability"
+    """Of OBJECTIVES."""
+    disturbance: Disturbance | None = None
+    """Of the probabilities, as of `capture_probability`; None: Uniform()."""
+    seed: int = 0
+    """Of draw j: rollout number j of a probability with it; of an effort the search of the seed
+    stream(seed, j)."""
+    nodes: int = 1000
+    """Of the efforts."""
+    search: Search = "improved"
+    """The same."""
+
+    def __post_init__(self) -> None:
+        """Checks it."""
+        one_of("metric", self.metric, OBJECTIVES)
+        whole_number("seed", self.seed, 0, 2**64 - 1)
+        whole_number("nodes", self.nodes, 1)
+        one_of("search", self.search, SEARCHES)
+
+    @property
+    def is_effort(self) -> bool:
+        """Whether draws are searches, and values efforts [J]."""
+        return self.metric.startswith(EFFORT)
+
+    def check(self, name: str, problem: Problem) -> None:
+        """Raises ValueError if a problem lacks what the question is about."""
+        if not isinstance(problem, Problem):
+            raise ValueError(f"{name} is {shown(problem)}, expected a Problem")
+        if not self.is_effort and problem.horizon is None:
+            raise ValueError(
+                f"{name} is without a horizon, expected one with: problem.replace(horizon=...)"
+            )
+        if self.metric == "probability/success" and problem.succeeded is None:
+            raise ValueError(f"{name} is without a success set, expected one with: succeeded=...")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Draws of one candidate."""
+
+    candidate: int
+    problems: tuple[Problem, ...]
+    """One for all of them, or one for each."""
+    first: int
+    """Number of the first."""
+    count: int
+
+    def parts(self, size: int) -> Iterator[Trial]:
+        """The same in parts of so many draws, at most."""
+        for start in range(0, self.count, size):
+            count = min(size, self.count - start)
+            alone = len(self.problems) == 1
+            problems = self.problems if alone else self.problems[start : start + count]
+            yield Trial(self.candidate, problems, self.first + start, count)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """What came of a trial."""
+
+    values: NDArray[np.float64]
+    """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]."""
+    times: NDArray[np.float64]
+    """For how long each stayed captured, as a share of its horizon, shape (N,); 1 of an effort."""
+    steps: int
+    """Simulation steps."""
+
+    def __add__(self, later: Draws) -> Draws:
+        """These, and later ones."""
+        return Draws(
+            np.concatenate([self.values, later.values]),
+            np.concatenate([self.times, later.times]),
+            self.steps + later.steps,
+        )
+
+    @staticmethod
+    def none() -> Draws:
+        """No draws."""
+        return Draws(np.zeros(0), np.zeros(0), 0)
+
+
+class Trials(Closing):
+    """The workers of an executor, for one batch of trials after the other."""
+
+    def __init__(self, executor: Executor | None = None, threads: int | None = None) -> None:
+        """Starts them. `threads`: in place of an executor; None takes all cores.
+
+        Raises ValueError if both are given.
+        """
+        if executor is not None and threads is not None:
+            raise ValueError(f"threads is {threads}, expected None with an executor")
+        chosen = chosen_executor(executor, threads)
+        self._cancel = Cancel() if isinstance(chosen, Threads) else None
+        self._pool = chosen.pool()
+
+    def run(
+        self,
+        question: Question,
+        trials: Sequence[Trial],
+        limit: Limit,
+        progress: Callable[[int], None] | None = None,
+    ) -> list[Draws | None]:
+        """What came of each; None of those that the limit left unfinished.
+
+        `progress(steps)` is called with the simulation steps of what comes in. Raises
+        KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
+        """
+        size = self._size(trials)
+        parts = [(number, p) for number, trial in enumerate(trials) for p in trial.parts(size)]
+        batch = _Batch(self._pool, question, [part for _, part in parts], self._cancel)
+        found: dict[int, Draws] = {}
+
+        def deliver(results: Sequence[tuple[int, Draws]]) -> None:
+            found.update(results)
+            if progress is not None and results:
+                progress(sum(draws.steps for _, draws in results))
+
+        collect(batch, deliver, limit)
+        return _joined(len(trials), [number for number, _ in parts], found)
+
+    def close(self) -> None:
+        """Ends the workers."""
+        if self._cancel is not None:
+            self._cancel.set()
+        self._pool.close()
+
+    def _size(self, trials: Sequence[Trial]) -> int:
+        """Draws of a job."""
+        draws = sum(trial.count for trial in trials)
+        jobs = JOBS_A_WORKER * max(1, self._pool.slots)
+        return max(1, min(MOST_DRAWS, math.ceil(draws / jobs)))
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What a worker gets."""
+
+    question: Question
+    trial: Trial
+    cancel: Cancel | None
+    deaths: int = 0
+    """Workers that died over it."""
+
+
+class _Batch:
+    """The Workers of a pool, at one batch."""
+
+    def __init__(
+        self, pool: Any, question: Question, trials: Sequence[Trial], cancel: Cancel | None
+    ) -> None:
+        self._pool, self._cancel = pool, cancel
+        self._running: dict[int, _Job] = {}
+        for number, trial in enumerate(trials):
+            self._submit(number, _Job(question, trial, cancel))
+
+    @property
+    def busy(self) -> bool:
+        """As Workers.busy."""
+        return bool(self._running)
+
+    def step(self) -> list[tuple[int, Draws]]:
+        """As Workers.step. Raises what a trial raised."""
+        return [found for outcome in self._pool.take(POLL) for found in self._found(outcome)]
+
+    def stop(self) -> list[tuple[int, Draws]]:
+        """As Workers.stop."""
+        if not self._running:
+            return []
+        if self._cancel is not None:
+            self._cancel.set()
+        outcomes = self._pool.stop(POLL)
+        return [(o.job, o.value) for o in outcomes if o.job in self._running and o.value]
+
+    def _submit(self, number: int, job: _Job) -> None:
+        self._running[number] = job
+        try:
+            self._pool.submit(number, _draws, job)
+        except (AttributeError, TypeError, ValueError) as error:
+            raise ValueError(
+                f"a candidate or its disturbance cannot be sent to another process ({error}): use "
+                "threads"
+            ) from error
+
+    def _found(self, outcome: Outcome) -> Iterator[tuple[int, Draws]]:
+        job = self._running.pop(outcome.job)
+        if outcome.died:
+            if job.deaths + 1 == MOST_DEATHS:
+                raise RuntimeError(
+                    f"{MOST_DEATHS} workers died over candidate {job.trial.candidate}, the last "
+                    f"{outcome.died}"
+                )
+            self._submit(outcome.job, replace(job, deaths=job.deaths + 1))
+            return
+        if outcome.error is not None:
+            raise outcome.error
+        yield outcome.job, outcome.value
+
+
+def _draws(job: _Job, stopped: Stopped) -> Draws | None:
+    """On a worker: the draws of a trial; None if it is stopped before."""
+    trial, question = job.trial, job.question
+    if len(trial.problems) == 1 and not question.is_effort:
+        return _rollouts(question, trial.problems[0], trial.first, trial.count, job.cancel)
+    found = Draws.none()
+    for number in range(trial.count):
+        if stopped():
+            return None
+        problem = trial.problems[number if len(trial.problems) > 1 else 0]
+        draw = _search if question.is_effort else _rollout
+        found += draw(question, problem, trial.first + number, job.cancel)
+    return found
+
+
+def _rollout(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:
+    return _rollouts(question, problem, number, 1, cancel)
+
+
+def _rollouts(
+    question: Question, problem: Problem, first: int, count: int, cancel: Cancel | None
+) -> Draws:
+    success = question.metric == "probability/success"
+    chosen = question.disturbance
+    p = capture_probability(
+        problem,
+        disturbance=disturbances.Uniform() if chosen is None else chosen,
+        rollouts=count,
+        first=first,
+        seed=question.seed,
+        success=success,
+        undisturbed=False,
+        cancel=cancel,
+    )
+    if not p.complete:
+        raise Cancelled("cancelled within a trial")
+    inside = np.isinf(p.exit_times)
+    values = p.successes if success else inside
+    assert values is not None
+    shares = np.minimum(p.exit_times, p.times[-1]) / p.times[-1]
+    return Draws(values.astype(float), shares, p.steps)
+
+
+def _search(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:
+    escape = escape_effort(
+        problem,
+        planner=question.metric.removeprefix(EFFORT),
+        nodes=question.nodes,
+        search=question.search,
+        seed=stream(question.seed, number),
+        cancel=cancel,
+    )
+    steps = round(float(np.sum(escape.tree.durations)) / problem.scene.step)
+    return Draws(np.array([escape.effort]), np.ones(1), steps)
+
+
+def _joined(count: int, numbers: Sequence[int], found: dict[int, Draws]) -> list[Draws | None]:
+    """The parts of each trial together."""
+    joined: list[Draws | None] = [Draws.none()] * count
+    for part, number in enumerate(numbers):
+        so_far = joined[number]
+        more = found.get(part)
+        joined[number] = None if so_far is None or more is None else so_far + more
+    return joined
