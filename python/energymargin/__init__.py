@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from energymargin import store as store
     from energymargin import tasks as tasks
     from energymargin import viewer as viewer
-    from energymargin.actions import Ranking, rank
+    from energymargin.actions import Improvement, Ranking, improve, rank
     from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
     from energymargin.monitor import Monitor
@@ -90,6 +90,7 @@ __all__ = [
     "EscapeEnergy",
     "ForceScore",
     "ForceWeights",
+    "Improvement",
     "Inertial",
     "Joint",
     "LowerBound",
@@ -124,6 +125,7 @@ __all__ = [
     "evaluation",
     "executors",
     "force_score",
+    "improve",
     "mass_properties",
     "mesh",
     "monitor",
@@ -161,12 +163,14 @@ SUBPACKAGES = (
 )
 HOMES = {
     "Belief": "beliefs",
+    "Improvement": "actions",
     "Monitor": "monitor",
     "PlausibilityWarning": "plausibility",
     "Ranking": "actions",
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
     "SearchSettings": "scoring",
+    "improve": "actions",
     "mesh": "meshes",
     "rank": "actions",
     "score": "scoring",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem
 from energymargin.actions.candidates import Candidates
 from energymargin.actions.racing import Duel, duel, looks, sure_of
-from energymargin.actions.trials import Disturbance, Draws, Question, Trials
+from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import whole_number, yes_or_no
@@ -23,9 +24,13 @@ from energymargin.notebook import shown_by
 from energymargin.scoring.settings import Search
 from energymargin.table_text import csv_text, markdown_table
 
-__all__ = ["Ranking", "Standing", "rank"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 
 CONFIDENCE = 0.95
+TOLERANCE = 0.05  # of a probability
 OF_INTERVALS = 0.95
 
 
@@ -156,6 +161,12 @@ class Ranking:
         rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
         return csv_text(names, rows)
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The candidates with their intervals. Needs the extra [plots]."""
+        from energymargin.plots import plot_ranking
+
+        return plot_ranking(self, ax)
+
     @cached_property
     def _duels(self) -> dict[str, Duel]:
         """The best against each of the others."""
@@ -171,7 +182,7 @@ def rank(
     disturbance: Disturbance | None = None,
     uncertainty: Uncertainty | None = None,
     confidence: float = CONFIDENCE,
-    tolerance: float = 0.05,
+    tolerance: float = TOLERANCE,
     race: bool = True,
     seed: int = 0,
     nodes: int = 1000,
@@ -214,63 +225,76 @@ def rank(
     """
     limit = Limit(timeout, cancel)
     question = Question(metric, disturbance, seed, nodes, search)
-    rollouts = whole_number("rollouts", rollouts, 1)
-    _share("confidence", confidence)
-    _share("tolerance", tolerance)
+    terms = Terms(
+        whole_number("rollouts", rollouts, 1),
+        _share("confidence", confidence),
+        _share("tolerance", tolerance),
+        yes_or_no("race", race),
+    )
     field = _field(problems)
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
-    candidates = Candidates(list(field.values()), uncertainty, seed)
+    comparison = Race(Candidates(list(field.values()), uncertainty, seed), question, terms)
     with Trials(executor, threads) as trials:
-        field_race = _Race(
-            candidates, question, trials, limit, confidence=confidence, tolerance=tolerance
-        )
-        complete = field_race.run(rollouts, race=yes_or_no("race", race), progress=progress)
-    if not field_race.draws:
-        limit.require("the candidates were compared")
-    return Ranking(
-        metric, field_race.standings(list(field)), tolerance, confidence, complete=complete
-    )
+        return comparison.run(list(field), trials, limit, progress)
 
 
-class _Race:
+class Terms(NamedTuple):
+    """Of a race."""
+
+    rollouts: int
+    """The most draws of each candidate."""
+    confidence: float = CONFIDENCE
+    tolerance: float = TOLERANCE
+    race: bool = True
+
+
+class Race:
     """Candidates, and the draws that they have so far."""
 
-    def __init__(
-        self,
-        candidates: Candidates,
-        question: Question,
-        trials: Trials,
-        limit: Limit,
-        *,
-        confidence: float,
-        tolerance: float,
-    ) -> None:
-        self._candidates, self._question = candidates, question
-        self._trials, self._limit = trials, limit
-        self._doubt, self._tolerance = 1.0 - confidence, tolerance
+    def __init__(self, candidates: Candidates, question: Question, terms: Terms) -> None:
+        """No draws yet."""
+        self._candidates, self._question, self._terms = candidates, question, terms
+        self._doubt = 1.0 - terms.confidence
         self._found = [Draws.none() for _ in candidates]
         self._racing = list(range(len(candidates)))
         self._out: list[int] = []
-        self.draws = 0
-        """Of those that race."""
+        self._draws = 0  # of those that race
 
-    def run(self, most: int, *, race: bool, progress: Callable[[int, int], None] | None) -> bool:
-        """Races to the end; False if the limit came first."""
-        numbers = looks(most) if race else [most]
+    def run(
+        self,
+        names: Sequence[str],
+        trials: Runner,
+        limit: Limit,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Ranking:
+        """The race to its end, or to the limit; arguments and errors as of `rank`."""
+        complete = self._race(trials, limit, progress)
+        if not self._draws:
+            limit.require("the candidates were compared")
+        terms, standings = self._terms, self._standings(names)
+        metric = self._question.metric
+        return Ranking(metric, standings, terms.tolerance, terms.confidence, complete)
+
+    def _race(
+        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None
+    ) -> bool:
+        """Whether it came to its end."""
+        most = self._terms.rollouts
+        numbers = looks(most) if self._terms.race else [most]
         # Each of all comparisons has its share of the doubt.
         doubt = self._doubt / (len(numbers) * max(len(self._racing) - 1, 1))
-        total = most * len(self._racing)
         for wanted in numbers:
-            if not self._draw(wanted):
+            if not self._draw(wanted, trials, limit):
                 return False
             if progress is not None:
-                progress(sum(len(one.values) for one in self._found), total)
-            if race and self._decide(doubt):
+                done = sum(len(one.values) for one in self._found)
+                progress(done, most * len(self._found))
+            if self._terms.race and self._decide(doubt):
                 break
         return True
 
-    def standings(self, names: Sequence[str]) -> tuple[Standing, ...]:
+    def _standings(self, names: Sequence[str]) -> tuple[Standing, ...]:
         """The best first."""
         racing = sorted(self._racing, key=self._place)
         return tuple(
@@ -278,16 +302,17 @@ class _Race:
             for i in [*racing, *reversed(self._out)]
         )
 
-    def _draw(self, wanted: int) -> bool:
+    def _draw(self, wanted: int, trials: Runner, limit: Limit) -> bool:
         """Takes the draws up to number `wanted` of those that race; False if the limit came."""
-        trials = [self._candidates.trial(i, self.draws, wanted - self.draws) for i in self._racing]
-        found = self._trials.run(self._question, trials, self._limit)
+        more = wanted - self._draws
+        asked = [self._candidates.trial(i, self._draws, more) for i in self._racing]
+        found = trials.run(self._question, asked, limit)
         if any(draws is None for draws in found):
             return False
         for i, draws in zip(self._racing, found, strict=True):
             assert draws is not None
             self._found[i] += draws
-        self.draws = wanted
+        self._draws = wanted
         return True
 
     def _decide(self, doubt: float) -> bool:
@@ -300,17 +325,20 @@ class _Race:
         self._racing = [i for i in self._racing if i not in out]
         most = self._doubt / max(len(self._candidates) - 1, 1)
         return all(
-            1.0 - one.as_good(self._tolerance) <= most for i, one in duels.items() if i not in out
+            1.0 - one.as_good(self._terms.tolerance) <= most
+            for i, one in duels.items()
+            if i not in out
         )
 
     def _place(self, candidate: int) -> tuple[float, float, int]:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""
         draws = self._found[candidate]
-        score = _score(self._question, draws.values)
+        score = score_of(self._question, draws.values)
         return -score, -float(draws.times.mean()), candidate
 
 
-def _score(question: Question, values: NDArray[np.float64]) -> float:
+def score_of(question: Question, values: NDArray[np.float64]) -> float:
+    """Of the values of draws, shape (N,): their mean; of efforts the median [J]."""
     if question.is_effort:  # a lower median: inf where most searches found no way out
         return float(np.quantile(values, 0.5, method="inverted_cdf"))
     return float(values.mean())
@@ -319,7 +347,7 @@ def _score(question: Question, values: NDArray[np.float64]) -> float:
 def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> Standing:
     values = draws.values
     low, high = (_of_median if question.is_effort else _of_share)(values)
-    score, held = _score(question, values), float(draws.times.mean())
+    score, held = score_of(question, values), float(draws.times.mean())
     return Standing(name, values, held, score, low, high, draws.steps, racing)
 
 
@@ -351,9 +379,10 @@ def _field(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Pro
     return {str(name): problem for name, problem in problems.items()}
 
 
-def _share(name: str, value: float) -> None:
+def _share(name: str, value: float) -> float:
     if not 0 <= value < 1:
         raise ValueError(f"{name} is {value!r}, expected a number from 0 to below 1")
+    return value
 
 
 def _percent(share: float) -> str:

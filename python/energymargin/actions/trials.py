@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from energymargin.results import collect
 from energymargin.scoring.searches import escape_effort
 from energymargin.scoring.settings import SEARCHES, Search
 
-__all__ = ["OBJECTIVES", "Draws", "Question", "Trial", "Trials"]
+__all__ = ["OBJECTIVES", "Draws", "Question", "Runner", "Trial", "Trials"]
 
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
@@ -125,6 +125,24 @@ class Draws:
         return Draws(np.zeros(0), np.zeros(0), 0)
 
 
+class Runner(Protocol):
+    """What runs trials."""
+
+    def run(
+        self,
+        question: Question,
+        trials: Sequence[Trial],
+        limit: Limit,
+        progress: Callable[[int], None] | None = None,
+    ) -> list[Draws | None]:
+        """What came of each; None of those that the limit left unfinished.
+
+        `progress(steps)` is called with the simulation steps of what comes in. Raises
+        KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
+        """
+        ...
+
+
 class Trials(Closing):
     """The workers of an executor, for one batch of trials after the other."""
 
@@ -146,11 +164,7 @@ class Trials(Closing):
         limit: Limit,
         progress: Callable[[int], None] | None = None,
     ) -> list[Draws | None]:
-        """What came of each; None of those that the limit left unfinished.
-
-        `progress(steps)` is called with the simulation steps of what comes in. Raises
-        KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
-        """
+        """As Runner.run."""
         size = self._size(trials)
         parts = [(number, p) for number, trial in enumerate(trials) for p in trial.parts(size)]
         batch = _Batch(self._pool, question, [part for _, part in parts], self._cancel)

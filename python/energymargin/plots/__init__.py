@@ -11,6 +11,7 @@ try:
 except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
+from energymargin.plots.actions import figure_improvement, plot_ranking
 from energymargin.plots.beliefs import figure_belief
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.datasets import figure_qualitative
@@ -26,12 +27,14 @@ __all__ = [
     "Along",
     "along",
     "figure_belief",
+    "figure_improvement",
     "figure_qualitative",
     "figure_scores",
     "plot_effort",
     "plot_future",
     "plot_precision_recall",
     "plot_probability",
+    "plot_ranking",
     "plot_roc",
     "plot_scores",
     "plot_state",

@@ -1,0 +1,345 @@
+"""`em.improve`: the plan that holds best and still does the job.
+
+1. Points of the box of parameters, and the start, are raced against each other: the best one is
+   where the search begins.
+2. An evolution strategy proposes plans, generation by generation. All plans of a generation meet
+   the same draws, each generation has its own. While most plans hold, the disturbance grows.
+3. The start, the strategy's favourite and the best of the last generations meet new draws under the
+   stated disturbance: the best of them is the result.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Plan, Problem, stream
+from energymargin.actions.candidates import Candidates
+from energymargin.actions.hardening import adapted, scaled
+from energymargin.actions.improved import Generation, Improvement
+from energymargin.actions.journal import Journal
+from energymargin.actions.parameters import Parameters
+from energymargin.actions.ranking import Race, Ranking, Terms, score_of
+from energymargin.actions.strategies import METHODS, Strategy, population_of, strategy
+from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trial, Trials
+from energymargin.arguments import shown
+from energymargin.beliefs import Uncertainty
+from energymargin.checks import one_of, whole_number
+from energymargin.executors import Executor
+from energymargin.limits import Limit
+from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
+
+__all__ = ["improve"]
+
+SHARE_OF_SEARCH = 0.9  # of the budget; about a tenth is for the last comparison
+FINAL_ROLLOUTS, FINAL_SEARCHES = 200, 16
+LAST = 2  # generations whose best are compared at the end
+
+SCREEN, SEARCH, FINAL = 0, 1, 2  # streams of draws
+START, FAVOURITE = "start", "favourite"
+
+Make = Callable[[dict[str, float]], "Plan | Problem | None"]
+Constraint = Callable[[dict[str, float]], float]
+Point = NDArray[np.float64]
+
+
+def improve(
+    problem: Problem,
+    parameters: Mapping[str, Sequence[float]],
+    make_plan: Make,
+    *,
+    objective: str = "probability",
+    disturbance: Disturbance | None = None,
+    uncertainty: Uncertainty | None = None,
+    constraints: Sequence[Constraint] = (),
+    budget: int = 5_000_000,
+    rollouts: int = 32,
+    method: str = "cma",
+    harden: bool = True,
+    seed: int = 0,
+    nodes: int = 1000,
+    search: Search = "improved",
+    file: str | Path | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Improvement:
+    """The plan with the best margin: its parameters are varied until it holds best.
+
+    Args:
+        problem: the question, with what all candidates share. Its own plan does not count.
+        parameters: by name (low, start, high), or (low, high), which starts in the middle.
+        make_plan: a function of the values by name, which returns a Plan; or a whole Problem, where
+            the start or the scene depends on them too; or None for values that cannot be.
+        objective: what is to be large: "probability" of staying captured, "probability/success", or
+            an effort of escape, "effort/est" or "effort/rrt".
+        disturbance: as of `em.capture_probability`; None: Uniform().
+        uncertainty: how well friction, masses, poses and velocities are known.
+        constraints: functions of the values by name, each to be at least 0. Values that break one
+            are not simulated.
+        budget: simulation steps, about. A last generation is not begun that would exceed it.
+        rollouts: draws of each candidate of a generation; of an effort, searches.
+        method: "cma", CMA-ES, which needs the extra [improve]; or "cem", the cross-entropy method.
+        harden: the disturbance grows while most candidates hold, so that the search goes on to the
+            plan that withstands the most. The result is told under the stated disturbance.
+        seed: the same seed gives the same result, on any number of threads and on any executor.
+        nodes: of the searches, as of `em.escape_effort`.
+        search: the same.
+        file: where finished batches are kept: the same call goes on from there, after Ctrl-C, or
+            with a larger budget.
+        threads: None takes all cores.
+        executor: in place of threads, as of `em.score`.
+        progress: progress(steps, budget).
+        timeout: after so many seconds the search ends with the last generation that is finished.
+        cancel: the same once it is set.
+
+    Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, a start that breaks a constraint
+    and a file of another search; TimeoutError or Cancelled if the limit comes before the first
+    generation is finished.
+    """
+    limit = Limit(timeout, cancel)
+    box = Parameters(parameters)
+    question = Question(objective, disturbance, seed, nodes, search)
+    one_of("method", method, METHODS)
+    budget = whole_number("budget", budget, 1)
+    rollouts = whole_number("rollouts", rollouts, 1)
+    maker = _Maker(problem, box, make_plan, tuple(constraints))
+    start = maker.start(question)
+    what = {
+        **{"algorithm": [ALGORITHM, ALGORITHM_IMPROVED], "parameters": box.to_plain()},
+        **{"start": _digest(start), "objective": objective, "disturbance": repr(disturbance)},
+        **{"uncertainty": uncertainty.to_json() if uncertainty else None, "seed": seed},
+        **{"rollouts": rollouts, "method": method, "harden": harden},
+        **{"nodes": nodes, "search": search, "constraints": len(constraints)},
+    }
+    with Trials(executor, threads) as trials:
+        journal = Journal(trials, None if file is None else Path(file), what)
+        counted = _Counted(journal, budget, progress)
+        run = _Run(maker, question, uncertainty, rollouts, counted, limit)
+        return run.improved(method, budget, harden=harden)
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """What values become."""
+
+    problem: Problem
+    box: Parameters
+    make_plan: Make
+    constraints: tuple[Constraint, ...]
+
+    def start(self, question: Question) -> Problem:
+        """The problem of the start; ValueError if there is none."""
+        values = self.box.values(self.box.start)
+        for number, constraint in enumerate(self.constraints):
+            value = _constrained(constraint, number, values)
+            if value < 0:
+                raise ValueError(
+                    f"constraints[{number}] is {value:g} at the start {values}, expected at least 0"
+                )
+        made = self.make(self.box.start)
+        if made is None:
+            raise ValueError(f"make_plan returned None for the start {values}, expected a plan")
+        question.check("problem", made)
+        return made
+
+    def violation(self, point: Point) -> float:
+        """By how much its values break the constraints; 0 if they do not."""
+        values = self.box.values(point)
+        found = [_constrained(one, k, values) for k, one in enumerate(self.constraints)]
+        return float(sum(max(0.0, -value) for value in found))
+
+    def required(self, point: Point) -> Problem:
+        """The problem of a point that was made before; ValueError if it cannot be any more."""
+        made = self.make(point)
+        if made is None:
+            raise ValueError("make_plan returned None for values that it made a plan of before")
+        return made
+
+    def make(self, point: Point) -> Problem | None:
+        """The problem of a point in the unit cube; None if it cannot be."""
+        values = self.box.values(point)
+        made = self.make_plan(dict(values))
+        if made is None or isinstance(made, Problem):
+            return made
+        if not isinstance(made, Plan):
+            raise ValueError(
+                f"make_plan returned {shown(made)} for {values}, expected a Plan, a Problem or None"
+            )
+        horizon = made.duration if self.problem.horizon is None else self.problem.horizon
+        changed: Problem = self.problem.replace(plan=made, horizon=horizon, effector="coast")
+        return changed
+
+
+class _Counted:
+    """A Runner that counts the steps."""
+
+    def __init__(
+        self, trials: Runner, budget: int, progress: Callable[[int, int], None] | None
+    ) -> None:
+        self._trials, self._budget, self._progress = trials, budget, progress
+        self.steps = 0
+
+    def run(
+        self,
+        question: Question,
+        trials: Sequence[Trial],
+        limit: Limit,
+        progress: Callable[[int], None] | None = None,
+    ) -> list[Draws | None]:
+        """As Runner.run."""
+        return self._trials.run(question, trials, limit, self._count)
+
+    def _count(self, steps: int) -> None:
+        self.steps += steps
+        if self._progress is not None:
+            self._progress(min(self.steps, self._budget), self._budget)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One search."""
+
+    maker: _Maker
+    question: Question
+    uncertainty: Uncertainty | None
+    rollouts: int
+    trials: _Counted
+    limit: Limit
+
+    def improved(self, method: str, budget: int, *, harden: bool) -> Improvement:
+        """Screens, searches, compares."""
+        box = self.maker.box
+        search = strategy(method, self._screened(), self._seed(SEARCH))
+        generations = self._searched(search, SHARE_OF_SEARCH * budget, harden=harden)
+        finalists = {FAVOURITE: generations[-1].favourite}
+        for number, one in list(enumerate(generations, 1))[-LAST:]:
+            finalists[f"generation {number}"] = one.points[one.best]
+        finalists[START] = box.start
+        ranking = self._compared(finalists)
+        chosen = finalists[ranking.best]
+        return Improvement(
+            values=box.values(chosen),
+            start=box.values(box.start),
+            problem=self.maker.required(chosen),
+            ranking=ranking,
+            generations=tuple(generations),
+            parameters=box.names,
+            steps=self.trials.steps,
+            complete=ranking.complete and not self.limit.reached,
+        )
+
+    def _screened(self) -> Point:
+        """The best of the start and of points spread over the box."""
+        from scipy.stats import qmc
+
+        box, seed = self.maker.box, self._seed(SCREEN)
+        spread = 2 ** int(np.ceil(np.log2(2 * population_of(len(box)))))
+        sobol = qmc.Sobol(len(box), seed=np.random.default_rng(seed))
+        points = np.array([box.start, *sobol.random(spread)])
+        ranking = self._raced(points, seed, Terms(self.rollouts))
+        chosen: Point = points[int(ranking.best)]
+        return chosen
+
+    def _searched(self, search: Strategy, budget: float, *, harden: bool) -> list[Generation]:
+        """The generations until the steps of the budget are taken, or the limit is reached."""
+        generations: list[Generation] = []
+        factor, last = 1.0, 0
+        while not generations or self.trials.steps + last <= budget:
+            before = self.trials.steps
+            points = search.ask()
+            seed = stream(self._seed(SEARCH), len(generations))
+            draws = self._drawn(points, seed, factor)
+            if draws is None:
+                break
+            scores = _scores(self.question, len(points), draws)
+            losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
+            search.tell(points, losses)
+            favourite, last = search.favourite, self.trials.steps - before
+            best = int(np.argmin(losses))
+            generations.append(Generation(points, scores, best, factor, favourite))
+            if harden and not self.question.is_effort:
+                factor = adapted(factor, scores[np.isfinite(scores)])
+        if not generations:
+            self.limit.require("the first generation was finished")
+        return generations
+
+    def _compared(self, finalists: dict[str, Point]) -> Ranking:
+        """Those that can be, on new draws; the favourite first."""
+        draws = FINAL_SEARCHES if self.question.is_effort else FINAL_ROLLOUTS
+        made = {name: self._made(point) for name, point in finalists.items()}
+        there = {name: problem for name, problem in made.items() if problem is not None}
+        return self._race(there, self._seed(FINAL), Terms(draws, race=False))
+
+    def _raced(self, points: Point, seed: int, terms: Terms) -> Ranking:
+        made = {str(number): self._made(point) for number, point in enumerate(points)}
+        there = {name: problem for name, problem in made.items() if problem is not None}
+        return self._race(there, seed, terms)
+
+    def _race(self, problems: dict[str, Problem], seed: int, terms: Terms) -> Ranking:
+        candidates = Candidates(list(problems.values()), self.uncertainty, seed)
+        race = Race(candidates, replace(self.question, seed=seed), terms)
+        return race.run(list(problems), self.trials, self.limit)
+
+    def _drawn(self, points: Point, seed: int, factor: float) -> dict[int, Draws] | None:
+        """The draws of those points that can be; None if the limit came first."""
+        made = {number: self._made(point) for number, point in enumerate(points)}
+        there = {number: problem for number, problem in made.items() if problem is not None}
+        candidates = Candidates(list(there.values()), self.uncertainty, seed)
+        harder = scaled(self.question.disturbance, factor)
+        question = replace(self.question, seed=seed, disturbance=harder)
+        asked = [candidates.trial(k, 0, self.rollouts) for k in range(len(candidates))]
+        found = self.trials.run(question, asked, self.limit)
+        draws = {number: one for number, one in zip(there, found, strict=True) if one is not None}
+        return draws if len(draws) == len(there) else None
+
+    def _made(self, point: Point) -> Problem | None:
+        """The problem of a point; None of values that cannot be, or break a constraint."""
+        return None if self.maker.violation(point) > 0 else self.maker.make(point)
+
+    def _seed(self, number: int) -> int:
+        return stream(self.question.seed, number)
+
+
+def _scores(question: Question, count: int, draws: dict[int, Draws]) -> Point:
+    """Of each point, shape (count,); NaN of those that were not simulated."""
+    scores = np.full(count, np.nan)
+    for number, one in draws.items():
+        scores[number] = score_of(question, one.values)
+    return scores
+
+
+def _losses(scores: Point, draws: dict[int, Draws], violations: Sequence[float]) -> list[float]:
+    """The order of the points as numbers, equal ones the same: those that can be by their scores
+    and by how long they hold, then the others by how far they break the constraints."""
+    keys = [
+        (0.0, -scores[k], -float(draws[k].times.mean())) if k in draws else (1.0, violation, 0.0)
+        for k, violation in enumerate(violations)
+    ]
+    ordered = sorted(set(keys))
+    return [float(ordered.index(key)) for key in keys]
+
+
+def _constrained(constraint: Constraint, number: int, values: dict[str, float]) -> float:
+    value = constraint(dict(values))
+    if isinstance(value, (bool, np.bool_)):
+        return 0.0 if value else -1.0
+    number_ = float(value)
+    if np.isnan(number_):
+        raise ValueError(f"constraints[{number}] returned {value!r} for {values}")
+    return number_
+
+
+def _digest(problem: Problem) -> str:
+    """Of its text; empty of one that has none, for a region made of a Python predicate."""
+    try:
+        return hashlib.sha256(problem.to_json().encode()).hexdigest()
+    except ValueError:
+        return ""
