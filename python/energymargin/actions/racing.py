@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betainc
+from scipy.special import betainc, ndtr
 
 __all__ = ["Duel", "duel", "looks", "sure_of"]
 
 FIRST_LOOK = 16  # draws of each candidate before the first is out
 GROWTH = 1.5  # from look to look
 PRIOR = 0.5  # Jeffreys
+HALF = 0.5  # a draw: correction for continuity
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,21 @@ class Duel:
     def better(self) -> float:
         """Probability that the first one wins more than half of the draws in which they differ."""
         return float(betainc(self.losses + PRIOR, self.wins + PRIOR, 0.5))
+
+    def overtaken(self, more: int) -> float:
+        """Probability that after so many more draws the second one has won more of them.
+
+        Of a normal distribution with the mean and variance of the number of wins less losses, whose
+        rates have a Dirichlet posterior.
+        """
+        lead = self.wins - self.losses
+        if more == 0:
+            return float(lead < 0)
+        total = self.draws + 3 * PRIOR
+        win, loss = (self.wins + PRIOR) / total, (self.losses + PRIOR) / total
+        of_draw = win + loss - (win - loss) ** 2
+        variance = more * of_draw * (1.0 + more / (total + 1.0))
+        return float(ndtr((-lead - HALF - more * (win - loss)) / np.sqrt(variance)))
 
     def as_good(self, tolerance: float) -> float:
         """Probability that it is worse in at most this share of all draws.

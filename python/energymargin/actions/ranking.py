@@ -32,6 +32,7 @@ __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 OF_INTERVALS = 0.95
+SHARE_BEFORE_TIE = 0.4  # of all draws: until then those that are as good as the leader race on
 
 
 @dataclass(frozen=True)
@@ -125,17 +126,16 @@ class Ranking:
     def decision(self) -> str:
         """One sentence for people."""
         if len(self) == 1:
-            return f"{self.best} is the only one"
+            return f"there is but one: {self.best}"
         percent, alike = f"{_percent(self.sure)} %", self.alike
         if not alike:
-            return f"{self.best} is the best, with {percent} confidence"
-        others = _listed(alike)
+            return f"the best is {self.best}, with {percent} confidence"
         if self.sure >= self.confidence:
             return (
-                f"{self.best}; {others} may be as good: {self.best} is worse by at most "
+                f"choose {self.best}: {_listed(alike)} may be better, by at most "
                 f"{self.tolerance:g}, with {percent} confidence"
             )
-        return f"{self.best} leads, but {others} may be better: the confidence is {percent}"
+        return f"undecided: {self.best} leads, but {_listed(alike)} may be better"
 
     def to_markdown(self) -> str:
         """A table, and the decision."""
@@ -281,17 +281,17 @@ class Race:
     ) -> bool:
         """Whether it came to its end."""
         most = self._terms.rollouts
-        numbers = looks(most) if self._terms.race else [most]
-        # Each of all comparisons has its share of the doubt.
-        doubt = self._doubt / (len(numbers) * max(len(self._racing) - 1, 1))
+        numbers, done = looks(most) if self._terms.race else [most], 0
         for wanted in numbers:
             if not self._draw(wanted, trials, limit):
                 return False
+            done = sum(len(one.values) for one in self._found)
             if progress is not None:
-                done = sum(len(one.values) for one in self._found)
                 progress(done, most * len(self._found))
-            if self._terms.race and self._decide(doubt):
+            if self._terms.race and self._decide(most - wanted):
                 break
+        if progress is not None:
+            progress(done, done)  # a race does not need them all
         return True
 
     def _standings(self, names: Sequence[str]) -> tuple[Standing, ...]:
@@ -315,20 +315,24 @@ class Race:
         self._draws = wanted
         return True
 
-    def _decide(self, doubt: float) -> bool:
-        """Who is out; whether that decides the race."""
+    def _decide(self, more: int) -> bool:
+        """Who is out, as `more` draws would not make it the best; whether that decides the race."""
+        doubt = self._doubt / max(len(self._candidates) - 1, 1)  # of each comparison (Bonferroni)
         leader, *others = sorted(self._racing, key=self._place)
         ours = self._found[leader].values
         duels = {i: duel(ours, self._found[i].values) for i in others}
-        out = [i for i, one in duels.items() if 1.0 - one.better <= doubt]
+        out = [i for i, one in duels.items() if one.overtaken(more) <= doubt]
         self._out += sorted(out, key=self._place, reverse=True)
         self._racing = [i for i in self._racing if i not in out]
-        most = self._doubt / max(len(self._candidates) - 1, 1)
-        return all(
-            1.0 - one.as_good(self._terms.tolerance) <= most
-            for i, one in duels.items()
-            if i not in out
-        )
+        left = [one for i, one in duels.items() if i not in out]
+        if left and self._spent < SHARE_BEFORE_TIE:
+            return False
+        return all(1.0 - one.as_good(self._terms.tolerance) <= doubt for one in left)
+
+    @property
+    def _spent(self) -> float:
+        """The draws so far, as a share of those without a race."""
+        return sum(len(d.values) for d in self._found) / (self._terms.rollouts * len(self._found))
 
     def _place(self, candidate: int) -> tuple[float, float, int]:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""

@@ -1,5 +1,5 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-report | view. Each command has its own file; other packages register more, such as `reproduce`.
+rank | report | view. Each command has its own file; other packages register more, as `reproduce`.
 
 Heavy modules are imported where they are used, so that --help answers at once.
 """
@@ -23,6 +23,7 @@ from energymargin.cli.evaluate import evaluate
 from energymargin.cli.export import export
 from energymargin.cli.generate import generate
 from energymargin.cli.importing import import_recordings
+from energymargin.cli.rank import rank
 from energymargin.cli.registered import registered_command, registered_names
 from energymargin.cli.report import report
 from energymargin.cli.score import score
@@ -103,7 +104,8 @@ app = typer.Typer(
     4. `energymargin report push-scores.db -o report.html`
     5. `energymargin view push.h5 --scores push-scores.db`
 
-    The paper's tables again: `energymargin reproduce --help`.
+    Which of several plans holds best: `energymargin rank --help`. The paper's tables again:
+    `energymargin reproduce --help`.
     """,
 )
 
@@ -157,6 +159,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "score": score,
     "evaluate": evaluate,
     "export": export,
+    "rank": rank,
     "report": report,
     "view": view_command,
 }

@@ -43,7 +43,7 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     ax.set_ylim(len(ranking) - 0.5, -0.5)
     if is_likelihood(ranking.metric):
         ax.set_xlim(-0.02, 1.02)
-    ax.set_xlabel(f"{axis_label(ranking.metric)}, 95 % interval")
+    ax.set_xlabel(f"{axis_label(ranking.metric)}")
     light_grid(ax)
     return ax
 

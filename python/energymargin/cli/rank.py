@@ -1,0 +1,167 @@
+"""The command `energymargin rank`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+from rich.markup import escape
+
+from energymargin.cli.options import (
+    NodesOption,
+    OverwriteOption,
+    SchedulerOption,
+    SeedOption,
+    ThreadsOption,
+    TimeoutOption,
+    chosen_executor,
+    chosen_sampling,
+    require_free,
+)
+from energymargin.cli.terminal import TIMED_OUT, err, out, say
+
+if TYPE_CHECKING:
+    from energymargin import Problem, Ranking
+    from energymargin.scoring.settings import Search
+
+__all__ = ["rank"]
+
+PICTURES = (".png", ".pdf", ".svg")
+
+
+def rank(
+    problems: Annotated[
+        list[Path], typer.Argument(help="Problem files, from `problem.save(...)`: the candidates.")
+    ],
+    *,
+    metric: Annotated[
+        str,
+        typer.Option(
+            help="What is to be large.",
+            metavar="probability|probability/success|effort/est|effort/rrt",
+        ),
+    ] = "probability",
+    rollouts: Annotated[
+        int, typer.Option(help="The most draws of each candidate; of an effort, searches.")
+    ] = 200,
+    strength: Annotated[
+        float,
+        typer.Option(help="Of the disturbance: a share of each problem's bounds."),
+    ] = 1.0,
+    belief: Annotated[
+        str | None,
+        typer.Option(
+            help="How well the models are known, as JSON or a file of it: friction, mass, pose, "
+            "velocity.",
+            metavar="JSON|FILE",
+        ),
+    ] = None,
+    confidence: Annotated[
+        float, typer.Option(help="Of all comparisons together.", min=0.0, max=1.0)
+    ] = 0.95,
+    tolerance: Annotated[
+        float,
+        typer.Option(help="A difference of probabilities that does not matter.", min=0.0, max=1.0),
+    ] = 0.05,
+    race: Annotated[
+        bool,
+        typer.Option("--race/--no-race", help="Clear losers are out before the end."),
+    ] = True,
+    seed: SeedOption = 0,
+    nodes: NodesOption = 1000,
+    search: Annotated[
+        str, typer.Option(help="Of the efforts.", metavar="improved|published")
+    ] = "improved",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Also the table as .csv or .md, or a picture: .png, .pdf, .svg."
+        ),
+    ] = None,
+    overwrite: OverwriteOption = False,
+    threads: ThreadsOption = None,
+    processes: Annotated[
+        int | None, typer.Option(help="So many processes instead of threads.")
+    ] = None,
+    scheduler: SchedulerOption = None,
+    timeout: TimeoutOption = None,
+) -> None:
+    """Rank problems: which plan, grasp or push holds best, and how sure is that?
+
+    All candidates meet the same random disturbances. The table has 95 % intervals, and the last
+    line says what can be decided.
+
+    Example: `energymargin rank left.json middle.json right.json -o ranking.png`
+    """
+    from energymargin import actions, disturbances
+    from energymargin.cli.progress import progress_bar
+
+    write = _writer(output, overwrite=overwrite)
+    sampling = chosen_sampling(belief, None)
+    with progress_bar(err, "Ranking", "draws") as progress:
+        ranking = actions.rank(
+            _candidates(problems),
+            metric=metric,
+            rollouts=rollouts,
+            disturbance=disturbances.Uniform(strength),
+            uncertainty=None if sampling is None else sampling.uncertainty,
+            confidence=confidence,
+            tolerance=tolerance,
+            race=race,
+            seed=seed,
+            nodes=nodes,
+            search=cast("Search", search),
+            executor=chosen_executor(threads, processes, scheduler),
+            progress=progress,
+            timeout=timeout,
+        )
+    out.print(ranking.to_markdown(), markup=False, highlight=False, soft_wrap=True)
+    if write is not None and output is not None:
+        write(ranking)
+        say(f"Wrote {escape(str(output))}")
+    if not ranking.complete:
+        say("[yellow]the time was over before the race was[/]")
+        raise typer.Exit(TIMED_OUT)
+
+
+def _candidates(paths: list[Path]) -> dict[str, Problem]:
+    """The problems by the names of their files, or by their paths if two have the same name."""
+    from energymargin import Problem
+
+    stems = {path.stem for path in paths}
+    names = [path.stem if len(stems) == len(paths) else str(path) for path in paths]
+    if len(set(names)) < len(paths):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"problems has {twice} twice, expected different files")
+    return {name: Problem.load(str(path)) for name, path in zip(names, paths, strict=True)}
+
+
+def _writer(path: Path | None, *, overwrite: bool) -> Callable[[Ranking], None] | None:
+    """What writes a ranking to a file; ValueError on a file of another kind, or one that exists."""
+    if path is None:
+        return None
+    kinds: dict[str, Callable[[Ranking], None]] = {
+        ".csv": lambda ranking: _write_text(path, ranking.to_csv()),
+        ".md": lambda ranking: _write_text(path, ranking.to_markdown()),
+        **dict.fromkeys(PICTURES, lambda ranking: _draw(path, ranking)),
+    }
+    if path.suffix not in kinds:
+        raise ValueError(f"--output is {path}, expected a name that ends with {', '.join(kinds)}")
+    require_free(path, overwrite=overwrite)
+    if path.suffix in PICTURES:
+        import energymargin.plots  # noqa: F401  says what is missing before anything is computed
+    return kinds[path.suffix]
+
+
+def _write_text(path: Path, text: str) -> None:
+    from energymargin.replacing import replace_text
+
+    replace_text(path, text)
+
+
+def _draw(path: Path, ranking: Ranking) -> None:
+    figure = ranking.plot().get_figure(root=True)
+    assert figure is not None
+    figure.savefig(path)
