@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,6 @@ from energymargin.actions.ranking import Ranking, Standing
 from energymargin.metrics import value_text
 from energymargin.notebook import shown_by
 from energymargin.table_text import csv_text, markdown_table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Generation", "Improvement"]
 
@@ -117,13 +113,6 @@ class Improvement:
             for score, point in zip(one.scores.tolist(), one.points.tolist(), strict=True)
         ]
         return csv_text(("generation", "factor", "score", *self.parameters), rows)
-
-    def plot(self) -> Figure:
-        """How the scores of the generations rose, where the parameters went, and the last
-        comparison. Needs the extra [plots]."""
-        from energymargin.plots import figure_improvement
-
-        return figure_improvement(self)
 
     @cached_property
     def _duel(self) -> Duel:

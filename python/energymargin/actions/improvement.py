@@ -36,7 +36,6 @@ from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
 
 __all__ = ["improve"]
 
-SHARE_OF_SEARCH = 0.9  # of the budget; about a tenth is for the last comparison
 FINAL_ROLLOUTS, FINAL_SEARCHES = 200, 16
 LAST = 2  # generations whose best are compared at the end
 
@@ -84,7 +83,8 @@ def improve(
         uncertainty: how well friction, masses, poses and velocities are known.
         constraints: functions of the values by name, each to be at least 0. Values that break one
             are not simulated.
-        budget: simulation steps, about. A last generation is not begun that would exceed it.
+        budget: simulation steps, about, with those of the last comparison. There is one generation
+            at least.
         rollouts: draws of each candidate of a generation; of an effort, searches.
         method: "cma", CMA-ES, which needs the extra [improve]; or "cem", the cross-entropy method.
         harden: the disturbance grows while most candidates hold, so that the search goes on to the
@@ -179,13 +179,13 @@ class _Maker:
 
 
 class _Counted:
-    """A Runner that counts the steps."""
+    """A Runner that counts steps and draws."""
 
     def __init__(
         self, trials: Runner, budget: int, progress: Callable[[int, int], None] | None
     ) -> None:
         self._trials, self._budget, self._progress = trials, budget, progress
-        self.steps = 0
+        self.steps, self.draws = 0, 0
 
     def run(
         self,
@@ -195,6 +195,7 @@ class _Counted:
         progress: Callable[[int], None] | None = None,
     ) -> list[Draws | None]:
         """As Runner.run."""
+        self.draws += sum(trial.count for trial in trials)
         return self._trials.run(question, trials, limit, self._count)
 
     def _count(self, steps: int) -> None:
@@ -218,7 +219,7 @@ class _Run:
         """Screens, searches, compares."""
         box = self.maker.box
         search = strategy(method, self._screened(), self._seed(SEARCH))
-        generations = self._searched(search, SHARE_OF_SEARCH * budget, harden=harden)
+        generations = self._searched(search, budget, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
         for number, one in list(enumerate(generations, 1))[-LAST:]:
             finalists[f"generation {number}"] = one.points[one.best]
@@ -248,11 +249,14 @@ class _Run:
         chosen: Point = points[int(ranking.best)]
         return chosen
 
-    def _searched(self, search: Strategy, budget: float, *, harden: bool) -> list[Generation]:
-        """The generations until the steps of the budget are taken, or the limit is reached."""
+    def _searched(self, search: Strategy, budget: int, *, harden: bool) -> list[Generation]:
+        """The generations until the budget leaves but the last comparison, or the limit is reached.
+
+        There is one at least.
+        """
         generations: list[Generation] = []
         factor, last = 1.0, 0
-        while not generations or self.trials.steps + last <= budget:
+        while not generations or self.trials.steps + last + self._last_steps <= budget:
             before = self.trials.steps
             points = search.ask()
             seed = stream(self._seed(SEARCH), len(generations))
@@ -271,12 +275,20 @@ class _Run:
             self.limit.require("the first generation was finished")
         return generations
 
+    @property
+    def _last_steps(self) -> float:
+        """About the simulation steps of the last comparison."""
+        return (LAST + 2) * self._last_draws * self.trials.steps / max(self.trials.draws, 1)
+
+    @property
+    def _last_draws(self) -> int:
+        return FINAL_SEARCHES if self.question.is_effort else FINAL_ROLLOUTS
+
     def _compared(self, finalists: dict[str, Point]) -> Ranking:
         """Those that can be, on new draws; the favourite first."""
-        draws = FINAL_SEARCHES if self.question.is_effort else FINAL_ROLLOUTS
         made = {name: self._made(point) for name, point in finalists.items()}
         there = {name: problem for name, problem in made.items() if problem is not None}
-        return self._race(there, self._seed(FINAL), Terms(draws, race=False))
+        return self._race(there, self._seed(FINAL), Terms(self._last_draws, race=False))
 
     def _raced(self, points: Point, seed: int, terms: Terms) -> Ranking:
         made = {str(number): self._made(point) for number, point in enumerate(points)}

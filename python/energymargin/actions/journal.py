@@ -26,9 +26,7 @@ class Journal:
     def __init__(self, trials: Trials, path: Path | None, what: dict[str, Any]) -> None:
         """`what`: all that the batches depend on. Raises ValueError on a file of another search."""
         self._trials, self._path = trials, path
-        self._known: list[list[Any]] = []
-        if path is not None:
-            self._known = _lines(path, what)[::-1]
+        self._known: dict[str, list[Any]] = {} if path is None else dict(_lines(path, what))
 
     def run(
         self,
@@ -38,8 +36,9 @@ class Journal:
         progress: Callable[[int], None] | None = None,
     ) -> list[Draws | None]:
         """As Trials.run."""
-        if self._known:
-            draws = [Draws(np.array(v), np.array(t), steps) for v, t, steps in self._known.pop()]
+        key = _key(question, trials)
+        if key in self._known:
+            draws = [Draws(np.array(v), np.array(t), steps) for v, t, steps in self._known[key]]
             if progress is not None:
                 progress(sum(one.steps for one in draws))
             return list(draws)
@@ -47,12 +46,18 @@ class Journal:
         if self._path is not None and None not in found:
             plain = [[d.values.tolist(), d.times.tolist(), d.steps] for d in found if d is not None]
             with self._path.open("a") as file:
-                file.write(json.dumps(plain) + "\n")
+                file.write(json.dumps([key, plain]) + "\n")
         return found
 
 
-def _lines(path: Path, what: dict[str, Any]) -> list[list[Any]]:
-    """The batches of a file, which is made if there is none."""
+def _key(question: Question, trials: Sequence[Trial]) -> str:
+    """Of a batch: each stage of a search has a seed of its own, and so has each generation."""
+    draws = {(trial.first, trial.count) for trial in trials}
+    return f"{question.seed}: {len(trials)} candidates, draws {sorted(draws)}"
+
+
+def _lines(path: Path, what: dict[str, Any]) -> list[tuple[str, list[Any]]]:
+    """The batches of a file by their keys; it is made if there is none."""
     head = json.dumps(what, sort_keys=True)
     if not path.exists():
         replace_text(path, head + "\n")
@@ -73,4 +78,4 @@ def _lines(path: Path, what: dict[str, Any]) -> list[list[Any]]:
         )
     if whole != lines:
         replace_text(path, "".join(whole))
-    return batches
+    return [(key, draws) for key, draws in batches]

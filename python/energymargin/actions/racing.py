@@ -37,14 +37,12 @@ class Duel:
         return float(betainc(self.losses + PRIOR, self.wins + PRIOR, 0.5))
 
     def overtaken(self, more: int) -> float:
-        """Probability that after so many more draws the second one has won more of them.
+        """Probability that after so many more draws, one at least, the second one leads.
 
         Of a normal distribution with the mean and variance of the number of wins less losses, whose
         rates have a Dirichlet posterior.
         """
         lead = self.wins - self.losses
-        if more == 0:
-            return float(lead < 0)
         total = self.draws + 3 * PRIOR
         win, loss = (self.wins + PRIOR) / total, (self.losses + PRIOR) / total
         of_draw = win + loss - (win - loss) ** 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,6 @@ from energymargin.metrics import unit, value_text
 from energymargin.notebook import shown_by
 from energymargin.scoring.settings import Search
 from energymargin.table_text import csv_text, markdown_table
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 
@@ -161,12 +158,6 @@ class Ranking:
         rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
         return csv_text(names, rows)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """The candidates with their intervals. Needs the extra [plots]."""
-        from energymargin.plots import plot_ranking
-
-        return plot_ranking(self, ax)
-
     @cached_property
     def _duels(self) -> dict[str, Duel]:
         """The best against each of the others."""
@@ -288,7 +279,7 @@ class Race:
             done = sum(len(one.values) for one in self._found)
             if progress is not None:
                 progress(done, most * len(self._found))
-            if self._terms.race and self._decide(most - wanted):
+            if wanted < most and self._decide(most - wanted):
                 break
         if progress is not None:
             progress(done, done)  # a race does not need them all

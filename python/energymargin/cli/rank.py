@@ -162,6 +162,8 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def _draw(path: Path, ranking: Ranking) -> None:
-    figure = ranking.plot().get_figure(root=True)
+    from energymargin.plots import plot_ranking
+
+    figure = plot_ranking(ranking).get_figure(root=True)
     assert figure is not None
     figure.savefig(path)

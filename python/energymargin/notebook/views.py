@@ -28,6 +28,7 @@ from energymargin.scoring.future_text import future_rows, plan_rows
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from energymargin.actions import Improvement, Ranking
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
     from energymargin.scoring import ScoreTable
@@ -42,9 +43,11 @@ __all__ = [
     "escape_energy",
     "evaluation",
     "force_score",
+    "improvement",
     "labelled_scores",
     "plan",
     "problem",
+    "ranking",
     "run",
     "scene",
     "score_store",
@@ -314,6 +317,37 @@ def score_table(scores: ScoreTable) -> str:
 
 def _named(metric: str) -> str:
     return f"{metric} [{unit(metric)}]" if unit(metric) else metric
+
+
+def ranking(result: Ranking) -> str:
+    """The candidates from the best to the worst, beside their intervals."""
+    metric = result.metric
+    rows = [
+        (
+            one.name,
+            value_text(metric, one.score),
+            f"{value_text(metric, one.low)} to {value_text(metric, one.high)}",
+            one.draws if one.racing else f"{one.draws}, then out",
+        )
+        for one in result
+    ]
+    head = ("candidate", _named(metric), "95 % interval", "draws")
+    made = grid("Ranking", head, rows, f"{result.decision}.", len(result))
+
+    def draw(ax: Axes) -> None:
+        from energymargin.plots import plot_ranking
+
+        plot_ranking(result, ax)
+
+    return beside(made, drawn(draw, STATE_SIZE), "the candidates with their intervals")
+
+
+def improvement(result: Improvement) -> str:
+    """The parameters before and after, and the last comparison."""
+    start, found = result.start, result.values
+    rows = [(name, f"{start[name]:.4g}", f"{found[name]:.4g}") for name in found]
+    made = grid("Improvement", ("parameter", "start", "found"), rows, f"{result.decision}.")
+    return made + ranking(result.ranking)
 
 
 def evaluation(result: Evaluation) -> str:

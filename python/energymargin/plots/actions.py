@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from energymargin.actions import Improvement, Ranking
 from energymargin.metrics import axis_label, is_likelihood
 from energymargin.plots.styles import light_grid
-
-if TYPE_CHECKING:
-    from energymargin.actions import Improvement, Ranking
 
 __all__ = ["figure_improvement", "plot_ranking"]
 

@@ -1,0 +1,188 @@
+"""Improvement of a plan: it finds the best one of a problem whose answer is known."""
+
+import numpy as np
+import pytest
+from sliding import HORIZON, MASS, problem, still
+
+import energymargin as em
+from energymargin.actions.hardening import MOST, adapted, scaled
+from energymargin.actions.parameters import Parameters
+
+PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
+BOX = {"x": (-0.95, 0.8, 0.95)}
+SMALL = {"budget": 600_000, "rollouts": 16, "disturbance": PUSHES}
+
+
+def placed(values):
+    return still(values)
+
+
+@pytest.fixture(scope="module")
+def middle():
+    return em.improve(problem(), BOX, placed, **SMALL)
+
+
+def test_the_middle_between_two_edges_holds_best(middle):
+    assert abs(middle.values["x"]) < 0.2
+    assert middle.after.score > middle.before.score + 0.2
+    assert middle.sure > 0.99
+    assert middle.start == {"x": 0.8}
+
+
+def test_the_cross_entropy_method_finds_it_too():
+    found = em.improve(problem(), BOX, placed, method="cem", **SMALL)
+    assert abs(found.values["x"]) < 0.2
+
+
+def test_a_plan_is_followed_over_its_own_duration():
+    """A force that brakes a box: the best one takes off all of its speed."""
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("object", em.Sphere(0.1), mass=1, position=(0, 5, 0), role="object")
+    scene.add_body("effector", em.Box((0.1,) * 3), mass=MASS, position=(0, 0, 0), role="effector")
+    asked = em.Problem(
+        scene,
+        scene.pack(effector={"velocity": (1.0, 0, 0)}),
+        force=(0.1, 0, 0),
+        torque=(0, 0, 0),
+        duration=0.5,
+        captured=em.regions.Box("effector", center=(0.5, 0, 0), size=(0.1, np.inf, np.inf)),
+        start_outside=True,
+    ).replace(succeeded=em.regions.Box("effector", (0.5, 0, 0), (0.02, np.inf, np.inf)))
+
+    def braked(values):
+        rows = np.zeros((240, 6))
+        rows[:, 0] = values["force"]
+        return em.Plan(1 / 240, wrenches={"effector": rows})
+
+    found = em.improve(
+        asked,
+        {"force": (-4.0, -1.0, 0.0)},
+        braked,
+        objective="probability/success",
+        budget=20_000,
+        rollouts=1,
+        harden=False,
+    )
+    # 0.5 m in 1 s: half of the speed is gone in the mean.
+    assert found.values["force"] == pytest.approx(-MASS, abs=0.2)
+    assert found.problem.horizon == found.plan.duration == 1.0
+
+
+def test_an_effort_is_an_objective():
+    found = em.improve(
+        problem(),
+        BOX,
+        placed,
+        objective="effort/est",
+        nodes=60,
+        rollouts=3,
+        budget=2_500_000,
+    )
+    assert abs(found.values["x"]) < 0.4
+    # The cheapest push comes at once: d / T is the least speed over a distance d.
+    assert found.after.score > MASS / 2 * (1 - abs(found.values["x"])) ** 2 / HORIZON**2
+    assert found.after.score > found.before.score
+
+
+def test_what_breaks_a_constraint_is_not_simulated():
+    asked = []
+
+    def noted(values):
+        asked.append(values["x"])
+        return still(values)
+
+    found = em.improve(problem(), BOX, noted, constraints=[lambda v: v["x"] - 0.5], **SMALL)
+    assert min(asked) >= 0.5 - 1e-12
+    assert found.values["x"] == pytest.approx(0.5, abs=0.15)
+
+
+def test_values_that_cannot_be_are_left_out():
+    found = em.improve(problem(), BOX, lambda v: still(v) if v["x"] > 0.5 else None, **SMALL)
+    assert found.values["x"] > 0.5
+
+
+def test_the_same_seed_gives_the_same_bits_on_any_number_of_threads(middle):
+    again = em.improve(problem(), BOX, placed, threads=1, **SMALL)
+    assert again.to_csv() == middle.to_csv() and again.values == middle.values
+    assert em.improve(problem(), BOX, placed, seed=1, **SMALL).to_csv() != middle.to_csv()
+
+
+def test_numpys_own_generator_is_left_alone():
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    em.improve(problem(), BOX, placed, **{**SMALL, "budget": 1000})
+    assert np.array_equal(before, np.random.get_state()[1])  # noqa: NPY002
+
+
+def test_a_search_that_was_stopped_goes_on_to_the_same_result(tmp_path, middle):
+    path, steps = tmp_path / "search.jsonl", []
+
+    def stop(done, _):
+        steps.append(done)
+        if len(steps) == 30:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        em.improve(problem(), BOX, placed, file=path, progress=stop, **SMALL)
+    kept = path.read_text()
+    path.write_text(kept + '["cut')
+    again = em.improve(problem(), BOX, placed, file=path, **SMALL)
+    assert again.to_csv() == middle.to_csv() and again.steps == middle.steps
+    assert path.read_text().startswith(kept)
+    more = em.improve(problem(), BOX, placed, file=path, **{**SMALL, "budget": 900_000})
+    assert len(more.generations) > len(middle.generations)
+    assert more.to_csv().startswith(middle.to_csv())
+
+
+def test_a_file_of_another_search_is_refused(tmp_path):
+    path = tmp_path / "search.jsonl"
+    em.improve(problem(), BOX, placed, file=path, **{**SMALL, "budget": 1000})
+    with pytest.raises(ValueError, match="of a search with another seed"):
+        em.improve(problem(), BOX, placed, file=path, seed=1, **{**SMALL, "budget": 1000})
+    path.write_text("no search\n")
+    with pytest.raises(ValueError, match="no file of a search"):
+        em.improve(problem(), BOX, placed, file=path, **SMALL)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"parameters": {}}, "parameters is {}"),
+        ({"parameters": {"x": (1, 0)}}, r"parameters\['x'\] is \(1, 0\), expected \(low, high\)"),
+        ({"parameters": {"x": (0, 2, 1)}}, r"parameters\['x'\]"),
+        ({"make_plan": lambda values: 3}, "make_plan returned 3 for {'x': 0.8}"),
+        ({"make_plan": lambda values: None}, "make_plan returned None for the start"),
+        ({"constraints": [lambda v: -1.0]}, r"constraints\[0\] is -1 at the start"),
+        ({"constraints": [lambda v: float("nan")]}, r"constraints\[0\] returned nan"),
+        ({"objective": "force"}, "metric is 'force'"),
+        ({"method": "grid"}, "method is 'grid'"),
+        ({"budget": 0}, "budget is 0"),
+    ],
+)
+def test_wrong_arguments_are_named(changes, message):
+    arguments = {"parameters": BOX, "make_plan": placed, **SMALL, **changes}
+    with pytest.raises(ValueError, match=message):
+        em.improve(problem(), **arguments)
+
+
+def test_a_disturbance_grows_while_all_withstand_it_and_never_falls_below_the_stated_one():
+    assert adapted(1.0, np.array([1.0, 0.95, 0.2])) == 1.25
+    assert adapted(1.25, np.array([0.1, 0.2])) == 1.0
+    assert adapted(1.0, np.array([0.1, 0.2])) == 1.0
+    assert adapted(MOST, np.ones(3)) == MOST
+    assert scaled(None, 2.0).strength == 2.0
+    assert scaled(PUSHES, 2.0).force == 6.0
+    assert scaled(em.disturbances.of_plan((1, 0, 0)), 3.0).force[0] == 3.0
+    assert scaled(lambda random, times: np.ones(2), 2.0)(None, None).tolist() == [2.0, 2.0]
+
+
+def test_parameters_meet_their_start_to_the_bit():
+    box = Parameters({"a": (0.1, 0.3, 0.7), "b": (0.0, 1.0)})
+    assert box.values(box.start) == {"a": 0.3, "b": 0.5}
+    assert box.values(np.array([1.0, 0.0])) == {"a": pytest.approx(0.7), "b": 0.0}
+
+
+def test_pictures_and_pages_show_the_result(middle):
+    from energymargin.plots import figure_improvement
+
+    assert len(figure_improvement(middle).axes) >= 3
+    assert "parameter" in middle._repr_html_() and "found" in middle.to_markdown()

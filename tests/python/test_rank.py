@@ -1,0 +1,177 @@
+"""Ranking: the order is right, the race loses nothing, and what is said can be relied on."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import run_here
+from sliding import problem
+
+import energymargin as em
+from energymargin.actions.racing import Duel, duel, looks
+
+PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
+PLACES = (0.0, 0.3, -0.5, 0.7, -0.9, 0.8)
+
+
+@pytest.fixture(scope="module")
+def field():
+    """Boxes at rest: the nearer one is to an edge, the sooner it is lost."""
+    return {f"at {x:g}": problem(x) for x in PLACES}
+
+
+@pytest.fixture(scope="module")
+def raced(field):
+    return em.rank(field, disturbance=PUSHES)
+
+
+def test_the_order_is_that_of_the_distances_to_the_edge(field):
+    ranking = em.rank(field, disturbance=PUSHES, race=False)
+    assert ranking.names == ("at 0", "at 0.3", "at -0.5", "at 0.7", "at 0.8", "at -0.9")
+
+
+def test_draws_are_the_rollouts_of_capture_probability(field):
+    ranking = em.rank(field, disturbance=PUSHES, race=False, rollouts=50, seed=3)
+    for name, one in field.items():
+        alone = em.capture_probability(one, disturbance=PUSHES, rollouts=50, seed=3)
+        assert ranking[name].score == pytest.approx(alone.captured, abs=1e-15)
+        inside = np.isinf(alone.exit_times)
+        assert np.array_equal(ranking[name].values, inside)
+        assert (ranking[name].low, ranking[name].high) == pytest.approx(alone.interval())
+
+
+def test_a_race_chooses_the_same_one_with_fewer_steps(field, raced):
+    whole = em.rank(field, disturbance=PUSHES, race=False)
+    assert raced.best == whole.best == "at 0"
+    assert raced.steps < 0.7 * whole.steps
+    assert raced["at -0.9"].draws < 50 and not raced["at -0.9"].racing
+
+
+def test_draws_of_a_race_are_the_first_ones_of_the_whole(field, raced):
+    whole = em.rank(field, disturbance=PUSHES, race=False)
+    for one in raced:
+        assert np.array_equal(one.values, whole[one.name].values[: one.draws])
+
+
+@pytest.mark.parametrize("workers", [{"threads": 1}, {"executor": em.executors.Processes(2)}])
+def test_bits_depend_on_no_executor(field, raced, workers):
+    again = em.rank(field, disturbance=PUSHES, **workers)
+    assert again.to_csv() == raced.to_csv()
+    assert again.decision == raced.decision
+
+
+def test_success_is_a_metric_of_its_own():
+    boxes = {"left": problem(0.0, -0.5), "right": problem(0.0, 0.5)}
+    ranking = em.rank(boxes, metric="probability/success", rollouts=30)
+    assert ranking.best == "right"
+    assert "the best is right" in ranking.decision and ranking.sure > 0.95
+
+
+def test_efforts_are_ranked_by_the_work_that_leads_to_the_nearer_edge(field):
+    ranking = em.rank(field, metric="effort/est", rollouts=6, nodes=200, race=False)
+    assert ranking.names[0] == "at 0" and ranking.names[-1] == "at -0.9"
+    efforts = [ranking[name].score for name in ranking.names]
+    assert efforts == sorted(efforts, reverse=True)
+
+
+def test_equal_ones_are_not_told_apart_and_the_decision_says_so():
+    ranking = em.rank([problem(0.0), problem(0.0)], disturbance=PUSHES)
+    assert ranking.best == "0" and ranking.alike == ("1",)
+    assert ranking.decision.startswith("choose 0: 1 may be better, by at most 0.05")
+    few = em.rank([problem(0.0), problem(0.0)], disturbance=PUSHES, rollouts=10)
+    assert few.decision == "undecided: 0 leads, but 1 may be better"
+
+
+def test_an_uncertainty_gives_every_candidate_the_same_particles():
+    unknown = em.beliefs.Uncertainty(velocity=(1.0, 0, 0, 0, 0, 0))
+    ranking = em.rank(
+        [problem(0.0), problem(0.0), problem(0.6)],
+        uncertainty=unknown,
+        disturbance=em.disturbances.Uniform(0.0),
+        rollouts=128,
+        race=False,
+    )
+    assert np.array_equal(ranking["0"].values, ranking["1"].values)
+    # Without a push a box at 0 is lost beyond 1 m/s, which is a standard deviation.
+    assert ranking["0"].score == pytest.approx(0.683, abs=0.03)
+    assert ranking.names[-1] == "2"
+
+
+def test_a_function_of_ones_own_is_a_disturbance_on_threads_and_refused_elsewhere():
+    def kick(random, times):
+        wrenches = np.zeros((len(times), 6))
+        wrenches[0, 0] = random.normal(scale=500.0)
+        return wrenches
+
+    boxes = [problem(0.0), problem(0.9)]
+    assert em.rank(boxes, disturbance=kick, rollouts=40).best == "0"
+    with pytest.raises(ValueError, match=r"cannot be sent to another process.*use threads"):
+        em.rank(boxes, disturbance=kick, rollouts=40, executor=em.executors.Processes(1))
+
+
+def test_a_cancel_leaves_what_is_decided_or_raises():
+    cancel = em.Cancel()
+    cancel.set()
+    with pytest.raises(em.Cancelled, match="before the candidates were compared"):
+        em.rank([problem(0.0), problem(0.5)], cancel=cancel)
+
+
+@pytest.mark.parametrize(
+    ("problems", "arguments", "message"),
+    [
+        ([], {}, "problems is empty"),
+        (problem(), {}, "problems is .*expected several"),
+        ([problem(), 3], {}, r"problems\['1'\] is 3, expected a Problem"),
+        ([problem().replace(horizon=None)], {}, r"problems\['0'\] is without a horizon"),
+        ([problem()], {"metric": "capture"}, "metric is 'capture', expected 'probability'"),
+        ([problem()], {"rollouts": 0}, "rollouts is 0"),
+        ([problem()], {"confidence": 1.0}, "confidence is 1.0"),
+        ([problem()], {"uncertainty": {"mass": 1}}, "uncertainty is .*expected an em.beliefs"),
+        ([problem()], {"threads": 1, "executor": em.executors.Threads(1)}, "threads is 1"),
+    ],
+)
+def test_wrong_arguments_are_named(problems, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        em.rank(problems, **arguments)
+
+
+def test_a_duel_counts_the_draws_in_which_two_differ():
+    first, second = np.array([1.0, 1, 0, 1, 1]), np.array([0.0, 1, 1, 0])
+    assert duel(first, second) == Duel(wins=2, losses=1, draws=4)
+    assert Duel(20, 0, 20).better > 0.999 > Duel(0, 0, 20).better == pytest.approx(0.5)
+    assert Duel(0, 0, 100).as_good(0.05) > 0.99 > Duel(0, 5, 100).as_good(0.05)
+    # A lead of ten is not lost in five more draws, one of one may be.
+    assert Duel(10, 0, 20).overtaken(5) < 1e-3 < Duel(3, 2, 20).overtaken(50) < 0.5
+
+
+def test_looks_end_with_all_draws():
+    assert looks(200) == [16, 24, 36, 54, 81, 122, 183, 200]
+    assert looks(10) == [10]
+
+
+def test_the_command_prints_the_table_and_draws_it(tmp_path, field):
+    for number, one in enumerate(field.values()):
+        one.save(str(tmp_path / f"box_{number}.json"))
+    files = [f"box_{number}.json" for number in (0, 3, 4)]
+    done = run_here("rank", *files, "--rollouts", 40, "-o", "ranking.png", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "| 1 | box_0 |" in done.stdout.replace("  ", " ")
+    assert (tmp_path / "ranking.png").read_bytes().startswith(b"\x89PNG")
+    twice = run_here("rank", *files, "-o", "ranking.png", cwd=tmp_path)
+    assert twice.returncode == 2 and "exists" in twice.stderr
+    done = run_here("rank", *files, "--rollouts", 40, "-o", "ranking.csv", cwd=tmp_path)
+    assert (tmp_path / "ranking.csv").read_text().startswith("candidate,score,low,high")
+
+
+def test_the_command_says_what_is_wrong_in_one_line(tmp_path):
+    problem().save(str(tmp_path / "box.json"))
+    belief = json.dumps({"weight": 1})
+    for arguments in (["none.json"], ["box.json", "box.json"], ["box.json", "--belief", belief]):
+        done = run_here("rank", *arguments, cwd=tmp_path)
+        assert done.returncode == 2
+        assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
+
+
+def test_a_notebook_shows_the_candidates_and_the_decision(raced):
+    html = raced._repr_html_()
+    assert "at -0.9" in html and "then out" in html and raced.decision in html
