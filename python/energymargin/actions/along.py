@@ -1,0 +1,308 @@
+"""`em.along`: the margin at each moment of a plan's nominal motion, and where it is weakest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, Plan, Problem, World
+from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
+from energymargin.arguments import shown
+from energymargin.checks import whole_number, yes_or_no
+from energymargin.disturbances import Boltzmann
+from energymargin.executors import Executor
+from energymargin.executors.threads import thread_count
+from energymargin.limits import Limit
+from energymargin.metrics import value_text, with_unit
+from energymargin.notebook import shown_by
+from energymargin.plans import rest_of, whole_steps
+from energymargin.scoring.settings import Search
+from energymargin.table_text import csv_text
+
+__all__ = ["Along", "Moment", "along"]
+
+OF_INTERVALS = 0.95
+EFFORT = "effort/est"
+FEWEST_AT_ONCE = 8  # moments between two reports of progress
+AT_ONCE = 2  # the same, for each thread
+
+
+class Moment(NamedTuple):
+    """One moment of a nominal motion."""
+
+    number: int
+    """Of all, from 0."""
+    time: float
+    """[s]."""
+    probability: float
+    low: float
+    """End of a 95 % interval of the probability."""
+    high: float
+    """The other end."""
+    effort: float
+    """[J]; inf if no escape was found, NaN if it was not asked for."""
+
+
+@dataclass(frozen=True)
+class Along:
+    """The margin along a plan: of K moments of the motion without a disturbance."""
+
+    _repr_html_ = shown_by("along")
+
+    times: NDArray[np.float64]
+    """Of the moments [s], shape (K,)."""
+    ahead: NDArray[np.float64]
+    """How far each of them looks ahead [s], shape (K,)."""
+    states: NDArray[np.float64]
+    """Shape (K, n)."""
+    captured: NDArray[np.bool_]
+    """Whether the nominal motion itself is in the capture set, shape (K,)."""
+    probabilities: NDArray[np.float64]
+    """Of staying captured for so long, shape (K,); NaN if the time was over before."""
+    low: NDArray[np.float64]
+    """Ends of 95 % intervals of them (Clopper and Pearson), shape (K,)."""
+    high: NDArray[np.float64]
+    """The other ends, shape (K,)."""
+    efforts: NDArray[np.float64]
+    """Least effort of escape in the same time that was found [J], shape (K,): inf if none was, NaN
+    if it was not asked for, or the time was over before."""
+    problems: tuple[Problem, ...]
+    """What was asked at each moment."""
+    rollouts: int
+    nodes: int
+    seed: int
+    disturbance: Disturbance | None = None
+    """None: Uniform()."""
+    complete: bool = True
+    """Whether every moment has its scores: False if the timeout or the cancel came first."""
+
+    def __len__(self) -> int:
+        """K."""
+        return len(self.times)
+
+    def __getitem__(self, number: int) -> Moment:
+        """One moment, by its number from 0; IndexError if there is none."""
+        number = range(len(self))[number]
+        columns = (self.times, self.probabilities, self.low, self.high, self.efforts)
+        return Moment(number, *(float(column[number]) for column in columns))
+
+    @property
+    def weakest(self) -> Moment:
+        """Where the probability is lowest while the nominal motion is captured; of equal ones that
+        with the least effort, then the first. If it never is captured, the first moment."""
+        there = ~np.isnan(self.probabilities)
+        scored = [self[int(k)] for k in np.flatnonzero(self.captured & there)]
+        return min(scored, key=_weakness, default=self[0])
+
+    def __repr__(self) -> str:
+        """Where it is weakest."""
+        lost = int((~self.captured).sum())
+        more = f", {lost} of them not captured" if lost else ""
+        more += "" if self.complete else ", stopped early"
+        return f"Along({len(self)} moments{more}; {self.summary})"
+
+    @property
+    def summary(self) -> str:
+        """Where it is weakest, in words."""
+        one, number = self.weakest, self.weakest.number
+        probability, low, high = (
+            value_text("probability", value) for value in (one.probability, one.low, one.high)
+        )
+        effort = "" if np.isnan(one.effort) else f", effort {with_unit(EFFORT, one.effort)}"
+        return (
+            f"weakest at {one.time:.4g} s: probability {probability} ({low} to {high}) over the "
+            f"next {self.ahead[number]:.4g} s{effort}"
+        )
+
+    def to_csv(self) -> str:
+        """A line for each moment, in full precision."""
+        names = ("time", "ahead", "captured", "probability", "low", "high", "effort")
+        columns = (
+            *(self.times, self.ahead, self.captured),
+            *(self.probabilities, self.low, self.high, self.efforts),
+        )
+        return csv_text(names, list(zip(*(c.tolist() for c in columns), strict=True)))
+
+
+def along(
+    problem: Problem,
+    plan: Plan | None = None,
+    *,
+    every: float = 0.1,
+    ahead: float | None = None,
+    rollouts: int = 100,
+    disturbance: Disturbance | None = None,
+    effort: bool = True,
+    nodes: int = 300,
+    search: Search = "improved",
+    seed: int = 0,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+) -> Along:
+    """The margin at each moment of the motion that a plan makes if nothing disturbs it.
+
+    At each moment: the probability of staying captured from there on, and the least effort of
+    escape in the same time. All moments meet the same draws.
+
+    Args:
+        problem: with a horizon, which is the end. Without a plan its effector coasts.
+        plan: in place of the problem's; its duration is the horizon.
+        every: time between two moments [s], whole steps of the scene.
+        ahead: how far each moment looks [s]. The last moment is then so long before the end: all
+            of them ask about the same time, and can be compared. None: up to the end, so that
+            later moments ask about less.
+        rollouts: of each probability.
+        disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform().
+        effort: False leaves out the efforts, which take most of the time.
+        nodes: of each search, as of `em.escape_effort`.
+        search: the same.
+        seed: of all moments: their probabilities are those of `em.capture_probability` with this
+            seed, their searches those of `em.escape_effort` with em.stream(seed, 0).
+        threads: None takes all cores. The bits do not depend on them.
+        executor: in place of threads, as of `em.score`.
+        progress: progress(done, total) counts probabilities and efforts.
+        timeout: after so many seconds the scores count that are there; others are NaN.
+        cancel: the same once it is set.
+
+    Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, on a problem without a horizon,
+    and if a moment's state makes no problem; TimeoutError or Cancelled if the limit comes before
+    the first probability.
+    """
+    limit = Limit(timeout, cancel)
+    asked = _with_plan(problem, plan)
+    step = asked.scene.step
+    stride, end = whole_steps("every", every, step), round(_horizon(asked) / step)
+    look = None if ahead is None else whole_steps("ahead", ahead, step)
+    if look is not None and look > end:
+        raise ValueError(f"ahead is {ahead!r} s, expected at most the {end * step:.4g} s there are")
+    if isinstance(disturbance, Boltzmann):
+        raise ValueError("disturbance is a Boltzmann, expected one whose rollouts weigh the same")
+    whole_number("rollouts", rollouts, 1)
+    questions = [(Question("probability", disturbance, seed, nodes, search), rollouts)]
+    if yes_or_no("effort", effort):
+        questions.append((Question(EFFORT, None, seed, nodes, search), 1))
+    numbers = list(range(0, end, stride) if look is None else range(0, end - look + 1, stride))
+    lengths = [end - number if look is None else look for number in numbers]
+    states = _nominal(asked, numbers, limit)
+    problems = [
+        _moment(asked, state, number, length)
+        for state, number, length in zip(states, numbers, lengths, strict=True)
+    ]
+    with Trials(executor, threads) as trials:
+        found, complete = _scores(questions, problems, trials, limit, progress)
+    if not any(found[0]):
+        limit.require("the first moment was scored")
+    low, high = _intervals(found[0])
+    return Along(
+        times=np.array(numbers) * step,
+        ahead=np.array(lengths) * step,
+        states=states,
+        captured=np.atleast_1d(asked.captured.contains(asked.scene, states)),
+        probabilities=_means(found[0]),
+        low=low,
+        high=high,
+        efforts=_means(found[1]) if effort else np.full(len(states), np.nan),
+        problems=tuple(problems),
+        rollouts=rollouts,
+        nodes=nodes,
+        seed=seed,
+        disturbance=disturbance,
+        complete=complete,
+    )
+
+
+def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
+    """The problem with a plan and a horizon; ValueError if it has no horizon."""
+    if not isinstance(problem, Problem):
+        raise ValueError(f"problem is {shown(problem)}, expected a Problem")
+    if plan is not None:
+        if not isinstance(plan, Plan):
+            raise ValueError(f"plan is {shown(plan)}, expected a Plan")
+        return problem.replace(plan=plan, horizon=plan.duration, start_outside=True)
+    if problem.horizon is None:
+        raise ValueError("problem is without plan and horizon, expected one: along(problem, plan)")
+    return problem
+
+
+def _horizon(problem: Problem) -> float:
+    assert problem.horizon is not None
+    return problem.horizon
+
+
+def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> NDArray[np.float64]:
+    """States after so many steps without a disturbance, shape (K, n)."""
+    start = problem.edge_start(problem.state)
+    if numbers[-1] == 0:
+        return np.array([start])
+    world = World(problem.scene, problem.plan)
+    return world.simulate(start, numbers[-1], record=list(numbers), **limit.rest()).states
+
+
+def _moment(problem: Problem, state: NDArray[np.float64], done: int, length: int) -> Problem:
+    """The question at a moment after `done` steps, about `length` more; ValueError with the time
+    if its state makes none."""
+    step, plan = problem.scene.step, problem.plan
+    try:
+        return problem.with_state(state).replace(
+            horizon=length * step,
+            plan=None if plan is None else rest_of(plan, done, step),
+            start_outside=True,
+        )
+    except ValueError as error:
+        raise ValueError(f"after {done * step:.4g} s of the nominal motion: {error}") from error
+
+
+def _scores(
+    questions: Sequence[tuple[Question, int]],
+    problems: Sequence[Problem],
+    trials: Trials,
+    limit: Limit,
+    progress: Callable[[int, int], None] | None,
+) -> tuple[list[list[Draws | None]], bool]:
+    """So many draws of each question at each moment, None where the limit came first; and whether
+    there are all."""
+    at_once = max(FEWEST_AT_ONCE, AT_ONCE * thread_count(None))
+    found: list[list[Draws | None]] = [[None] * len(problems) for _ in questions]
+    done = 0
+    for (question, draws), column in zip(questions, found, strict=True):
+        for first in range(0, len(problems), at_once):
+            some = range(first, min(first + at_once, len(problems)))
+            asked = [Trial(k, (problems[k],), 0, draws) for k in some]
+            column[first : some.stop] = trials.run(question, asked, limit)
+            if None in column[first : some.stop]:
+                return found, False
+            done += len(some)
+            if progress is not None:
+                progress(done, len(questions) * len(problems))
+    return found, True
+
+
+def _means(draws: Sequence[Draws | None]) -> NDArray[np.float64]:
+    return np.array([np.nan if one is None else one.values.mean() for one in draws])
+
+
+def _intervals(
+    draws: Sequence[Draws | None],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Clopper and Pearson's, of each."""
+    from scipy import stats
+
+    ends = np.full((2, len(draws)), np.nan)
+    for k, one in enumerate(draws):
+        if one is not None:
+            test = stats.binomtest(round(float(one.values.sum())), len(one.values))
+            ends[:, k] = test.proportion_ci(OF_INTERVALS)
+    return ends[0], ends[1]
+
+
+def _weakness(moment: Moment) -> tuple[float, float, int]:
+    """Sorts the weakest first."""
+    effort = np.inf if np.isnan(moment.effort) else moment.effort
+    return moment.probability, effort, moment.number
