@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from energymargin import store as store
     from energymargin import tasks as tasks
     from energymargin import viewer as viewer
-    from energymargin.actions import Improvement, Ranking, improve, rank
+    from energymargin.actions import Along, Improvement, Ranking, along, improve, rank
     from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
     from energymargin.monitor import Monitor
@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Along",
     "Audit",
     "Belief",
     "Body",
@@ -114,6 +115,7 @@ __all__ = [
     "Tree",
     "World",
     "actions",
+    "along",
     "beliefs",
     "capture_probability",
     "capture_score",
@@ -162,6 +164,7 @@ SUBPACKAGES = (
     "viewer",
 )
 HOMES = {
+    "Along": "actions",
     "Belief": "beliefs",
     "Improvement": "actions",
     "Monitor": "monitor",
@@ -170,6 +173,7 @@ HOMES = {
     "ScoreError": "scoring",
     "ScoreTable": "scoring",
     "SearchSettings": "scoring",
+    "along": "actions",
     "improve": "actions",
     "mesh": "meshes",
     "rank": "actions",

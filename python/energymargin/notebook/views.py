@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from energymargin.actions import Improvement, Ranking
+    from energymargin.actions.along_plan import Along
     from energymargin.datasets import Dataset
     from energymargin.evaluation import Cell, Evaluation, LabelledScores
     from energymargin.scoring import ScoreTable
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from energymargin.trajectories import Trajectory
 
 __all__ = [
+    "along",
     "capture_probability",
     "capture_score",
     "dataset",
@@ -340,6 +342,23 @@ def ranking(result: Ranking) -> str:
         plot_ranking(result, ax)
 
     return beside(made, drawn(draw, STATE_SIZE), "the candidates with their intervals")
+
+
+def along(result: Along) -> str:
+    """Where it is weakest, beside the probability at each moment."""
+    rows = [
+        ("moments", len(result)),
+        ("of them captured", int(result.captured.sum())),
+        ("from, to", f"{result.times[0]:.4g} s, {result.times[-1]:.4g} s"),
+    ]
+
+    def draw(ax: Axes) -> None:
+        from energymargin.plots import plot_along
+
+        plot_along(result, ax=ax)
+
+    made = table("Margin along a plan", rows, f"{result.summary}.")
+    return beside(made, drawn(draw, STATE_SIZE), "the probability at each moment")
 
 
 def improvement(result: Improvement) -> str:

@@ -12,6 +12,7 @@ except ImportError as error:
     raise ImportError("pictures need matplotlib: pip install 'energymargin[plots]'") from error
 
 from energymargin.plots.actions import figure_improvement, plot_ranking
+from energymargin.plots.along_plan import figure_along, plot_along
 from energymargin.plots.beliefs import figure_belief
 from energymargin.plots.curves import plot_precision_recall, plot_roc
 from energymargin.plots.datasets import figure_qualitative
@@ -26,10 +27,12 @@ __all__ = [
     "SUCCEEDED_COLOR",
     "Along",
     "along",
+    "figure_along",
     "figure_belief",
     "figure_improvement",
     "figure_qualitative",
     "figure_scores",
+    "plot_along",
     "plot_effort",
     "plot_future",
     "plot_precision_recall",

@@ -1,0 +1,151 @@
+"""The margin along a plan: probability and effort at each moment, the weakest one marked."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from energymargin.actions.along_plan import EFFORT, Along, Moment
+from energymargin.arguments import shown
+from energymargin.metrics import axis_label, value_text, with_unit
+from energymargin.plots.styles import (
+    CAPTURED_COLOR,
+    LEGEND_SIZE,
+    LOST_COLOR,
+    axes_or_new,
+    light_grid,
+    metric_style,
+)
+
+__all__ = ["figure_along", "plot_along"]
+
+WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
+LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
+TOP = 0.94  # of the height of axes: where marks stand for infinity
+SHADE = 0.15
+
+
+def plot_along(along: Along, *, ax: Axes | None = None) -> Axes:
+    """Probability of staying captured at each moment, between the ends of its interval.
+
+    A diamond is at the weakest moment. Moments at which the nominal motion itself is out of the
+    capture set are shaded. Returns `ax`, or the axes of a new figure. Raises ValueError on another
+    thing than an Along.
+    """
+    _check(along)
+    ax = axes_or_new(ax, WIDTH, HEIGHT)
+    style, weakest = metric_style("probability"), along.weakest
+    ax.fill_between(
+        along.times, along.low, along.high, color=CAPTURED_COLOR, alpha=0.35, linewidth=0
+    )
+    ax.plot(
+        along.times,
+        along.probabilities,
+        color=style.color,
+        linewidth=1.4,
+        marker=style.marker,
+        markersize=3.5,
+        label=f"captured for {_ahead(along)}",
+    )
+    text = f"weakest: {value_text('probability', weakest.probability)} at {weakest.time:.3g} s"
+    _mark(ax, weakest, weakest.probability, text)
+    ax.set_ylim(-0.05, 1.05)
+    return _finished(ax, along, "probability")
+
+
+def figure_along(along: Along) -> Figure:
+    """`plot_along`, and the efforts below it, if they were asked for."""
+    _check(along)
+    efforts = not np.isnan(along.efforts).all()
+    height = HEIGHT + OF_EFFORTS * efforts
+    figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
+    axes = figure.subplots(
+        *(1 + efforts, 1),
+        sharex=True,
+        squeeze=False,
+        height_ratios=(HEIGHT, OF_EFFORTS)[: 1 + efforts],
+    )[:, 0]
+    plot_along(along, ax=axes[0])
+    if efforts:
+        axes[0].set_xlabel("")
+        _draw_efforts(axes[1], along)
+    return figure
+
+
+def _draw_efforts(ax: Axes, along: Along) -> None:
+    """On a logarithmic axis if they differ much; marks at the top where no escape was found."""
+    style, weakest = metric_style(EFFORT), along.weakest
+    finite, endless = np.isfinite(along.efforts), np.isposinf(along.efforts)
+    efforts = np.where(finite, along.efforts, np.nan)
+    ax.plot(
+        along.times,
+        efforts,
+        color=style.color,
+        linewidth=1.4,
+        marker=style.marker,
+        markersize=3.5,
+        label="least effort found" if finite.any() else "_nolegend_",
+    )
+    there = along.efforts[finite]
+    if len(there) and there.min() > 0 and there.max() / there.min() >= LOG_FROM:
+        ax.set_yscale("log")
+    elif len(there):
+        ax.set_ylim(bottom=0.0)
+    if endless.any():
+        ax.plot(
+            along.times[endless],
+            np.full(endless.sum(), TOP),
+            color=style.color,
+            linestyle="",
+            marker="^",
+            markersize=4,
+            transform=ax.get_xaxis_transform(),
+            label="no escape found",
+        )
+    if np.isfinite(weakest.effort):
+        _mark(ax, weakest, weakest.effort, f"there: {with_unit(EFFORT, weakest.effort)}")
+    _finished(ax, along, EFFORT)
+    if not len(there):
+        ax.set_yticks([])
+
+
+def _mark(ax: Axes, weakest: Moment, value: float, text: str) -> None:
+    ax.axvline(weakest.time, color=LOST_COLOR, linewidth=0.8, linestyle=":")
+    ax.plot(
+        weakest.time,
+        value,
+        color=LOST_COLOR,
+        linestyle="",
+        marker="D",
+        markersize=6,
+        markeredgecolor="white",
+        zorder=5,
+        label=text,
+    )
+
+
+def _finished(ax: Axes, along: Along, metric: str) -> Axes:
+    """Shades, labels and the legend."""
+    middles = (along.times[1:] + along.times[:-1]) / 2
+    borders = np.concatenate([along.times[:1], middles, along.times[-1:]])
+    label: str | None = "nominal motion not captured"
+    for k in np.flatnonzero(~along.captured):
+        ax.axvspan(borders[k], borders[k + 1], facecolor=LOST_COLOR, alpha=SHADE, label=label)
+        label = None  # once in the legend
+    ax.set(xlabel="time of the plan [s]", ylabel=axis_label(metric))
+    light_grid(ax)
+    ax.legend(fontsize=LEGEND_SIZE, frameon=False)
+    return ax
+
+
+def _ahead(along: Along) -> str:
+    """How far they look, in words."""
+    if len(along) > 1 and np.ptp(along.ahead) > 0:
+        return "the rest of the plan"
+    return f"{along.ahead[0]:.3g} s"
+
+
+def _check(along: Along) -> None:
+    if not isinstance(along, Along):
+        raise ValueError(f"along is {shown(along)}, expected an Along, as of em.along")
