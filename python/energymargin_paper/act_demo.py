@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ class Demo(ABC):
     """One task, its plan's parameters, what is believed, and what is held out."""
 
     name: str
-    parameters: dict[str, tuple[float, float, float]]
+    parameters: ClassVar[dict[str, tuple[float, float, float]]]
     """By name (low, start, high); the start is the nominal script."""
     objective: str = "probability"
     """What is improved, as of `em.improve`."""
@@ -78,7 +79,7 @@ def held(
 ) -> NDArray[np.float64]:
     """Rows, shape (pieces, 6 k), each held for HOLD; `rows(pieces)` makes them."""
     piece = np.floor(times / HOLD + 1e-6).astype(int)
-    return rows(int(piece[-1]) + 1)[piece]
+    return np.asarray(rows(int(piece[-1]) + 1)[piece])
 
 
 def noise(
@@ -91,4 +92,4 @@ def noise(
     for piece in range(1, pieces):
         fresh = random.normal(size=len(deviations))
         rows[piece] = keep * rows[piece - 1] + np.sqrt(1 - keep**2) * fresh
-    return rows * deviations
+    return np.asarray(rows * deviations)

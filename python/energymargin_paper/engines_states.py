@@ -28,7 +28,18 @@ from energymargin.mujoco.simulation import Simulation
 from energymargin.tasks.scripted import ScriptedTask
 from energymargin.trajectories import Trajectory
 
-__all__ = ["AHEAD", "FRAMES", "QUESTIONS", "Both", "Escape", "Job", "Label", "Probability", "run"]
+__all__ = [
+    "AHEAD",
+    "FRAMES",
+    "QUESTIONS",
+    "Both",
+    "Escape",
+    "Job",
+    "Label",
+    "Probability",
+    "run",
+    "twin",
+]
 
 Vector = NDArray[np.float64]
 
@@ -140,7 +151,7 @@ def _script(task: ScriptedTask, job: Job, parts: int, cancel: Cancel) -> Vector:
     start = task.start(world, params, random)
     drive = task.drive(params, random)
     plan = Plan(task.step, wrenches=drive.wrenches, targets=drive.targets)
-    simulation = Simulation(world.scene, *_twin(world.scene, start, parts), plan)
+    simulation = Simulation(world.scene, *twin(world.scene, start, parts), plan)
     states = [start]
     for last in np.round(np.linspace(0, task.steps, FRAMES)).astype(int)[1:]:
         if cancel.is_set:
@@ -150,7 +161,7 @@ def _script(task: ScriptedTask, job: Job, parts: int, cancel: Cancel) -> Vector:
     return np.array(states)
 
 
-def _twin(scene: Scene, state: Vector, parts: int) -> tuple[Any, Any]:
+def twin(scene: Scene, state: Vector, parts: int) -> tuple[Any, Any]:
     """Its model, and the data at the state."""
     mujoco = needed()
     model = model_of(scene, state, step=scene.step / parts)
@@ -181,7 +192,7 @@ def _escape(question: str, frame: int, problem: Problem, job: Job, cancel: Cance
         raise Cancelled("cancelled while an escape was searched")
     if not len(escape.path):
         return Escape(frame, question, None, False, None, None, 0.0, 0.0)
-    model, data = _twin(problem.scene, problem.state, job.parts)
+    model, data = twin(problem.scene, problem.state, job.parts)
     found = replay(model, data, problem, escape, largest_scale=LARGEST_SCALE, cancel=cancel)
     at = problem.scene.slice("object").start
     end = escape.tree.states[escape.path[-1]]
@@ -194,7 +205,7 @@ def _escape(question: str, frame: int, problem: Problem, job: Job, cancel: Cance
 def _probability(frame: int, problem: Problem, job: Job, cancel: Cancel) -> Probability:
     random = np.random.default_rng(stream(job.seed, frame))
     player = Player(
-        problem, problem.captured, *_twin(problem.scene, problem.state, job.parts), cancel
+        problem, problem.captured, *twin(problem.scene, problem.state, job.parts), cancel
     )
     here, there = [], []
     for _ in range(job.rollouts):
