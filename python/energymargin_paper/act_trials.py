@@ -27,6 +27,8 @@ class Trial:
 
     demo: str
     method: str
+    values: str
+    """The plan's parameters, as JSON."""
     engine: str
     seed: int
 
