@@ -397,3 +397,18 @@ def test_wrong_options_are_one_line(arguments, message, tmp_path):
     lines = [line for line in said.splitlines() if "Generating" not in line and line.strip()]
     assert len(lines) == 1 and message in lines[0]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_along_is_a_slider_over_its_moments_with_their_scores(chromium):
+    along = em.along(carried(), ahead=0.1, rollouts=20, effort=False)
+    with view(along) as viewer, opened(chromium, viewer.url) as page:
+        ready(page)
+        shown = viewer.page._panel
+        assert np.array_equal(shown._plot.data[1], along.probabilities)
+        shown.frame.value = along.weakest.number
+        page.get_by_text(f"t = {along.weakest.time:.2f} s").wait_for(timeout=1e3 * PATIENCE)
+        page.get_by_text(f"{along.weakest.probability:.3f}").first.wait_for(timeout=1e3 * PATIENCE)
+        viewer.page.score()
+        viewer.page.wait()
+        live = em.capture_probability(along.problems[along.weakest.number], rollouts=20, seed=0)
+        assert viewer.page.scored.probability.captured == live.captured

@@ -160,7 +160,7 @@ def along(
             later moments ask about less.
         rollouts: of each probability.
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform().
-        effort: False leaves out the efforts, which take most of the time.
+        effort: False leaves out the efforts.
         nodes: of each search, as of `em.escape_effort`.
         search: the same.
         seed: of all moments: their probabilities are those of `em.capture_probability` with this

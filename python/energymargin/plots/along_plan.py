@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from energymargin.actions.along_plan import EFFORT, Along, Moment
 from energymargin.arguments import shown
-from energymargin.metrics import axis_label, value_text, with_unit
+from energymargin.metrics import KINDS, value_text, with_unit
 from energymargin.plots.styles import (
     CAPTURED_COLOR,
     LEGEND_SIZE,
@@ -23,7 +23,9 @@ __all__ = ["figure_along", "plot_along"]
 WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
 LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
 TOP = 0.94  # of the height of axes: where marks stand for infinity
+FREE = 0.15  # of the height, below those marks
 SHADE = 0.15
+WEAKEST_COLOR = "black"
 
 
 def plot_along(along: Along, *, ax: Axes | None = None) -> Axes:
@@ -88,10 +90,8 @@ def _draw_efforts(ax: Axes, along: Along) -> None:
         label="least effort found" if finite.any() else "_nolegend_",
     )
     there = along.efforts[finite]
-    if len(there) and there.min() > 0 and there.max() / there.min() >= LOG_FROM:
-        ax.set_yscale("log")
-    elif len(there):
-        ax.set_ylim(bottom=0.0)
+    if len(there):
+        _scale(ax, float(there.min()), float(there.max()))
     if endless.any():
         ax.plot(
             along.times[endless],
@@ -105,17 +105,26 @@ def _draw_efforts(ax: Axes, along: Along) -> None:
         )
     if np.isfinite(weakest.effort):
         _mark(ax, weakest, weakest.effort, f"there: {with_unit(EFFORT, weakest.effort)}")
-    _finished(ax, along, EFFORT)
+    _finished(ax, along, "effort")
     if not len(there):
         ax.set_yticks([])
 
 
+def _scale(ax: Axes, least: float, most: float) -> None:
+    """Of an axis of efforts, with space for the marks above them."""
+    if least > 0 and most / least >= LOG_FROM:
+        ax.set_yscale("log")
+        ax.set_ylim(least * (least / most) ** FREE, most * (most / least) ** (2 * FREE))
+    else:
+        ax.set_ylim(0.0, (most or 1.0) / (1.0 - FREE))
+
+
 def _mark(ax: Axes, weakest: Moment, value: float, text: str) -> None:
-    ax.axvline(weakest.time, color=LOST_COLOR, linewidth=0.8, linestyle=":")
+    ax.axvline(weakest.time, color=WEAKEST_COLOR, linewidth=0.8, linestyle=":")
     ax.plot(
         weakest.time,
         value,
-        color=LOST_COLOR,
+        color=WEAKEST_COLOR,
         linestyle="",
         marker="D",
         markersize=6,
@@ -125,7 +134,7 @@ def _mark(ax: Axes, weakest: Moment, value: float, text: str) -> None:
     )
 
 
-def _finished(ax: Axes, along: Along, metric: str) -> Axes:
+def _finished(ax: Axes, along: Along, kind: str) -> Axes:
     """Shades, labels and the legend."""
     middles = (along.times[1:] + along.times[:-1]) / 2
     borders = np.concatenate([along.times[:1], middles, along.times[-1:]])
@@ -133,7 +142,7 @@ def _finished(ax: Axes, along: Along, metric: str) -> Axes:
     for k in np.flatnonzero(~along.captured):
         ax.axvspan(borders[k], borders[k + 1], facecolor=LOST_COLOR, alpha=SHADE, label=label)
         label = None  # once in the legend
-    ax.set(xlabel="time of the plan [s]", ylabel=axis_label(metric))
+    ax.set(xlabel="time of the plan [s]", ylabel=KINDS[kind].axis)
     light_grid(ax)
     ax.legend(fontsize=LEGEND_SIZE, frameon=False)
     return ax

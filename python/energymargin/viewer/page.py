@@ -18,7 +18,7 @@ from energymargin.scoring.undisturbed import Undisturbed, undisturbed
 from energymargin.viewer.background import Debounced, SearchThread
 from energymargin.viewer.panel import Panel, Player, set_value, value_of
 from energymargin.viewer.search import Scored, ShareProgress, TreeCache, score_state
-from energymargin.viewer.sources import Frames, StateSource, StoredScores
+from energymargin.viewer.sources import Frames, FrameScores, StateSource
 from energymargin.viewer.stage import Stage
 from energymargin.viewer.texts import (
     drawn_text,
@@ -48,7 +48,7 @@ class Page:
         trajectory: int = 0,
         frame: int = 0,
         settings: SearchSettings,
-        stored: StoredScores | None = None,
+        stored: FrameScores | None = None,
     ) -> None:
         """Draws a frame. Of the settings, the page uses those named in `sources.SEARCHED`.
 

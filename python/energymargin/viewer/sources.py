@@ -1,4 +1,5 @@
-"""What can be looked at: a problem, or trajectories of a dataset or a task with their scores."""
+"""What can be looked at: a problem, a margin along a plan, or trajectories of a dataset or a task,
+with their scores."""
 
 from __future__ import annotations
 
@@ -14,10 +15,21 @@ from numpy.typing import NDArray
 from energymargin import datasets
 from energymargin import tasks as registry
 from energymargin._core import Problem, stream
+from energymargin.actions import Along
 from energymargin.datasets import Dataset, Future
 from energymargin.store import ScoreStore
 
-__all__ = ["Frames", "OneProblem", "StateSource", "StoredScores", "Trajectories", "source_of"]
+__all__ = [
+    "AlongPlan",
+    "AlongScores",
+    "FrameScores",
+    "Frames",
+    "OneProblem",
+    "StateSource",
+    "StoredScores",
+    "Trajectories",
+    "source_of",
+]
 
 PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
 BODIES = (".urdf", ".stl", ".obj", ".dae")
@@ -47,11 +59,15 @@ class Frames:
     success: bool | None = None
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
+    common_random_numbers: bool = False
+    """Whether all frames are searched with the same seed."""
 
     def search_seed(self, seed: int, frame: int) -> int:
         """Of a frame's search: with it the scores are those that `energymargin score` gives the
         dataset with this seed, or `capture_score` the problem."""
-        return seed if self.first is None else stream(seed, self.first + frame)
+        if self.first is None or self.common_random_numbers:
+            return seed
+        return stream(seed, self.first + frame)
 
 
 class StateSource(Protocol):
@@ -85,6 +101,31 @@ class OneProblem:
         _require_below("trajectory", trajectory, self.trajectories)
         states = np.asarray(self.question.state)[None]
         return Frames(np.zeros(1), states, lambda _: self.question)
+
+    def close(self) -> None:
+        """As StateSource.close."""
+
+
+@dataclass(frozen=True)
+class AlongPlan:
+    """The nominal motion of a plan: one trajectory, with a frame for each moment."""
+
+    along: Along
+    title: str = "along a plan"
+    trajectories: int = 1
+
+    def frames(self, trajectory: int) -> Frames:
+        """As StateSource.frames."""
+        _require_below("trajectory", trajectory, self.trajectories)
+        one = self.along
+        return Frames(
+            one.times,
+            one.states,
+            lambda frame: one.problems[frame],
+            first=0,
+            captured=one.captured,
+            common_random_numbers=True,
+        )
 
     def close(self) -> None:
         """As StateSource.close."""
@@ -128,7 +169,7 @@ class Trajectories:
 
 
 def source_of(
-    what: Problem | Dataset | str | os.PathLike[str],
+    what: Problem | Dataset | Along | str | os.PathLike[str],
     parameters: Mapping[str, Any] | None = None,
     *,
     trajectories: int = 6,
@@ -137,17 +178,21 @@ def source_of(
     future: Future | None = None,
     progress: Progress | None = None,
 ) -> StateSource:
-    """A problem, a dataset, the file of one, or a task's name.
+    """A problem, a dataset, the file of one, a margin along a plan, or a task's name.
 
     Of a task so many trajectories of so many frames are generated, with this seed. `future`: of a
     dataset or a task, what is asked of each state. Raises ValueError on anything else, and OSError
     on a file that cannot be read.
     """
-    if not isinstance(what, (Problem, Dataset, str, os.PathLike)):
+    if not isinstance(what, (Problem, Dataset, Along, str, os.PathLike)):
         raise ValueError(
-            f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, or "
-            "the name of a task"
+            f"what is a {type(what).__name__}, expected a Problem, a Dataset, the file of one, an "
+            "Along, or the name of a task"
         )
+    if isinstance(what, Along):
+        if future is not None:
+            raise ValueError("future is given with an Along, which says how far it looks itself")
+        return AlongPlan(what)
     if isinstance(what, Problem):
         return _alone(what, "a problem", future)
     if isinstance(what, Dataset):
@@ -190,6 +235,36 @@ def _alone(question: Problem, title: str, future: Future | None) -> StateSource:
 def _require_below(name: str, number: int, count: int) -> None:
     if not 0 <= number < count:
         raise ValueError(f"{name} is {number}, expected 0 to {count - 1}")
+
+
+class FrameScores(Protocol):
+    """Scores of all states that were computed before."""
+
+    def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
+        """The scores of the state of that number, by metric, with a title; NaN is one that is
+        missing."""
+
+    def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
+        """The scores of so many states from number `first` on, NaN where there is none."""
+
+
+class AlongScores:
+    """The scores of a margin along a plan, at each of its moments."""
+
+    def __init__(self, along: Along) -> None:
+        """Those that there are."""
+        self._scores = {"probability": along.probabilities, "effort/est": along.efforts}
+        self._captions = [f"next {ahead:.3g} s" for ahead in along.ahead]
+
+    def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
+        """As FrameScores.columns."""
+        scores = {metric: float(values[number]) for metric, values in self._scores.items()}
+        return [(self._captions[number], scores)]
+
+    def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
+        """As FrameScores.along."""
+        values = self._scores.get(metric)
+        return np.full(frames, np.nan) if values is None else values[first : first + frames].copy()
 
 
 class StoredScores:

@@ -11,6 +11,7 @@ from typing import Any
 import rich
 
 from energymargin._core import Problem
+from energymargin.actions import Along
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
@@ -18,7 +19,15 @@ from energymargin.deprecations import once_positional
 from energymargin.scoring.settings import MOST_NODES, SearchSettings
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
-from energymargin.viewer.sources import StateSource, StoredScores, Trajectories, source_of
+from energymargin.viewer.sources import (
+    AlongPlan,
+    AlongScores,
+    FrameScores,
+    StateSource,
+    StoredScores,
+    Trajectories,
+    source_of,
+)
 
 __all__ = ["Viewer", "view"]
 
@@ -89,7 +98,7 @@ def _silent() -> Iterator[None]:
 
 @once_positional("parameters", after=1)
 def view(
-    what: Problem | Dataset | str | os.PathLike[str],
+    what: Problem | Dataset | Along | str | os.PathLike[str],
     *,
     parameters: Mapping[str, Any] | None = None,
     trajectory: int = 0,
@@ -103,19 +112,21 @@ def view(
     port: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Viewer:
-    """Serves a page that shows a problem, a dataset, the file of one, or a task.
+    """Serves a page that shows a problem, a dataset, the file of one, a task, or a margin along a
+    plan.
 
     `viewer.page.score()` scores the frame that is shown, as the button of the page does. Only
     who has the whole address, with its token, can use the page.
 
     Args:
-        what: a problem, a dataset, a path to the file of one, or the name of a task, of which
-            trajectories are generated.
+        what: a problem, a dataset, a path to the file of one, the name of a task, of which
+            trajectories are generated, or an Along, whose moments are the frames.
         parameters: of the task.
         trajectory: the one that is shown first, from 0.
         frame: of that trajectory, from 0.
-        nodes: of each search tree. None takes those of `scores`, or else 1000.
-        seed: of searches and of a task's trajectories. None takes that of `scores`, or else 0.
+        nodes: of each search tree. None takes those of `scores` or of an Along, or else 1000.
+        seed: of searches and of a task's trajectories. None takes that of `scores`
+            or of an Along, or else 0.
         future: the horizon and plan of the states of a dataset or a task:
             `em.datasets.Future(5, "hold")` asks whether they stay captured over the next five
             frames while the robot goes on as it moves. None takes that of `scores`, or else asks
@@ -143,9 +154,8 @@ def view(
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = source_of(what, parameters, seed=seed or 0, future=future, progress=progress)
     try:
-        stored = None if scores is None else _stored(source, scores, run)
-        source = source if stored is None else _asked(source, stored, future)
-        settings = SearchSettings(**({} if stored is None else stored.search) | given)
+        source, stored, search = _scored(source, scores, run, future)
+        settings = SearchSettings(**search | given)
     except BaseException:
         source.close()
         raise
@@ -153,9 +163,27 @@ def view(
     return Viewer(source, host, port, stored=stored, settings=settings, **start)
 
 
+def _scored(
+    source: StateSource,
+    scores: str | os.PathLike[str] | None,
+    run: int | None,
+    future: Future | None,
+) -> tuple[StateSource, FrameScores | None, dict[str, Any]]:
+    """A source as its scores ask about it, those scores, and the settings of their searches."""
+    if scores is not None:
+        stored = _stored(source, scores, run)
+        return _asked(source, stored, future), stored, stored.search
+    if isinstance(source, AlongPlan):
+        one = source.along
+        searched = {"nodes": one.nodes, "seed": one.seed, "rollouts": one.rollouts}
+        return source, AlongScores(one), searched
+    return source, None, {}
+
+
 def _stored(source: StateSource, scores: str | os.PathLike[str], run: int | None) -> StoredScores:
     if not isinstance(source, Trajectories):
-        raise ValueError(f"scores are {str(scores)!r}, of no use with a problem alone")
+        kind = "an Along" if isinstance(source, AlongPlan) else "a problem"
+        raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
     return StoredScores(scores, source.dataset, run)
 
 
