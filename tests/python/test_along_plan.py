@@ -1,6 +1,7 @@
 """The margin along a plan: its answers where they are known, and what may not change them."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -216,3 +217,14 @@ def test_the_picture_shades_what_is_not_captured():
     assert len(shades) == 2
     with pytest.raises(ValueError, match="along is 1, expected an Along"):
         em.plots.plot_along(1)
+
+
+@pytest.mark.parametrize(("most", "scale"), [(20.0, "linear"), (40.0, "log")])
+def test_efforts_that_differ_much_have_a_logarithmic_axis(through_the_gate, most, scale):
+    efforts = np.full(len(through_the_gate), np.inf)
+    efforts[:2] = 1.0, most
+    _, below = em.plots.figure_along(replace(through_the_gate, efforts=efforts)).axes
+    low, high = below.get_ylim()
+    assert below.get_yscale() == scale
+    assert low < 1.0 and high > most
+    assert "no escape found" in [text.get_text() for text in below.get_legend().texts]
