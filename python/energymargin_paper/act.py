@@ -1,4 +1,4 @@
-"""Acting on the margin: four tasks, each with a plan that is chosen in four ways, in held-out worlds.
+"""Acting on the margin: four tasks, a plan of each that is chosen in four ways, in held-out worlds.
 
 A plan is chosen once, for the world that is believed. Then it runs in worlds with other frictions,
 other errors of the start and another kind of disturbance, the same for each way of choosing.
@@ -163,11 +163,9 @@ class ActStudy(Study[Settings, Acted]):
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Acted:
         """Chooses all plans, one after the other, and then tries them."""
-        demos = {name: demo_of(name) for name in settings.demos}
+        demos, release = {name: demo_of(name) for name in settings.demos}, version("energymargin")
         choices = [
-            Choice(
-                version("energymargin"), name, method, settings.budget or demo.budget, settings.seed
-            )
+            Choice(release, name, method, settings.budget or demo.budget, settings.seed)
             for name, demo in demos.items()
             for method in METHODS
         ]

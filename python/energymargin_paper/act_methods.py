@@ -1,4 +1,4 @@
-"""How a plan is chosen: as it stands, by the force score, by domain randomization, by the margin."""
+"""How a plan is chosen: the nominal one, by the force score, over random models, by the margin."""
 
 from __future__ import annotations
 
@@ -108,6 +108,6 @@ def _along(problem: Problem) -> tuple[float, int]:
     states = world.simulate(problem.state, steps, record=moments.tolist()).states
     if not problem.succeeded.contains(problem.scene, states[-1]):
         return -np.inf, steps
-    still = problem.replace(horizon=None, plan=None)
+    still = problem.replace(horizon=None, plan=None, within=None)
     scores = [force_score(still.with_state(state)).force for state in states]
     return float(np.mean(scores)), steps

@@ -14,7 +14,7 @@ from energymargin.mujoco.playing import Edge, Player
 from energymargin_paper.act_demo import HOLD, Demo, Values
 from energymargin_paper.engines_states import twin
 
-__all__ = ["ENGINES", "Outcome", "Trial", "duration", "run"]
+__all__ = ["ENGINES", "Outcome", "Trial", "duration", "met", "run"]
 
 ENGINES = ("bullet", "mujoco")
 PARTS = 4  # steps of MuJoCo in one of ours
@@ -42,15 +42,21 @@ class Outcome:
 
 
 def run(demo: Demo, values: Values, engine: str, seed: int, cancel: Cancel) -> Outcome:
-    """One plan in the world of a seed, of which each plan meets the same."""
-    random = np.random.default_rng(SEEDS + seed)
-    problem = demo.problem(values, demo.draw(random))
-    step = problem.scene.step
-    assert problem.horizon is not None
-    times = np.linspace(0.0, problem.horizon, round(problem.horizon / step), endpoint=False)
-    rows = demo.wrenches(random, times)
+    """One plan in the world of a seed."""
+    problem, rows = met(demo, values, seed)
     found = _in_bullet if engine == "bullet" else _in_mujoco
     return found(problem, rows, cancel)
+
+
+def met(demo: Demo, values: Values, seed: int) -> tuple[Problem, NDArray[np.float64]]:
+    """The problem of a plan in the world of a seed, of which each plan meets the same, and the
+    wrenches there, shape (steps, 6 k)."""
+    random = np.random.default_rng(SEEDS + seed)
+    problem = demo.problem(values, demo.draw(random))
+    assert problem.horizon is not None
+    steps = round(problem.horizon / problem.scene.step)
+    times = np.linspace(0.0, problem.horizon, steps, endpoint=False)
+    return problem, demo.wrenches(random, times)
 
 
 def _in_bullet(problem: Problem, rows: NDArray[np.float64], cancel: Cancel) -> Outcome:
