@@ -24,10 +24,11 @@ FRICTION, FRICTION_SPREAD = 0.3, 0.04
 PLACE_SPREAD = 0.01  # m, standard deviation of the box's place
 YAW_SPREAD = math.radians(2.0)
 GAP, START_SPEED = 0.36, 0.35  # m behind the box's centre, m/s ahead
+LENGTH = 1.5  # s; the nominal push is at the wall after 1.1 s
 
 # Held out: other frictions, drawn evenly, and noise with a memory in place of even pieces.
 FRICTION_RANGE = (0.2, 0.4)
-FORCE, TORQUE = 1.3, 0.08  # N, N m
+FORCE, TORQUE = 1.6, 0.1  # N, N m
 CORRELATION = 0.2  # s
 
 
@@ -66,7 +67,7 @@ class PushDemo(Demo):
                 "velocity": (0.0, START_SPEED, 0.0),
             },
         )
-        asked = self._task.future(state, 0.0, params, self._task.length, None)
+        asked = self._task.future(state, 0.0, params, LENGTH, None)
         # A box that lies at the wall is not lost, whatever the pusher does then.
         assert asked.succeeded is not None
         held_or_there = asked.captured | asked.succeeded
@@ -74,8 +75,8 @@ class PushDemo(Demo):
         return planned
 
     def _plan(self, values: Values) -> Plan:
-        share = np.arange(self._task.steps) / self._task.steps
-        rows = np.zeros((self._task.steps, 6))
+        steps = round(LENGTH / self._task.step)
+        share, rows = np.arange(steps) / steps, np.zeros((steps, 6))
         rows[:, 0] = values["sideways"] + values["turn"] * share
         rows[:, 1] = values["ahead"]
         return Plan(self._task.step, wrenches={"effector": rows})

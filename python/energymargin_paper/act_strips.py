@@ -20,7 +20,7 @@ __all__ = ["figure_strip"]
 
 MOMENTS = 5
 AROUND = 0.1  # of the view's longer side
-WIDTH, HEIGHT = 2.3, 2.3  # inch, of a picture
+WIDTH, AXES = 2.3, 0.5  # inch, of a picture, and what it needs above and below
 COLUMNS = 6  # of a wrench
 
 
@@ -30,7 +30,9 @@ def figure_strip(demo: Demo, plans: Mapping[str, Values], world: int) -> Figure:
     motions = {name: _motion(problem, rows) for name, (problem, rows) in asked.items()}
     first = next(iter(asked.values()))[0]
     limits = view_of(first.scene, np.concatenate(list(motions.values())), demo.plane, AROUND)
-    figure = Figure(figsize=(WIDTH * MOMENTS, HEIGHT * len(plans)), dpi=120, layout="constrained")
+    (x0, x1), (y0, y1) = limits
+    size = (WIDTH * MOMENTS, (WIDTH * (y1 - y0) / (x1 - x0) + AXES) * len(plans))
+    figure = Figure(figsize=size, dpi=120, layout="constrained")
     grid = figure.subplots(len(plans), MOMENTS, sharex=True, sharey=True, squeeze=False)
     for row, (name, states) in zip(grid, motions.items(), strict=True):
         problem = asked[name][0]

@@ -125,6 +125,7 @@ def test_a_cancel_leaves_what_is_decided_or_raises():
         ([problem().replace(horizon=None)], {}, r"problems\['0'\] is without a horizon"),
         ([problem()], {"metric": "capture"}, "metric is 'capture', expected 'probability'"),
         ([problem()], {"rollouts": 0}, "rollouts is 0"),
+        ([problem()], {"disturbance": em.disturbances.Boltzmann(1.0)}, "whose draws have weights"),
         ([problem()], {"confidence": 1.0}, "confidence is 1.0"),
         ([problem()], {"uncertainty": {"mass": 1}}, "uncertainty is .*expected an em.beliefs"),
         ([problem()], {"threads": 1, "executor": em.executors.Threads(1)}, "threads is 1"),

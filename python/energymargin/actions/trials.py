@@ -59,6 +59,11 @@ class Question:
     def __post_init__(self) -> None:
         """Checks it."""
         one_of("metric", self.metric, OBJECTIVES)
+        if isinstance(self.disturbance, disturbances.Boltzmann):
+            raise ValueError(
+                f"disturbance is {self.disturbance!r}, whose draws have weights, expected another "
+                "model: draws are compared one by one"
+            )
         whole_number("seed", self.seed, 0, 2**64 - 1)
         whole_number("nodes", self.nodes, 1)
         one_of("search", self.search, SEARCHES)
@@ -105,7 +110,8 @@ class Draws:
     """What came of a trial."""
 
     values: NDArray[np.float64]
-    """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]."""
+    """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]. A rollout that diverged
+    counts as lost."""
     times: NDArray[np.float64]
     """For how long each stayed captured, as a share of its horizon, shape (N,); 1 of an effort."""
     steps: int
@@ -295,7 +301,7 @@ def _rollouts(
     inside = np.isinf(p.exit_times)
     values = p.successes if success else inside
     assert values is not None
-    shares = np.minimum(p.exit_times, p.times[-1]) / p.times[-1]
+    shares = np.nan_to_num(np.minimum(p.exit_times, p.times[-1])) / p.times[-1]
     return Draws(values.astype(float), shares, p.steps)
 
 
