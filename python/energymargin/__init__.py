@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from energymargin import store as store
     from energymargin import tasks as tasks
     from energymargin import viewer as viewer
-    from energymargin.actions import Along, Improvement, Ranking, along, improve, rank
+    from energymargin.actions import Along, Guard, Improvement, Ranking, along, improve, rank
     from energymargin.beliefs import Belief, score_belief
     from energymargin.meshes import mesh
     from energymargin.monitor import Monitor
@@ -91,6 +91,7 @@ __all__ = [
     "EscapeEnergy",
     "ForceScore",
     "ForceWeights",
+    "Guard",
     "Improvement",
     "Inertial",
     "Joint",
@@ -166,6 +167,7 @@ SUBPACKAGES = (
 HOMES = {
     "Along": "actions",
     "Belief": "beliefs",
+    "Guard": "actions",
     "Improvement": "actions",
     "Monitor": "monitor",
     "PlausibilityWarning": "plausibility",

@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 import energymargin as em
 from energymargin import gym
-from energymargin.gym.filters import choose
+from energymargin.actions.choosing import choose
 from energymargin.scoring import SearchSettings
 
 FEW = SearchSettings(rollouts=8, nodes=8)

@@ -14,8 +14,9 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
 from energymargin._core import Problem
+from energymargin.actions.choosing import Choice, choose
 from energymargin.checks import one_of, whole_number
-from energymargin.gym.filters import ActionFilter, Choice, choose
+from energymargin.gym.filters import ActionFilter
 from energymargin.gym.scores import Disturbance, Scorer
 from energymargin.metrics import is_likelihood
 from energymargin.scoring import SearchSettings

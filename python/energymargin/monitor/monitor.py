@@ -186,6 +186,11 @@ class Monitor(Closing):
         with self._lock:
             return self._is_on
 
+    @property
+    def rule(self) -> Alarm | None:
+        """When the alarm goes on and off; None if it never does."""
+        return self._alarm
+
     def wait(self, timeout: float | None = None) -> bool:
         """Waits until no state waits and none is scored; whether that came within `timeout` [s]."""
         limit = None if timeout is None else not_negative_number("timeout", timeout)

@@ -1,0 +1,292 @@
+"""A guard in front of a policy: where the margin is low, the safest of k actions or a fallback."""
+
+from __future__ import annotations
+
+import inspect
+import logging
+from collections.abc import Callable, Iterable
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energymargin._core import (
+    Cancelled,
+    CaptureProbability,
+    Problem,
+    capture_probability,
+    disturbances,
+)
+from energymargin.actions.choosing import check_confidence, choose
+from energymargin.actions.decisions import Decision, GuardCounters, Reason, Source
+from energymargin.checks import not_negative_number, one_of, whole_number
+from energymargin.closing import Closing
+from energymargin.executors.threads import thread_count
+from energymargin.monitor import Monitor, Reading
+
+__all__ = ["Candidates", "Guard", "ProblemOfAction"]
+
+UNKNOWN = ("fallback", "ask", "policy")
+
+ProblemOfAction = Callable[[float, NDArray[np.float64], Any], Problem]
+"""Called with (time, state, action); returns the problem at that state in which the robot takes
+that action first."""
+Candidates = Callable[[Any, Any, np.random.Generator], Iterable[Any]]
+"""Called with (observation, action, random); returns actions beside the policy's."""
+
+_log = logging.getLogger("energymargin.actions.guard")
+_NONE = np.zeros(0)
+
+
+class Guard(Closing):
+    """Lets a policy's actions pass while the margin is fine, and takes the safest one otherwise.
+
+    `guard(observation, time=, state=)` shows the state to the monitor. While the alarm is off it
+    returns the policy's action, the same object. While it is on, the policy's action, candidates
+    and the fallback's are asked under the same disturbances. Another action is taken if it is
+    better than the policy's by more than the statistical error. If the one taken does not reach
+    `least`, the most probable one that does is; if none does, the fallback.
+
+    Call it from one thread. `last` and `counters` may be read from any, and `close` called. Ctrl-C
+    ends a call within 0.2 s. Use it in a `with` statement, or `close` it: it closes its monitor.
+    """
+
+    def __init__(
+        self,
+        policy: Callable[[Any], Any],
+        monitor: Monitor,
+        fallback: Callable[[Any], Any] | None = None,
+        *,
+        problem_of: ProblemOfAction,
+        candidates: Candidates | None = None,
+        confidence: float = 0.95,
+        least: float = 0.0,
+        stale: float | None = None,
+        unknown: Literal["fallback", "ask", "policy"] | None = None,
+        rollouts: int = 30,
+        disturbance: Any = None,
+        seed: int = 0,
+        threads: int | None = None,
+        on_decision: Callable[[Decision], object] | None = None,
+    ) -> None:
+        """A guard of a policy.
+
+        Args:
+            policy: a function of an observation that returns an action. It is called in each step.
+            monitor: with an alarm. The guard pushes the states, nobody else does.
+            fallback: a function of an observation that returns the action that is taken when none
+                is safe enough, such as to stop, to hold or to retreat.
+            problem_of: a function (time, state, action) that returns the problem at that state in
+                which the robot takes that action first; it has a horizon.
+            candidates: a function (observation, action, random) that returns other actions, such as
+                Noise; None: only the policy's action and the fallback's are asked.
+            confidence: with which another action has to be better than the policy's.
+            least: probability that an action has to reach, or the fallback is taken.
+            stale: how old a reading may be, by the times of the states [s]: for a control loop,
+                which never waits for the monitor. None: each call waits for the reading of its own
+                state, so that a simulation is the same in every run.
+            unknown: what happens without a reading, or with one that failed or is too old:
+                "fallback", "ask" the actions as if the alarm were on, or "policy". None: "fallback"
+                if there is one, else "ask".
+            rollouts: of each action that is asked.
+            disturbance: as of `capture_probability`; None: Uniform().
+            seed: of candidates and disturbances.
+            threads: of the rollouts of an action; None: all cores. Results do not depend on them.
+            on_decision: called with each Decision. What it raises comes out of the call.
+
+        If `problem_of` or its score fails, the fallback is taken and `last.error` says why; without
+        a fallback the error is raised. Raises ValueError on bad arguments.
+        """
+        self._policy = _function("policy", policy, "observation")
+        self._monitor = _with_alarm(monitor)
+        self._fallback = (
+            None if fallback is None else _function("fallback", fallback, "observation")
+        )
+        self._problem_of = _function("problem_of", problem_of, "time", "state", "action")
+        self._candidates = (
+            None
+            if candidates is None
+            else _function("candidates", candidates, "observation", "action", "random")
+        )
+        if candidates is None and fallback is None:
+            raise ValueError("candidates and fallback are None, expected one of them at least")
+        check_confidence(confidence)
+        self._confidence = confidence
+        self._least = not_negative_number("least", least)
+        if self._least > 1:
+            raise ValueError(f"least is {least!r}, expected a probability, from 0 to 1")
+        if self._least and fallback is None:
+            raise ValueError(f"least is {least!r} without a fallback, expected 0 or a fallback")
+        self._stale = None if stale is None else not_negative_number("stale", stale)
+        self._unknown = _checked_unknown(unknown, fallback)
+        self._rollouts = whole_number("rollouts", rollouts, 1)
+        self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
+        self._seed = whole_number("seed", seed, 0, 2**64 - 1)
+        self._threads = thread_count(threads)
+        self._on_decision = (
+            None if on_decision is None else _function("on_decision", on_decision, "decision")
+        )
+        self._random = np.random.default_rng(self._seed)
+        self._last: Decision | None = None
+        self._counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
+
+    @property
+    def monitor(self) -> Monitor:
+        """The monitor."""
+        return self._monitor
+
+    @property
+    def last(self) -> Decision | None:
+        """The last decision; None before the first one and after `reset`."""
+        return self._last
+
+    @property
+    def counters(self) -> GuardCounters:
+        """Decisions since the guard began, by source and reason."""
+        return self._counters
+
+    def __call__(self, observation: Any, *, time: float, state: ArrayLike) -> Any:
+        """The action to take at an observation, in the state of shape (n,) at a time [s].
+
+        Raises ValueError on a state that is no vector, or a time that does not rise (`reset` begins
+        anew), RuntimeError once the guard is closed.
+        """
+        self._monitor.push(time, state)
+        if self._stale is None:
+            self._monitor.wait()
+        action = self._policy(observation)
+        reading = self._monitor.latest
+        reason = self._reason(float(time), reading)
+        if reason == "fine" or (reason == "unknown" and self._unknown == "policy"):
+            decision = Decision(float(time), "policy", reason, action, reading, _NONE)
+        elif reason == "unknown" and self._unknown == "fallback":
+            taken = self._fallback_action(observation)
+            decision = Decision(float(time), "fallback", reason, taken, reading, _NONE)
+        else:
+            vector = np.array(state, dtype=float)
+            actions = self._actions(observation, action)
+            decision = self._asked(float(time), vector, actions, reason, reading)
+        self._last = decision
+        self._counters = self._counters.after(decision)
+        if self._on_decision is not None:
+            self._on_decision(decision)
+        return decision.action
+
+    def reset(self, seed: int | None = None) -> None:
+        """A new trajectory begins, with another seed if one is given; counters go on."""
+        if seed is not None:
+            self._seed = whole_number("seed", seed, 0, 2**64 - 1)
+        self._random = np.random.default_rng(self._seed)
+        self._last = None
+        self._monitor.reset()
+
+    def close(self) -> None:
+        """Closes the monitor, within 0.2 s."""
+        self._monitor.close()
+
+    def _reason(self, time: float, reading: Reading | None) -> Reason:
+        oldest = time - (self._stale or 0.0)
+        if reading is None or reading.error is not None or reading.time < oldest:
+            return "unknown"
+        return "alarm" if reading.alarm else "fine"
+
+    def _asked(
+        self,
+        time: float,
+        state: NDArray[np.float64],
+        actions: list[Any],
+        reason: Reason,
+        reading: Reading | None,
+    ) -> Decision:
+        """The decision among all actions."""
+        seed = int(self._random.integers(2**63))
+        try:
+            number, probabilities = self._safest(time, state, actions, seed)
+        except (Cancelled, MemoryError):
+            raise
+        except Exception as error:
+            if self._fallback is None:
+                raise
+            _log.warning("the actions at %g s have no score: %s", time, error)
+            return Decision(time, "fallback", reason, actions[-1], reading, _NONE, error=error)
+        return Decision(
+            *(time, self._source(number, len(actions)), reason, actions[number], reading),
+            *(probabilities, self._rollouts * int(np.isfinite(probabilities).sum())),
+        )
+
+    def _actions(self, observation: Any, action: Any) -> list[Any]:
+        """The policy's, the candidates, and last the fallback's."""
+        others = (
+            []
+            if self._candidates is None
+            else list(self._candidates(observation, action, self._random))
+        )
+        last = [] if self._fallback is None else [self._fallback(observation)]
+        return [action, *others, *last]
+
+    def _safest(
+        self, time: float, state: NDArray[np.float64], actions: list[Any], seed: int
+    ) -> tuple[int, NDArray[np.float64]]:
+        """The number of the action to take, and the probabilities."""
+
+        def probability(number: int) -> CaptureProbability:
+            return capture_probability(
+                self._problem_of(time, state, actions[number]),
+                disturbance=self._disturbance,
+                rollouts=self._rollouts,
+                seed=seed,
+                threads=self._threads,
+                undisturbed=False,
+            )
+
+        choice = choose(len(actions), probability, self._confidence)
+        number, probabilities = choice.number, choice.probabilities
+        if probabilities[number] < self._least:
+            for other in np.flatnonzero(np.isnan(probabilities)):
+                probabilities[other] = probability(int(other)).captured
+            number = int(np.argmax(probabilities))
+        if probabilities[number] < self._least:
+            number = len(actions) - 1
+        return number, probabilities
+
+    def _source(self, number: int, count: int) -> Source:
+        if number == 0:
+            return "policy"
+        is_last = self._fallback is not None and number == count - 1
+        return "fallback" if is_last else "candidate"
+
+    def _fallback_action(self, observation: Any) -> Any:
+        assert self._fallback is not None  # "fallback" is refused without one
+        return self._fallback(observation)
+
+
+def _function(name: str, value: Any, *arguments: str) -> Any:
+    """The value; ValueError unless it is called with so many arguments."""
+    expected = f"expected a function ({', '.join(arguments)})"
+    if not callable(value):
+        raise ValueError(f"{name} is {value!r}, {expected}")
+    try:
+        signature = inspect.signature(value)
+    except (TypeError, ValueError):  # of some compiled functions
+        return value
+    try:
+        signature.bind(*arguments)
+    except TypeError as error:
+        raise ValueError(f"{name} takes {signature}, {expected}") from error
+    return value
+
+
+def _with_alarm(monitor: Monitor) -> Monitor:
+    if not isinstance(monitor, Monitor):
+        raise ValueError(f"monitor is {monitor!r}, expected an em.Monitor")
+    if monitor.rule is None:
+        raise ValueError("monitor has no alarm, expected one with alarm=")
+    return monitor
+
+
+def _checked_unknown(unknown: str | None, fallback: object) -> str:
+    if unknown is None:
+        return "ask" if fallback is None else "fallback"
+    if unknown == "fallback" and fallback is None:
+        raise ValueError("unknown is 'fallback' without a fallback, expected 'ask' or 'policy'")
+    return one_of("unknown", unknown, UNKNOWN)

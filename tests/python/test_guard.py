@@ -1,0 +1,226 @@
+"""The guard in front of a policy. A box slides without friction between two edges; an action is the
+velocity that its robot gives it."""
+
+import threading
+
+import numpy as np
+import pytest
+from sliding import EDGE, problem
+
+import energymargin as em
+from energymargin.actions import Noise
+from energymargin.monitor import Alarm
+
+STEP = 0.25  # s
+ROLLOUTS = 12
+LOW = Alarm(0.7)
+WALK = 0.5  # m/s, the policy's
+FORCE = 1.0  # N for half a second; moves the box by at most 0.19 m in a second
+
+
+def moving(time, state, action):
+    """The box at a place with a velocity, which it keeps for a second."""
+    return problem(state[0], action[0]).replace(force=(FORCE, 0, 0))
+
+
+def ahead(state):
+    """What the monitor asks: the policy goes on."""
+    return problem(state[0], WALK).replace(force=(FORCE, 0, 0))
+
+
+def walk(observation):
+    return np.array([WALK])
+
+
+def stop(observation):
+    return np.array([0.0])
+
+
+def watching(problem_of=ahead, alarm=LOW, **words):
+    return em.Monitor(problem_of, alarm=alarm, rollouts=ROLLOUTS, threads=1, **words)
+
+
+class Gate:
+    """A problem_of that answers while it is open."""
+
+    def __init__(self):
+        self._may = threading.Event()
+        self.open, self.shut = self._may.set, self._may.clear
+
+    def __call__(self, state):
+        self._may.wait()
+        return ahead(state)
+
+
+def guarded(policy=walk, fallback=stop, monitor=None, **words):
+    chosen = {"problem_of": moving, "rollouts": ROLLOUTS, "threads": 1, "confidence": 0.6, **words}
+    return em.Guard(policy, watching() if monitor is None else monitor, fallback, **chosen)
+
+
+def walked(guard, steps=20):
+    """Where the box is after each step."""
+    places, x = [], 0.0
+    for k in range(steps):
+        x += STEP * guard(x, time=k * STEP, state=[x])[0]
+        places.append(x)
+    return places
+
+
+def test_a_policy_that_walks_off_an_edge_is_held():
+    assert 20 * STEP * WALK > 2 * EDGE  # on its own it is far outside
+    decisions = []
+    with guarded(on_decision=decisions.append) as guard:
+        places = walked(guard)
+    assert max(places) < EDGE
+    assert decisions[0].source == "policy" and guard.last.source == "fallback"
+    assert guard.last is decisions[-1] and guard.last.reason == "alarm"
+    assert guard.last.probabilities[1] > guard.last.probabilities[0]
+    counts = guard.counters
+    assert counts.decisions == counts.policy + counts.candidate + counts.fallback == 20
+    assert counts.alarm == sum(decision.reason == "alarm" for decision in decisions)
+    assert counts.rollouts == sum(decision.rollouts for decision in decisions) > 0
+
+
+def test_where_the_margin_is_fine_the_policys_own_object_passes_and_nothing_is_asked():
+    action = np.array([np.pi])
+
+    def never(_, __=None, ___=None):
+        raise AssertionError("asked")
+
+    with guarded(lambda _: action, never, problem_of=never, candidates=never) as guard:
+        assert guard(None, time=0.0, state=[0.0]) is action
+        assert guard.last.reason == "fine" and guard.counters.rollouts == 0
+
+
+def test_a_candidate_that_is_better_is_taken():
+    with guarded(fallback=None, candidates=lambda *_: [np.array([-0.2])]) as guard:
+        assert guard(None, time=0.0, state=[0.95])[0] == -0.2
+        assert guard.last.source == "candidate" and guard.last.rollouts == 2 * ROLLOUTS
+
+
+def test_the_fallback_is_taken_where_nothing_reaches_the_least_probability():
+    """Outside by more than any action brings back in a second."""
+    with guarded(least=0.5, candidates=Noise(2, 0.1)) as guard:
+        assert guard(None, time=0.0, state=[3.0])[0] == 0
+        assert guard.last.source == "fallback" and guard.last.reason == "alarm"
+        assert (guard.last.probabilities == 0).all()
+    with guarded(candidates=Noise(2, 0.1)) as guard:  # no better than the policy
+        assert guard(None, time=0.0, state=[3.0])[0] == WALK
+
+
+def test_an_action_that_reaches_the_least_probability_goes_before_the_fallback():
+    """Too few rollouts to show with this confidence that it is better."""
+    with guarded(
+        least=0.9, confidence=0.9999, rollouts=2, candidates=lambda *_: [np.array([-0.5])]
+    ) as guard:
+        assert guard(None, time=0.0, state=[0.95])[0] == -0.5
+        assert guard.last.source == "candidate"
+
+
+@pytest.mark.parametrize(
+    ("unknown", "action", "source"),
+    [(None, 0.0, "fallback"), ("policy", WALK, "policy"), ("ask", WALK, "policy")],
+)
+def test_without_a_fresh_reading_it_does_what_was_chosen(unknown, action, source):
+    """The monitor fails from the second state on; its last reading ages."""
+
+    def failing(time, state):
+        if time > 0:
+            raise ArithmeticError("no state estimate")
+        return ahead(state)
+
+    with guarded(monitor=watching(failing), unknown=unknown) as guard:
+        assert guard(None, time=0.0, state=[0.0])[0] == WALK and guard.last.reason == "fine"
+        assert guard(None, time=0.1, state=[0.0])[0] == action
+        assert guard.last.reason == "unknown" and guard.last.source == source
+        assert isinstance(guard.last.reading.error, ArithmeticError)
+
+
+def test_a_guard_that_is_closed_takes_no_state():
+    guard = guarded()
+    guard.close()
+    with pytest.raises(RuntimeError, match="closed"):
+        guard(None, time=0.0, state=[0.0])
+
+
+def test_a_loop_does_not_wait_for_its_monitor_and_a_reading_counts_until_it_is_stale():
+    gate = Gate()
+    with guarded(monitor=watching(gate), stale=0.25) as guard:
+        assert guard(None, time=0.0, state=[0.0])[0] == 0  # no reading yet
+        assert guard.last.reading is None and guard.last.reason == "unknown"
+        gate.open()
+        guard.monitor.wait()
+        gate.shut()
+        guard(None, time=0.25, state=[0.0])
+        assert guard.last.reason == "fine" and guard.last.reading.time == 0
+        guard(None, time=0.5, state=[0.0])
+        assert guard.last.reason == "unknown"  # older than 0.25 s
+        gate.open()
+
+
+def test_the_same_seed_takes_the_same_actions():
+    def played(seed, threads):
+        with guarded(candidates=Noise(3, 0.3), seed=seed, threads=threads) as guard:
+            first = walked(guard)
+            guard.reset()
+            assert guard.last is None
+            assert walked(guard) == first
+        return first
+
+    assert played(0, 1) == played(0, 2)
+    assert played(0, 1) != played(1, 1)
+
+
+def test_a_question_that_fails_is_the_fallback_or_without_one_an_error():
+    def broken(time, state, action):
+        raise ArithmeticError("no scene")
+
+    with guarded(problem_of=broken) as guard:
+        assert guard(None, time=0.0, state=[0.95])[0] == 0
+        assert guard.last.source == "fallback"
+        assert isinstance(guard.last.error, ArithmeticError)
+    with (
+        guarded(fallback=None, candidates=Noise(1, 0.1), problem_of=broken) as guard,
+        pytest.raises(ArithmeticError, match="no scene"),
+    ):
+        guard(None, time=0.0, state=[0.95])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"policy": None}, "policy is None, expected a function"),
+        ({"monitor": 3}, "monitor is 3, expected an em.Monitor"),
+        ({"problem_of": lambda state: state}, r"problem_of takes .* \(time, state, action\)"),
+        ({"fallback": None}, "candidates and fallback are None"),
+        ({"confidence": 1.0}, "confidence is 1.0"),
+        ({"least": 2.0}, "least is 2.0"),
+        ({"least": 0.5, "fallback": None, "candidates": Noise(1, 1.0)}, "without a fallback"),
+        ({"stale": -1.0}, "stale is -1"),
+        ({"unknown": "guess"}, "unknown is 'guess'"),
+        ({"rollouts": 0}, "rollouts is 0"),
+        ({"candidates": 4}, "candidates is 4"),
+    ],
+)
+def test_bad_arguments_are_refused(words, message):
+    with pytest.raises(ValueError, match=message):
+        guarded(**words)
+
+
+def test_a_monitor_without_an_alarm_is_refused():
+    with watching(alarm=None) as monitor, pytest.raises(ValueError, match="has no alarm"):
+        guarded(monitor=monitor)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [((0, 1.0), "count is 0"), ((1, -1.0), "spread is -1"), ((1, 1.0, 2, 1), "low is 2")],
+)
+def test_noise_that_cannot_be_is_refused(words, message):
+    with pytest.raises(ValueError, match=message):
+        Noise(*words)
+
+
+def test_noise_stays_within_its_bounds():
+    drawn = np.array(Noise(100, 1.0, -0.5, 0.25)(None, [0.0, 0.0], np.random.default_rng(0)))
+    assert drawn.shape == (100, 2) and drawn.min() == -0.5 and drawn.max() == 0.25
