@@ -47,8 +47,8 @@ def tutorial(request):
     return nbformat.read(request.param, as_version=4), RUN["executed"](request.param)
 
 
-def test_there_are_four_tutorials_and_the_page_of_them_names_each():
-    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3", "4"]
+def test_there_are_six_tutorials_and_the_page_of_them_names_each():
+    assert [path.stem[0] for path in TUTORIALS] == ["1", "2", "3", "4", "5", "6"]
     page = (FOLDER / "index.md").read_text()
     assert all(f"({path.name})" in page for path in TUTORIALS)
 

@@ -21,8 +21,10 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     """The candidates with their 95 % intervals, the best on top: blue the best, black those of
     which it is not surely better, grey the others; a hollow mark was out before the end."""
     if ax is None:
+        from matplotlib import pyplot
+
         height = 1.2 + ROW * len(ranking)
-        ax = Figure(figsize=(5.2, height), dpi=150, layout="constrained").subplots()
+        ax = pyplot.subplots(figsize=(5.2, height), layout="constrained")[1]
     for row, standing in enumerate(ranking):
         color = BEST if row == 0 else ALIKE if standing.name in ranking.alike else WORSE
         if np.isfinite([standing.low, standing.high]).all():
