@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from futures import resting as alone
 
 import energymargin as em
 
@@ -448,3 +449,41 @@ def test_a_metric_that_the_problem_cannot_answer_is_refused():
     """By name, with what to do."""
     with pytest.raises(ValueError, match=r"replace\(horizon="):
         em.score([ball(1.0, horizon=None)], metrics=("probability",))
+
+
+@pytest.mark.parametrize(
+    "disturbance",
+    [
+        em.disturbances.Uniform(1.2),
+        em.disturbances.Gaussian(0.7, 0.0, 0.1),
+        lambda random, times: random.normal(scale=2.0, size=(len(times), 6)),
+    ],
+)
+def test_a_part_of_the_rollouts_has_the_bits_of_the_whole(disturbance):
+    """By the numbers of its rollouts."""
+    asked = alone(horizon=0.5)
+    words = {"disturbance": disturbance, "success": True, "seed": 3}
+    whole = em.capture_probability(asked, rollouts=12, **words)
+    parts = [
+        em.capture_probability(asked, first=first, rollouts=count, undisturbed=False, **words)
+        for first, count in ((0, 5), (5, 7))
+    ]
+    assert np.array_equal(whole.exit_times, np.concatenate([p.exit_times for p in parts]))
+    assert np.array_equal(whole.successes, np.concatenate([p.successes for p in parts]))
+    assert 0 < np.isinf(whole.exit_times).sum() < 12
+
+
+def test_exit_times_are_those_of_the_curve():
+    p = em.capture_probability(
+        alone(horizon=0.5), disturbance=em.disturbances.Uniform(1.2), rollouts=40
+    )
+    captured = [(p.exit_times > time).mean() for time in p.times]
+    assert np.allclose(p.curve, captured)
+    assert p.mean_time == pytest.approx(np.minimum(p.exit_times, 0.5).mean())
+    assert p.successes is None
+
+
+def test_without_the_undisturbed_rollout_nothing_is_said_of_it():
+    p = em.capture_probability(alone(horizon=0.5), rollouts=2, undisturbed=False)
+    assert p.undisturbed is None and np.isnan(p.undisturbed_time)
+    assert p.steps < em.capture_probability(alone(horizon=0.5), rollouts=2).steps
