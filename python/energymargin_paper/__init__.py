@@ -23,6 +23,7 @@ STUDIES = {
     "early-warning": "Losses announced by an alarm that is seldom false",
     "filter": "Actions of a noisy policy filtered by their capture probabilities",
     "act": "Plans chosen by the margin, against nominal ones, in worlds held out",
+    "guard": "A guard in front of a noisy policy, against a filter in each step",
     "racing": "Races of twelve pushes against whole comparisons",
     "enlarged": "Centimetres and grams at true scale, beside enlarged scenes",
     "bowl": "The escape energy of a ball in a bowl (Definition 2)",

@@ -8,7 +8,7 @@ same friction and the same noise; from the first action that is changed on they 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,18 @@ from energymargin.table_text import csv_text, markdown_table
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.study import Progress, Study, setting
 
-__all__ = ["ARMS", "STUDY", "Episode", "FilterStudy", "Filtered", "Outcome", "Settings", "paired"]
+__all__ = [
+    "ARMS",
+    "STUDY",
+    "Episode",
+    "FilterStudy",
+    "Filtered",
+    "Outcome",
+    "Settings",
+    "by_seed",
+    "noisy",
+    "paired",
+]
 
 TASK = "push"
 EPISODES_FILE = "episodes.jsonl"
@@ -155,18 +166,29 @@ def paired(gained: int, lost: int, pairs_of: int) -> tuple[float, float, float, 
     )
 
 
+def noisy(env: TaskEnv, seed: int, noise: float) -> Callable[[], NDArray[np.float64]]:
+    """The policy: the script's action, with normal noise of a standard deviation [N] on both."""
+    random = np.random.default_rng([seed, POLICY_STREAM])
+    space: Any = env.action_space
+
+    def action() -> NDArray[np.float64]:
+        wanted = env.nominal_action() + noise * random.normal(size=2)
+        return np.asarray(np.clip(wanted, space.low, space.high))
+
+    return action
+
+
 def run(job: Episode, cancel: Cancel) -> Outcome:
     """One episode; cut short once `cancel` is set."""
     env = TaskEnv(TASK)
     wrapped = _wrapped(env, job)
-    noise = np.random.default_rng([job.seed, POLICY_STREAM])
+    policy = noisy(env, job.seed, job.noise)
     wrapped.reset(seed=job.seed)
     changed, times = 0, []
     while True:
-        action = env.nominal_action() + job.noise * noise.normal(size=2)
-        space: Any = env.action_space
+        action = policy()
         begin = time.perf_counter()
-        *_, terminated, truncated, info = wrapped.step(np.clip(action, space.low, space.high))
+        *_, terminated, truncated, info = wrapped.step(action)
         times.append(time.perf_counter() - begin)
         changed += bool(info.get("filter", {}).get("changed"))
         if terminated or truncated or cancel.is_set:
@@ -187,6 +209,11 @@ def _wrapped(env: TaskEnv, job: Episode) -> Any:
         settings=SearchSettings(rollouts=job.rollouts),
         action_filter=ActionFilter(job.candidates, job.spread, confidence=job.confidence),
     )
+
+
+def by_seed(jobs: dict[str, list[Any]]) -> list[Any]:
+    """The episodes of all arms by seed, so that a study that is stopped has pairs."""
+    return sorted((job for arm in jobs.values() for job in arm), key=lambda job: job.seed)
 
 
 class FilterStudy(Study[Settings, Filtered]):
@@ -213,7 +240,7 @@ class FilterStudy(Study[Settings, Filtered]):
         jobs = {arm: [_episode(arm, s, settings) for s in _seeds_of(arm, seeds)] for arm in ARMS}
         found = resumed(
             folder / EPISODES_FILE,
-            list(_alternating(jobs)),
+            by_seed(jobs),
             run,
             threads,
             lines=pairs(Episode, Outcome),
@@ -223,11 +250,6 @@ class FilterStudy(Study[Settings, Filtered]):
 
 
 STUDY = FilterStudy()
-
-
-def _alternating(jobs: dict[str, list[Episode]]) -> Iterator[Episode]:
-    """By seed, so that a study that is stopped has pairs."""
-    return iter(sorted((job for arm in jobs.values() for job in arm), key=lambda job: job.seed))
 
 
 def _episode(arm: str, seed: int, settings: Settings) -> Episode:

@@ -28,6 +28,7 @@ RUNNING = [
     "index.md",
     "ten_minutes.md",
     "formats/datasets.md",
+    "guides/guard.md",
     "guides/gymnasium.md",
     "guides/monitor.md",
     "guides/own_problem.md",
