@@ -29,6 +29,7 @@ RUNNING = [
     "ten_minutes.md",
     "formats/datasets.md",
     "guides/guard.md",
+    "guides/choose_and_improve.md",
     "guides/gymnasium.md",
     "guides/monitor.md",
     "guides/own_problem.md",

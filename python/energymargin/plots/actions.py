@@ -65,10 +65,10 @@ def _draw_scores(ax: Axes, improvement: Improvement) -> None:
         ax.plot(np.full(len(one.scores), number), one.scores, ".", color="0.75", markersize=3)
     best = [one.scores[one.best] for one in improvement.generations]
     median = [np.nanmedian(one.scores) for one in improvement.generations]
-    ax.plot(numbers, best, color=BEST, linewidth=1.6, label="best")
-    ax.plot(numbers, median, color=ALIKE, linewidth=1.2, label="median")
-    ax.set(xlabel="generation", ylabel=axis_label(improvement.ranking.metric))
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.plot(numbers, best, "o-", color=BEST, linewidth=1.6, markersize=3, label="best")
+    ax.plot(numbers, median, "o-", color=ALIKE, linewidth=1.2, markersize=2, label="median")
+    ax.set_ylabel(axis_label(improvement.ranking.metric))
+    _count_generations(ax, len(numbers))
     light_grid(ax)
     factors = [one.factor for one in improvement.generations]
     if max(factors) > 1.0:
@@ -84,8 +84,14 @@ def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
     points = np.array([one.favourite for one in improvement.generations])
     numbers = np.arange(1, len(points) + 1)
     for name, column in zip(improvement.parameters, points.T, strict=True):
-        ax.plot(numbers, column, linewidth=1.4, label=name)
-    ax.set(xlabel="generation", ylabel="favourite, share of the range", ylim=(-0.02, 1.02))
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+        ax.plot(numbers, column, "o-", linewidth=1.4, markersize=2, label=name)
+    ax.set(ylabel="favourite, share of the range", ylim=(-0.02, 1.02))
+    _count_generations(ax, len(points))
     light_grid(ax)
     ax.legend(fontsize=8)
+
+
+def _count_generations(ax: Axes, count: int) -> None:
+    """The axis of their numbers."""
+    ax.set(xlabel="generation", xlim=(0.5, count + 0.5))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
