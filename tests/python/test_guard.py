@@ -143,6 +143,21 @@ def test_a_guard_that_is_closed_takes_no_state():
         guard(None, time=0.0, state=[0.0])
 
 
+def test_closing_ends_a_call_that_asks_its_actions():
+    asked = threading.Event()
+
+    def long(time, state, action):
+        asked.set()
+        return problem().replace(force=(0, 0, 0), horizon=60.0)  # never ends early
+
+    guard = guarded(problem_of=long, rollouts=100_000)
+    closer = threading.Thread(target=lambda: (asked.wait(), guard.close()))
+    closer.start()
+    with pytest.raises(em.Cancelled):
+        guard(None, time=0.0, state=[0.95])
+    closer.join()
+
+
 def test_a_loop_does_not_wait_for_its_monitor_and_a_reading_counts_until_it_is_stale():
     gate = Gate()
     with guarded(monitor=watching(gate), stale=0.25) as guard:

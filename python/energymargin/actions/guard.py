@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import (
+    Cancel,
     Cancelled,
     CaptureProbability,
     Problem,
@@ -127,6 +128,7 @@ class Guard(Closing):
             None if on_decision is None else _function("on_decision", on_decision, "decision")
         )
         self._random = np.random.default_rng(self._seed)
+        self._cancel = Cancel()
         self._last: Decision | None = None
         self._counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
 
@@ -181,7 +183,8 @@ class Guard(Closing):
         self._monitor.reset()
 
     def close(self) -> None:
-        """Closes the monitor, within 0.2 s."""
+        """Closes the monitor, within 0.2 s. A call that asks its actions raises Cancelled."""
+        self._cancel.set()
         self._monitor.close()
 
     def _reason(self, time: float, reading: Reading | None) -> Reason:
@@ -230,14 +233,18 @@ class Guard(Closing):
         """The number of the action to take, and the probabilities."""
 
         def probability(number: int) -> CaptureProbability:
-            return capture_probability(
+            found = capture_probability(
                 self._problem_of(time, state, actions[number]),
                 disturbance=self._disturbance,
                 rollouts=self._rollouts,
                 seed=seed,
                 threads=self._threads,
                 undisturbed=False,
+                cancel=self._cancel,
             )
+            if not found.complete:
+                raise Cancelled("the guard was closed")
+            return found
 
         choice = choose(len(actions), probability, self._confidence)
         number, probabilities = choice.number, choice.probabilities
