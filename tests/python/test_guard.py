@@ -148,7 +148,7 @@ def test_closing_ends_a_call_that_asks_its_actions():
 
     def long(time, state, action):
         asked.set()
-        return problem().replace(force=(0, 0, 0), horizon=60.0)  # never ends early
+        return problem().replace(force=(1e-4, 0, 0), horizon=60.0)  # stays between the edges
 
     guard = guarded(problem_of=long, rollouts=100_000)
     closer = threading.Thread(target=lambda: (asked.wait(), guard.close()))
