@@ -38,16 +38,16 @@ from energymargin.disturbances import Uniform
 from energymargin.tasks.base import STEP
 from energymargin_paper.act_demo import Demo, Values, World, held, noise
 
-__all__ = ["GraspDemo"]
+__all__ = ["GraspDemo", "joined"]
 
 # The mallet along x, from the handle's end; it lies on z = 0. At each end of a part: x, half of its
 # width and its height [m].
 HANDLE = ((0.0, 0.012, 0.026), (0.17, 0.020, 0.032))
 HEAD = ((0.17, 0.035, 0.036), (0.20, 0.035, 0.036))
 CHAMFER = 0.25  # of the upper edges, as a share of half of the width
-DENSITIES = (600.0, 1500.0)  # kg/m^3, of handle and head
+DENSITIES = (600.0, 1600.0)  # kg/m^3, of handle and head
 MASS_SPREAD = 0.1  # share of the mass, standard deviation
-PLACE_SPREAD = 0.004  # m, standard deviation of the mallet's place on x and y
+PLACE_SPREAD = 0.003  # m, standard deviation of the mallet's place on x and y
 YAW_SPREAD = math.radians(4.0)
 FRICTION = 0.7  # of the mallet; a contact's coefficient, since that of the pads is 1
 TABLE_FRICTION = 0.7
@@ -78,7 +78,7 @@ LONGEST_EDGE = 0.1  # s
 
 # Held out: frictions of an even range, and noise with a memory in place of even pieces.
 FRICTION_RANGE = (0.4, 1.0)
-FORCE, TORQUE = 0.6, 0.012  # N, N m, standard deviations
+FORCE, TORQUE = 0.5, 0.01  # N, N m, standard deviations
 CORRELATION = 0.1  # s
 
 
@@ -100,8 +100,8 @@ class GraspDemo(Demo):
     def __init__(self) -> None:
         """Makes the mallet."""
         self._parts = [_part(*HANDLE), _part(*HEAD)]
-        _, self._centroid, _ = _joined(self._parts, (1.0, 1.0))
-        self._mass, self._center, self._inertia = _joined(self._parts, DENSITIES)
+        _, self._centroid, _ = joined(self._parts, (1.0, 1.0))
+        self._mass, self._center, self._inertia = joined(self._parts, DENSITIES)
         self.uncertainty = Uncertainty(
             friction={"mallet": stats.uniform(0.5, 0.4)},
             mass={"mallet": MASS_SPREAD * self._mass},
@@ -193,7 +193,7 @@ def _part(*ends: tuple[float, float, float]) -> NDArray[np.float64]:
     return np.array(corners)
 
 
-def _joined(
+def joined(
     parts: list[NDArray[np.float64]], densities: tuple[float, ...]
 ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
     """Mass [kg], centre of mass [m] and inertia about it (3, 3) [kg m^2] of parts together."""

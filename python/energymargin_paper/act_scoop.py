@@ -28,7 +28,6 @@ from energymargin.tasks.scoop import (
     GRAVITY,
     LIFT_SPEED,
     LONGEST_EDGE,
-    SCOOP_MASS,
     SPEED_RANGE,
     TABLE_FRICTION,
     TORQUE_BOUND,
@@ -46,6 +45,7 @@ FRICTION = 0.35  # of the scoop
 MASS_SPREAD = 0.2  # share of a box's mass, to both sides
 SPEED = sum(SPEED_RANGE) / 2  # m/s, at which the scoop arrives, and the nominal script's
 BEND = sum(BEND_RANGE) / 2  # s
+ARM_MASS = 100.0  # kg, of scoop and arm: the boxes hardly slow it down
 SPEED_UP = 0.1  # s, from the one at the start to a plan's
 
 # Held out: a wider range of frictions, and noise with a memory in place of even pieces.
@@ -150,7 +150,7 @@ def _scene(world: World) -> Scene:
     made.add_body(
         "scoop",
         scoop(),
-        mass=SCOOP_MASS,
+        mass=ARM_MASS,
         velocity=(SPEED, 0.0, 0.0),
         friction=world.get("friction", FRICTION),
         role="effector",
