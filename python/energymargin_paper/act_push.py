@@ -38,7 +38,7 @@ class PushDemo(Demo):
     name = "push"
     parameters: ClassVar[dict[str, tuple[float, float, float]]] = {
         "offset": (-0.3, 0.0, 0.3),  # m, of the pusher from the box's middle, along its side
-        "ahead": (8.0, 9.0, 14.0),  # N, towards the wall
+        "ahead": (8.0, 9.0, 16.0),  # N, towards the wall
         "sideways": (-3.0, 0.0, 3.0),  # N, at the start
         "turn": (-3.0, 0.0, 3.0),  # N that the sideways force gains until the end
     }
