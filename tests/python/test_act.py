@@ -10,6 +10,8 @@ from energymargin_paper.act_methods import METHODS
 from energymargin_paper.act_strips import figure_strip
 from energymargin_paper.act_trials import ENGINES, duration, met, run
 
+pytestmark = pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")  # the scoop's
+
 SMALL = study.Settings(demos=("balance",), worlds=2, budget=1)
 
 
