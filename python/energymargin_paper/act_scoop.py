@@ -1,6 +1,6 @@
 """Scooping boxes from a table: how fast the scoop drives, when it rises, tilts and brakes.
 
-The task's scoop, boxes and sets, with four boxes at places that are known to 6 mm and at any yaw.
+The task's scoop, boxes and sets, with four boxes at places that are known to 5 mm and at any yaw.
 The nominal script is the task's: ahead, and in a bend up, in which the scoop rises as it brakes.
 All boxes are to stay in the scoop or ahead of it, and to be lifted in it at the end.
 """
@@ -38,8 +38,8 @@ from energymargin_paper.act_demo import Demo, Values, World, held, noise
 
 __all__ = ["ScoopDemo"]
 
-PLACES = ((0.26, -0.06), (0.27, 0.02), (0.32, 0.07), (0.32, -0.02))  # m, of the boxes
-PLACE_SPREAD = 0.006  # m, standard deviation of a box's place
+PLACES = ((0.26, -0.06), (0.27, 0.02), (0.33, 0.07), (0.34, -0.03))  # m, of the boxes
+PLACE_SPREAD = 0.005  # m, standard deviation of a box's place
 YAW_SPREAD = 1.0  # rad, which is about any yaw of a square
 FRICTION = 0.35  # of the scoop
 MASS_SPREAD = 0.2  # share of a box's mass, to both sides

@@ -10,8 +10,8 @@ from energymargin_paper.act_trials import ENGINES, run
 
 WORLDS = 8
 FAST = {
-    **{"speed": 0.59, "begin": 0.3, "rise": 0.39, "lift": 0.33},
-    **{"tilt": 0.47, "lag": 0.29, "brake": 0.6},
+    **{"speed": 0.59, "begin": 0.37, "rise": 0.52, "lift": 0.29},
+    **{"tilt": 0.53, "lag": 0.12, "brake": 0.9},
 }
 
 
