@@ -47,7 +47,7 @@ class Settings:
     demos: tuple[str, ...] = setting(tuple(DEMOS), "Tasks, separated by commas.")
     engines: tuple[str, ...] = setting(ENGINES, "Where plans are tried, separated by commas.")
     worlds: int = setting(200, "Held-out worlds of each task.")
-    first: int = setting(0, "Number of the first world.")
+    first: int = setting(10_000, "Number of the first world; those below were seen before.")
     budget: int = setting(0, "Simulation steps of a search; 0 takes the task's own.")
     seed: int = setting(0, "Of the searches.")
 
