@@ -29,7 +29,7 @@ __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 OF_INTERVALS = 0.95
-SHARE_BEFORE_TIE = 0.4  # of all draws: until then those that are as good as the leader race on
+SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Standing:
     steps: int
     """Simulation steps that it took."""
     racing: bool
-    """Whether it ran to the end; the others were clearly worse than the leader before."""
+    """Whether it ran to the end; the others would hardly have come first, or were as good."""
 
     @property
     def draws(self) -> int:
@@ -187,8 +187,8 @@ def rank(
     """Which of several problems holds best: plans, grasps, pushes, tools.
 
     All candidates meet the same disturbances, draw by draw. In a race they are compared after 16,
-    24, 36, ... draws: who is clearly worse than the leader is out, and the race ends early once all
-    others are out, or the leader is as good as each of them.
+    24, 36, ... draws: who would hardly come first any more is out, and later who is at most as good
+    as the leader. The race ends once one is left.
 
     Args:
         problems: the candidates; a dict gives them names, otherwise they are "0", "1", ...
@@ -272,7 +272,8 @@ class Race:
     ) -> bool:
         """Whether it came to its end."""
         most = self._terms.rollouts
-        numbers, done = looks(most) if self._terms.race else [most], 0
+        alone = len(self._racing) == 1
+        numbers, done = [most] if alone or not self._terms.race else looks(most), 0
         for wanted in numbers:
             if not self._draw(wanted, trials, limit):
                 return False
@@ -313,12 +314,17 @@ class Race:
         ours = self._found[leader].values
         duels = {i: duel(ours, self._found[i].values) for i in others}
         out = [i for i, one in duels.items() if one.overtaken(more) <= doubt]
-        self._out += sorted(out, key=self._place, reverse=True)
-        self._racing = [i for i in self._racing if i not in out]
-        left = [one for i, one in duels.items() if i not in out]
-        if left and self._spent < SHARE_BEFORE_TIE:
-            return False
-        return all(1.0 - one.as_good(self._terms.tolerance) <= doubt for one in left)
+        self._leave(out)
+        if self._spent >= SHARE_BEFORE_TIE:
+            tolerance = self._terms.tolerance
+            self._leave([i for i in duels if 1.0 - duels[i].as_good(tolerance) <= doubt])
+        return len(self._racing) == 1
+
+    def _leave(self, out: Sequence[int]) -> None:
+        """They are out, if they still race; the worst first."""
+        leaving = [i for i in out if i in self._racing]
+        self._out += sorted(leaving, key=self._place, reverse=True)
+        self._racing = [i for i in self._racing if i not in leaving]
 
     @property
     def _spent(self) -> float:
