@@ -18,7 +18,7 @@ HAND_FRICTION = 0.5
 
 def score(file: str) -> Callable[[], object]:
     """A capture score of a problem."""
-    return partial(em.capture_score, em.Problem.load(file), 100, warn=False)
+    return partial(em.capture_score, em.Problem.load(file), nodes=100, warn=False)
 
 
 def hand() -> em.Scene:

@@ -176,7 +176,7 @@ def against_mujoco(problem: em.Problem, nodes: int, rounds: int) -> MuJoCo:
     edges = edges_of(problem, tree)
     twin = MuJoCoEdges(problem, edges)
     twin.roll_out()  # which makes its arrays
-    score = partial(em.capture_score, problem, nodes, warn=False)
+    score = partial(em.capture_score, problem, nodes=nodes, warn=False)
     ours, stepped, rolled = in_turns([score, twin.step, twin.roll_out], rounds)
     _, ends, contacts, iterations = twin.stepped()
     moved, apart = distances(problem, tree, edges, ends)
@@ -198,7 +198,7 @@ def against_pybullet(problem: em.Problem, nodes: int, rounds: int) -> Pairs:
     tree = em.capture_score(problem, nodes=nodes, warn=False).tree
     edges = edges_of(problem, tree)
     scene = PyBulletScene(problem)
-    score = partial(em.capture_score, problem, nodes, warn=False)
+    score = partial(em.capture_score, problem, nodes=nodes, warn=False)
     try:
         ours, others = in_turns([score, partial(scene.replay, edges)], rounds)
         ends = scene.replay(edges)
