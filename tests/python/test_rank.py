@@ -4,8 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from clusters import Cluster
 from command_line import run_here
-from sliding import problem
+from sliding import problem, still
 
 import energymargin as em
 from energymargin.actions.racing import Duel, duel, looks
@@ -58,6 +59,16 @@ def test_bits_depend_on_no_executor(field, raced, workers):
     again = em.rank(field, disturbance=PUSHES, **workers)
     assert again.to_csv() == raced.to_csv()
     assert again.decision == raced.decision
+
+
+def test_the_workers_of_a_cluster_rank_and_improve_to_the_same_bits(field, raced):
+    box = {"x": (-0.95, 0.8, 0.95)}
+    few = {"budget": 100_000, "rollouts": 8, "disturbance": PUSHES}
+    here = em.improve(problem(), box, still, **few)
+    with Cluster(workers=1) as cluster:
+        there = em.executors.Dask(cluster.address)
+        assert em.rank(field, disturbance=PUSHES, executor=there).to_csv() == raced.to_csv()
+        assert em.improve(problem(), box, still, executor=there, **few).to_csv() == here.to_csv()
 
 
 def test_success_is_a_metric_of_its_own():
