@@ -38,7 +38,7 @@ AHEAD = (6.0, 12.0)  # N
 class Settings:
     """The study's settings; raises ValueError on numbers out of range."""
 
-    fields: int = setting(100, "Fields of each kind and strength.")
+    fields: int = setting(50, "Fields of each kind and strength.")
     strengths: tuple[float, ...] = setting((1.0, 2.0, 3.0), "Of the disturbances.")
     rollouts: int = setting(200, "Of a whole comparison, for each push.")
 
@@ -117,7 +117,7 @@ class Racing:
 class RacingStudy(Study[Settings, Racing]):
     """Whether a race of twelve pushes chooses what a whole comparison does, and what it saves.
 
-    The folder gets racing.md and racing.csv. It takes about ten minutes; stopped, the same command
+    The folder gets racing.md and racing.csv. It takes about a quarter of an hour; stopped, the same command
     goes on. Each race has all threads.
 
     Example: `energymargin reproduce racing --fields 20`
