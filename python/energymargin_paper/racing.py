@@ -117,7 +117,7 @@ class Racing:
 class RacingStudy(Study[Settings, Racing]):
     """Whether a race of twelve pushes chooses what a whole comparison does, and what it saves.
 
-    The folder gets racing.md and racing.csv. It takes about a quarter of an hour; stopped, the same command
+    The folder gets racing.md and racing.csv. It takes some five minutes; stopped, the same command
     goes on. Each race has all threads.
 
     Example: `energymargin reproduce racing --fields 20`
