@@ -133,6 +133,17 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_result(tmp_path, middle):
     assert more.to_csv().startswith(middle.to_csv())
 
 
+def test_a_timeout_leaves_the_plan_that_is_found_by_then_and_a_cancel_raises(tmp_path):
+    large = {**SMALL, "budget": 10**12}
+    found = em.improve(problem(), BOX, placed, timeout=4.0, **large)
+    assert not found.complete and len(found.generations) >= 1
+    assert found.after.draws >= 16 and found.after.score >= found.before.score
+    cancel = em.Cancel()
+    cancel.set()
+    with pytest.raises(em.Cancelled):
+        em.improve(problem(), BOX, placed, cancel=cancel, file=tmp_path / "search.jsonl", **large)
+
+
 def test_a_file_of_another_search_is_refused(tmp_path):
     path = tmp_path / "search.jsonl"
     em.improve(problem(), BOX, placed, file=path, **{**SMALL, "budget": 1000})

@@ -120,6 +120,13 @@ def test_a_function_of_ones_own_is_a_disturbance_on_threads_and_refused_elsewher
         em.rank(boxes, disturbance=kick, rollouts=40, executor=em.executors.Processes(1))
 
 
+def test_after_a_timeout_the_draws_count_that_all_have(field):
+    ranking = em.rank(field, disturbance=PUSHES, race=False, rollouts=100_000, timeout=1.0)
+    assert not ranking.complete
+    counts = {one.draws for one in ranking}
+    assert len(counts) == 1 and 16 <= counts.pop() < 100_000
+
+
 def test_a_cancel_leaves_what_is_decided_or_raises():
     cancel = em.Cancel()
     cancel.set()

@@ -36,6 +36,7 @@ from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
 
 __all__ = ["improve"]
 
+SHARE_OF_SEARCH = 0.8  # of a timeout
 FINAL_ROLLOUTS, FINAL_SEARCHES = 200, 16
 LAST = 2  # generations whose best are compared at the end
 
@@ -97,14 +98,16 @@ def improve(
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
         progress: progress(steps, budget).
-        timeout: after so many seconds the search ends with the last generation that is finished.
-        cancel: the same once it is set.
+        timeout: it ends after so many seconds. A fifth of them is for the last comparison, whose
+            draws so far count.
+        cancel: ends it with Cancelled once it is set. With a file the same call goes on.
 
     Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, a start that breaks a constraint
     and a file of another search; TimeoutError or Cancelled if the limit comes before the first
     generation is finished.
     """
     limit = Limit(timeout, cancel)
+    of_search = Limit(None if timeout is None else SHARE_OF_SEARCH * timeout, cancel)
     box = Parameters(parameters)
     question = Question(objective, disturbance, seed, nodes, search)
     one_of("method", method, METHODS)
@@ -122,7 +125,7 @@ def improve(
     with Trials(executor, threads) as trials:
         journal = Journal(trials, None if file is None else Path(file), what)
         counted = _Counted(journal, budget, progress)
-        run = _Run(maker, question, uncertainty, rollouts, counted, limit)
+        run = _Run(maker, question, uncertainty, rollouts, counted, of_search, limit)
         return run.improved(method, budget, harden=harden)
 
 
@@ -213,6 +216,7 @@ class _Run:
     uncertainty: Uncertainty | None
     rollouts: int
     trials: _Counted
+    of_search: Limit
     limit: Limit
 
     def improved(self, method: str, budget: int, *, harden: bool) -> Improvement:
@@ -234,7 +238,7 @@ class _Run:
             generations=tuple(generations),
             parameters=box.names,
             steps=self.trials.steps,
-            complete=ranking.complete and not self.limit.reached,
+            complete=ranking.complete and not self.of_search.reached,
         )
 
     def _screened(self) -> Point:
@@ -272,7 +276,7 @@ class _Run:
             if harden and not self.question.is_effort:
                 factor = adapted(factor, scores[np.isfinite(scores)])
         if not generations:
-            self.limit.require("the first generation was finished")
+            self.of_search.require("the first generation was finished")
         return generations
 
     @property
@@ -288,17 +292,18 @@ class _Run:
         """Those that can be, on new draws; the favourite first."""
         made = {name: self._made(point) for name, point in finalists.items()}
         there = {name: problem for name, problem in made.items() if problem is not None}
-        return self._race(there, self._seed(FINAL), Terms(self._last_draws, race=False))
+        terms = Terms(self._last_draws, race=False)
+        return self._race(there, self._seed(FINAL), terms, self.limit)
 
     def _raced(self, points: Point, seed: int, terms: Terms) -> Ranking:
         made = {str(number): self._made(point) for number, point in enumerate(points)}
         there = {name: problem for name, problem in made.items() if problem is not None}
-        return self._race(there, seed, terms)
+        return self._race(there, seed, terms, self.of_search)
 
-    def _race(self, problems: dict[str, Problem], seed: int, terms: Terms) -> Ranking:
+    def _race(self, problems: dict[str, Problem], seed: int, terms: Terms, limit: Limit) -> Ranking:
         candidates = Candidates(list(problems.values()), self.uncertainty, seed)
         race = Race(candidates, replace(self.question, seed=seed), terms)
-        return race.run(list(problems), self.trials, self.limit)
+        return race.run(list(problems), self.trials, limit)
 
     def _drawn(self, points: Point, seed: int, factor: float) -> dict[int, Draws] | None:
         """The draws of those points that can be; None if the limit came first."""
@@ -308,7 +313,7 @@ class _Run:
         harder = scaled(self.question.disturbance, factor)
         question = replace(self.question, seed=seed, disturbance=harder)
         asked = [candidates.trial(k, 0, self.rollouts) for k in range(len(candidates))]
-        found = self.trials.run(question, asked, self.limit)
+        found = self.trials.run(question, asked, self.of_search)
         draws = {number: one for number, one in zip(there, found, strict=True) if one is not None}
         return draws if len(draws) == len(there) else None
 

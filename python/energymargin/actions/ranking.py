@@ -272,15 +272,14 @@ class Race:
     ) -> bool:
         """Whether it came to its end."""
         most = self._terms.rollouts
-        alone = len(self._racing) == 1
-        numbers, done = [most] if alone or not self._terms.race else looks(most), 0
-        for wanted in numbers:
+        race, done = self._terms.race and len(self._racing) > 1, 0
+        for wanted in looks(most):
             if not self._draw(wanted, trials, limit):
                 return False
             done = sum(len(one.values) for one in self._found)
             if progress is not None:
                 progress(done, most * len(self._found))
-            if wanted < most and self._decide(most - wanted):
+            if race and wanted < most and self._decide(most - wanted):
                 break
         if progress is not None:
             progress(done, done)  # a race does not need them all

@@ -159,9 +159,8 @@ class Trials(Closing):
         """
         if executor is not None and threads is not None:
             raise ValueError(f"threads is {threads}, expected None with an executor")
-        chosen = chosen_executor(executor, threads)
-        self._cancel = Cancel() if isinstance(chosen, Threads) else None
-        self._pool = chosen.pool()
+        self._executor = chosen_executor(executor, threads)
+        self._start()
 
     def run(
         self,
@@ -181,8 +180,14 @@ class Trials(Closing):
             if progress is not None and results:
                 progress(sum(draws.steps for _, draws in results))
 
-        collect(batch, deliver, limit)
+        if not collect(batch, deliver, limit):  # its workers were told to stop
+            self.close()
+            self._start()
         return _joined(len(trials), [number for number, _ in parts], found)
+
+    def _start(self) -> None:
+        self._cancel = Cancel() if isinstance(self._executor, Threads) else None
+        self._pool = self._executor.pool()
 
     def close(self) -> None:
         """Ends the workers."""
