@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Problem
 from energymargin.actions.candidates import Candidates
 from energymargin.actions.racing import Duel, duel, looks, sure_of
-from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trials
+from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import whole_number, yes_or_no
@@ -128,9 +128,12 @@ class Ranking:
         if not alike:
             return f"the best is {self.best}, with {percent} confidence"
         if self.sure >= self.confidence:
+            most = f"by at most {self.tolerance:g}"
+            if self.metric.startswith(EFFORT):
+                most = f"in at most {self.tolerance:.0%} of the searches"
             return (
-                f"choose {self.best}: {_listed(alike)} may be better, by at most "
-                f"{self.tolerance:g}, with {percent} confidence"
+                f"choose {self.best}: {_listed(alike)} may be better, {most}, with {percent} "
+                "confidence"
             )
         return f"undecided: {self.best} leads, but {_listed(alike)} may be better"
 
@@ -199,7 +202,8 @@ def rank(
         uncertainty: how well friction, masses, poses and velocities are known: draw j has the same
             particle of it for every candidate.
         confidence: of all comparisons together.
-        tolerance: a difference of probabilities that does not matter. 0: only better is better.
+        tolerance: a difference of probabilities that does not matter; of efforts, a share of the
+            searches in which another one may be better. 0: only better is better.
         race: False scores every candidate to the end.
         seed: the same seed draws the same, on any number of threads and on any executor.
         nodes: of the searches, as of `em.escape_effort`.

@@ -27,7 +27,7 @@ from energymargin.results import collect
 from energymargin.scoring.searches import escape_effort
 from energymargin.scoring.settings import SEARCHES, Search
 
-__all__ = ["OBJECTIVES", "Draws", "Question", "Runner", "Trial", "Trials"]
+__all__ = ["EFFORT", "OBJECTIVES", "Draws", "Question", "Runner", "Trial", "Trials"]
 
 OBJECTIVES = ("probability", "probability/success", "effort/est", "effort/rrt")
 EFFORT = "effort/"
