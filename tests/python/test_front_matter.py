@@ -46,6 +46,12 @@ def test_the_installed_package_has_that_version():
     assert version("energymargin") == cmake_version()
 
 
+def test_debians_library_has_the_name_of_that_version():
+    name = f"libenergymargin{'.'.join(cmake_version().split('.')[:2])}"
+    assert f"Package: {name}\n" in (ROOT / "debian/control").read_text()
+    assert (ROOT / f"debian/{name}.install").exists()
+
+
 def test_changelog_and_citation_have_that_version():
     assert changelog_versions()[0] == cmake_version()
     assert citation()["version"] == cmake_version()
