@@ -136,6 +136,14 @@ def test_without_a_fresh_reading_it_does_what_was_chosen(unknown, action, source
         assert isinstance(guard.last.reading.error, ArithmeticError)
 
 
+def test_without_a_question_about_actions_the_fallback_is_taken_while_the_alarm_is_on():
+    with guarded(problem_of=None) as guard:
+        places = walked(guard)
+        assert guard.counters.candidate == 0 and guard.counters.rollouts == 0
+    assert max(places) < EDGE
+    assert guard.last.source == "fallback" and guard.last.reason == "alarm"
+
+
 def test_a_guard_that_is_closed_takes_no_state():
     guard = guarded()
     guard.close()
@@ -213,6 +221,8 @@ def test_a_question_that_fails_is_the_fallback_or_without_one_an_error():
         ({"least": 0.5, "fallback": None, "candidates": Noise(1, 1.0)}, "without a fallback"),
         ({"stale": -1.0}, "stale is -1"),
         ({"unknown": "guess"}, "unknown is 'guess'"),
+        ({"problem_of": None, "candidates": Noise(1, 1.0)}, "problem_of is None"),
+        ({"problem_of": None, "unknown": "ask"}, "unknown is 'ask' without problem_of"),
         ({"rollouts": 0}, "rollouts is 0"),
         ({"candidates": 4}, "candidates is 4"),
     ],

@@ -58,7 +58,7 @@ class Guard(Closing):
         monitor: Monitor,
         fallback: Callable[[Any], Any] | None = None,
         *,
-        problem_of: ProblemOfAction,
+        problem_of: ProblemOfAction | None = None,
         candidates: Candidates | None = None,
         confidence: float = 0.95,
         least: float = 0.0,
@@ -78,7 +78,8 @@ class Guard(Closing):
             fallback: a function of an observation that returns the action that is taken when none
                 is safe enough, such as to stop, to hold or to retreat.
             problem_of: a function (time, state, action) that returns the problem at that state in
-                which the robot takes that action first; it has a horizon.
+                which the robot takes that action first; it has a horizon. None: no action is asked,
+                and the fallback is taken while the alarm is on.
             candidates: a function (observation, action, random) that returns other actions, such as
                 Noise; None: only the policy's action and the fallback's are asked.
             confidence: with which another action has to be better than the policy's.
@@ -103,7 +104,16 @@ class Guard(Closing):
         self._fallback = (
             None if fallback is None else _function("fallback", fallback, "observation")
         )
-        self._problem_of = _function("problem_of", problem_of, "time", "state", "action")
+        self._problem_of = (
+            None
+            if problem_of is None
+            else _function("problem_of", problem_of, "time", "state", "action")
+        )
+        if problem_of is None and (fallback is None or candidates is not None):
+            raise ValueError(
+                "problem_of is None, expected a function (time, state, action), or a fallback and "
+                "no candidates"
+            )
         self._candidates = (
             None
             if candidates is None
@@ -120,6 +130,8 @@ class Guard(Closing):
             raise ValueError(f"least is {least!r} without a fallback, expected 0 or a fallback")
         self._stale = None if stale is None else not_negative_number("stale", stale)
         self._unknown = _checked_unknown(unknown, fallback)
+        if problem_of is None and self._unknown == "ask":
+            raise ValueError("unknown is 'ask' without problem_of, expected 'fallback' or 'policy'")
         self._rollouts = whole_number("rollouts", rollouts, 1)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
         self._seed = whole_number("seed", seed, 0, 2**64 - 1)
@@ -161,7 +173,7 @@ class Guard(Closing):
         reason = self._reason(float(time), reading)
         if reason == "fine" or (reason == "unknown" and self._unknown == "policy"):
             decision = Decision(float(time), "policy", reason, action, reading, _NONE)
-        elif reason == "unknown" and self._unknown == "fallback":
+        elif self._problem_of is None or (reason == "unknown" and self._unknown == "fallback"):
             taken = self._fallback_action(observation)
             decision = Decision(float(time), "fallback", reason, taken, reading, _NONE)
         else:
@@ -231,10 +243,12 @@ class Guard(Closing):
         self, time: float, state: NDArray[np.float64], actions: list[Any], seed: int
     ) -> tuple[int, NDArray[np.float64]]:
         """The number of the action to take, and the probabilities."""
+        problem_of = self._problem_of
+        assert problem_of is not None  # without it no action is asked
 
         def probability(number: int) -> CaptureProbability:
             found = capture_probability(
-                self._problem_of(time, state, actions[number]),
+                problem_of(time, state, actions[number]),
                 disturbance=self._disturbance,
                 rollouts=self._rollouts,
                 seed=seed,
