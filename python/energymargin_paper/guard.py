@@ -127,8 +127,8 @@ class Guarded:
         columns = ("", "episodes", "successes", "losses", "alarm on", "changed", "stopped")
         costs = ("rollouts a step", "steps a second", f"above {1e3 * FRAME:.0f} ms", "longest [ms]")
         table = markdown_table([*columns, *costs], rows)
-        said = [self._compared("guard", "policy"), self._compared("guard", "filter")]
-        return f"# A guard\n\n{table}\n\n" + "\n\n".join(said) + "\n"
+        pairs_of_arms = [self._compared("guard", "policy"), self._compared("guard", "filter")]
+        return f"# A guard\n\n{table}\n\n" + "\n\n".join(pairs_of_arms) + "\n"
 
     def to_csv(self) -> str:
         """A line for each episode."""

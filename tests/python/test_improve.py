@@ -101,6 +101,13 @@ def test_values_that_cannot_be_are_left_out():
     assert found.values["x"] > 0.5
 
 
+def test_a_search_ends_where_nothing_but_the_start_can_be():
+    found = em.improve(
+        problem(), BOX, lambda v: still(v) if v["x"] == BOX["x"][1] else None, **SMALL
+    )
+    assert found.values == found.start and found.ranking.names == ("start",)
+
+
 def test_the_same_seed_gives_the_same_bits_on_any_number_of_threads(middle):
     again = em.improve(problem(), BOX, placed, threads=1, **SMALL)
     assert again.to_csv() == middle.to_csv() and again.values == middle.values

@@ -14,6 +14,7 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from energymargin.actions.journal import Journal
 from energymargin.actions.parameters import Parameters
 from energymargin.actions.ranking import Race, Ranking, Terms, score_of
 from energymargin.actions.strategies import METHODS, Strategy, population_of, strategy
-from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trial, Trials
+from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import one_of, whole_number
@@ -38,6 +39,7 @@ __all__ = ["improve"]
 
 SHARE_OF_SEARCH = 0.8  # of a timeout
 FINAL_ROLLOUTS, FINAL_SEARCHES = 200, 16
+MOST_EMPTY = 50  # generations in a row without a plan that can be
 LAST = 2  # generations whose best are compared at the end
 
 SCREEN, SEARCH, FINAL = 0, 1, 2  # streams of draws
@@ -46,6 +48,7 @@ START, FAVOURITE = "start", "favourite"
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
 Constraint = Callable[[dict[str, float]], float]
 Point = NDArray[np.float64]
+Key = TypeVar("Key")
 
 
 def improve(
@@ -122,11 +125,11 @@ def improve(
         **{"rollouts": rollouts, "method": method, "harden": harden},
         **{"nodes": nodes, "search": search, "constraints": len(constraints)},
     }
-    with Trials(executor, threads) as trials:
-        journal = Journal(trials, None if file is None else Path(file), what)
-        counted = _Counted(journal, budget, progress)
-        run = _Run(maker, question, uncertainty, rollouts, counted, of_search, limit)
-        return run.improved(method, budget, harden=harden)
+    spent = _Spent(budget, progress)
+    with Trials(executor, threads, spent.add) as trials:
+        journal = Journal(trials, None if file is None else Path(file), what, spent.add)
+        run = _Run(maker, question, uncertainty, rollouts, journal, spent, of_search, limit)
+        return run.improved(method, harden=harden)
 
 
 @dataclass(frozen=True)
@@ -181,30 +184,21 @@ class _Maker:
         return changed
 
 
-class _Counted:
-    """A Runner that counts steps and draws."""
+@dataclass
+class _Spent:
+    """What of the budget is spent."""
 
-    def __init__(
-        self, trials: Runner, budget: int, progress: Callable[[int, int], None] | None
-    ) -> None:
-        self._trials, self._budget, self._progress = trials, budget, progress
-        self.steps, self.draws = 0, 0
+    budget: int
+    progress: Callable[[int, int], None] | None
+    steps: int = 0
+    draws: int = 0
 
-    def run(
-        self,
-        question: Question,
-        trials: Sequence[Trial],
-        limit: Limit,
-        progress: Callable[[int], None] | None = None,
-    ) -> list[Draws | None]:
-        """As Runner.run."""
-        self.draws += sum(trial.count for trial in trials)
-        return self._trials.run(question, trials, limit, self._count)
-
-    def _count(self, steps: int) -> None:
-        self.steps += steps
-        if self._progress is not None:
-            self._progress(min(self.steps, self._budget), self._budget)
+    def add(self, draws: Draws) -> None:
+        """Counts draws, and tells the progress."""
+        self.steps += draws.steps
+        self.draws += len(draws.values)
+        if self.progress is not None:
+            self.progress(min(self.steps, self.budget), self.budget)
 
 
 @dataclass(frozen=True)
@@ -215,15 +209,16 @@ class _Run:
     question: Question
     uncertainty: Uncertainty | None
     rollouts: int
-    trials: _Counted
+    trials: Runner
+    spent: _Spent
     of_search: Limit
     limit: Limit
 
-    def improved(self, method: str, budget: int, *, harden: bool) -> Improvement:
+    def improved(self, method: str, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
         box = self.maker.box
         search = strategy(method, self._screened(), self._seed(SEARCH))
-        generations = self._searched(search, budget, harden=harden)
+        generations = self._searched(search, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
         for number, one in list(enumerate(generations, 1))[-LAST:]:
             finalists[f"generation {number}"] = one.points[one.best]
@@ -237,7 +232,7 @@ class _Run:
             ranking=ranking,
             generations=tuple(generations),
             parameters=box.names,
-            steps=self.trials.steps,
+            steps=self.spent.steps,
             complete=ranking.complete and not self.of_search.reached,
         )
 
@@ -249,19 +244,20 @@ class _Run:
         spread = 2 ** int(np.ceil(np.log2(2 * population_of(len(box)))))
         sobol = qmc.Sobol(len(box), seed=np.random.default_rng(seed))
         points = np.array([box.start, *sobol.random(spread)])
-        ranking = self._raced(points, seed, Terms(self.rollouts))
+        named = {str(number): point for number, point in enumerate(points)}
+        ranking = self._raced(named, seed, Terms(self.rollouts), self.of_search)
         chosen: Point = points[int(ranking.best)]
         return chosen
 
-    def _searched(self, search: Strategy, budget: int, *, harden: bool) -> list[Generation]:
+    def _searched(self, search: Strategy, *, harden: bool) -> list[Generation]:
         """The generations until the budget leaves but the last comparison, or the limit is reached.
 
-        There is one at least.
+        There is one at least. It also ends where no plan of many generations can be.
         """
         generations: list[Generation] = []
-        factor, last = 1.0, 0
-        while not generations or self.trials.steps + last + self._last_steps <= budget:
-            before = self.trials.steps
+        factor, last, empty = 1.0, 0, 0
+        while not generations or self.spent.steps + last + self._last_steps <= self.spent.budget:
+            before = self.spent.steps
             points = search.ask()
             seed = stream(self._seed(SEARCH), len(generations))
             draws = self._drawn(points, seed, factor)
@@ -270,11 +266,14 @@ class _Run:
             scores = _scores(self.question, len(points), draws)
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
             search.tell(points, losses)
-            favourite, last = search.favourite, self.trials.steps - before
+            favourite, last = search.favourite, self.spent.steps - before
             best = int(np.argmin(losses))
             generations.append(Generation(points, scores, best, factor, favourite))
             if harden and not self.question.is_effort:
                 factor = adapted(factor, scores[np.isfinite(scores)])
+            empty = 0 if draws else empty + 1
+            if empty == MOST_EMPTY:
+                break
         if not generations:
             self.of_search.require("the first generation was finished")
         return generations
@@ -282,7 +281,7 @@ class _Run:
     @property
     def _last_steps(self) -> float:
         """About the simulation steps of the last comparison."""
-        return (LAST + 2) * self._last_draws * self.trials.steps / max(self.trials.draws, 1)
+        return (LAST + 2) * self._last_draws * self.spent.steps / max(self.spent.draws, 1)
 
     @property
     def _last_draws(self) -> int:
@@ -290,25 +289,18 @@ class _Run:
 
     def _compared(self, finalists: dict[str, Point]) -> Ranking:
         """Those that can be, on new draws; the favourite first."""
-        made = {name: self._made(point) for name, point in finalists.items()}
-        there = {name: problem for name, problem in made.items() if problem is not None}
         terms = Terms(self._last_draws, race=False)
-        return self._race(there, self._seed(FINAL), terms, self.limit)
+        return self._raced(finalists, self._seed(FINAL), terms, self.limit)
 
-    def _raced(self, points: Point, seed: int, terms: Terms) -> Ranking:
-        made = {str(number): self._made(point) for number, point in enumerate(points)}
-        there = {name: problem for name, problem in made.items() if problem is not None}
-        return self._race(there, seed, terms, self.of_search)
-
-    def _race(self, problems: dict[str, Problem], seed: int, terms: Terms, limit: Limit) -> Ranking:
+    def _raced(self, points: dict[str, Point], seed: int, terms: Terms, limit: Limit) -> Ranking:
+        problems = self._there(points)
         candidates = Candidates(list(problems.values()), self.uncertainty, seed)
         race = Race(candidates, replace(self.question, seed=seed), terms)
         return race.run(list(problems), self.trials, limit)
 
     def _drawn(self, points: Point, seed: int, factor: float) -> dict[int, Draws] | None:
         """The draws of those points that can be; None if the limit came first."""
-        made = {number: self._made(point) for number, point in enumerate(points)}
-        there = {number: problem for number, problem in made.items() if problem is not None}
+        there = self._there(dict(enumerate(points)))
         candidates = Candidates(list(there.values()), self.uncertainty, seed)
         harder = scaled(self.question.disturbance, factor)
         question = replace(self.question, seed=seed, disturbance=harder)
@@ -317,9 +309,13 @@ class _Run:
         draws = {number: one for number, one in zip(there, found, strict=True) if one is not None}
         return draws if len(draws) == len(there) else None
 
-    def _made(self, point: Point) -> Problem | None:
-        """The problem of a point; None of values that cannot be, or break a constraint."""
-        return None if self.maker.violation(point) > 0 else self.maker.make(point)
+    def _there(self, points: dict[Key, Point]) -> dict[Key, Problem]:
+        """The problems of points, without those that cannot be, or break a constraint."""
+        made = {
+            key: None if self.maker.violation(point) > 0 else self.maker.make(point)
+            for key, point in points.items()
+        }
+        return {key: problem for key, problem in made.items() if problem is not None}
 
     def _seed(self, number: int) -> int:
         return stream(self.question.seed, number)
@@ -348,10 +344,10 @@ def _constrained(constraint: Constraint, number: int, values: dict[str, float]) 
     value = constraint(dict(values))
     if isinstance(value, (bool, np.bool_)):
         return 0.0 if value else -1.0
-    number_ = float(value)
-    if np.isnan(number_):
+    margin = float(value)
+    if np.isnan(margin):
         raise ValueError(f"constraints[{number}] returned {value!r} for {values}")
-    return number_
+    return margin
 
 
 def _digest(problem: Problem) -> str:

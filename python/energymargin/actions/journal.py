@@ -23,26 +23,29 @@ class Journal:
     cut.
     """
 
-    def __init__(self, trials: Trials, path: Path | None, what: dict[str, Any]) -> None:
-        """`what`: all that the batches depend on. Raises ValueError on a file of another search."""
-        self._trials, self._path = trials, path
+    def __init__(
+        self,
+        trials: Trials,
+        path: Path | None,
+        what: dict[str, Any],
+        on_draws: Callable[[Draws], None],
+    ) -> None:
+        """`what`: all that the batches depend on. `on_draws`: called with draws that are read.
+
+        Raises ValueError on a file of another search.
+        """
+        self._trials, self._path, self._on_draws = trials, path, on_draws
         self._known: dict[str, list[Any]] = {} if path is None else dict(_lines(path, what))
 
-    def run(
-        self,
-        question: Question,
-        trials: Sequence[Trial],
-        limit: Limit,
-        progress: Callable[[int], None] | None = None,
-    ) -> list[Draws | None]:
+    def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Trials.run."""
         key = _key(question, trials)
         if key in self._known:
             draws = [Draws(np.array(v), np.array(t), steps) for v, t, steps in self._known[key]]
-            if progress is not None:
-                progress(sum(one.steps for one in draws))
+            for one in draws:
+                self._on_draws(one)
             return list(draws)
-        found = self._trials.run(question, trials, limit, progress)
+        found = self._trials.run(question, trials, limit)
         if self._path is not None and None not in found:
             plain = [[d.values.tolist(), d.times.tolist(), d.steps] for d in found if d is not None]
             with self._path.open("a") as file:

@@ -134,17 +134,10 @@ class Draws:
 class Runner(Protocol):
     """What runs trials."""
 
-    def run(
-        self,
-        question: Question,
-        trials: Sequence[Trial],
-        limit: Limit,
-        progress: Callable[[int], None] | None = None,
-    ) -> list[Draws | None]:
+    def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """What came of each; None of those that the limit left unfinished.
 
-        `progress(steps)` is called with the simulation steps of what comes in. Raises
-        KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
+        Raises KeyboardInterrupt after Ctrl-C, within 0.2 s, and what a trial raised.
         """
         ...
 
@@ -152,23 +145,23 @@ class Runner(Protocol):
 class Trials(Closing):
     """The workers of an executor, for one batch of trials after the other."""
 
-    def __init__(self, executor: Executor | None = None, threads: int | None = None) -> None:
-        """Starts them. `threads`: in place of an executor; None takes all cores.
+    def __init__(
+        self,
+        executor: Executor | None = None,
+        threads: int | None = None,
+        on_draws: Callable[[Draws], None] | None = None,
+    ) -> None:
+        """Starts them.
 
-        Raises ValueError if both are given.
+        `threads`: in place of an executor; None takes all cores. `on_draws`: called with draws as
+        they come in. Raises ValueError if executor and threads are given.
         """
         if executor is not None and threads is not None:
             raise ValueError(f"threads is {threads}, expected None with an executor")
-        self._executor = chosen_executor(executor, threads)
+        self._executor, self._on_draws = chosen_executor(executor, threads), on_draws
         self._start()
 
-    def run(
-        self,
-        question: Question,
-        trials: Sequence[Trial],
-        limit: Limit,
-        progress: Callable[[int], None] | None = None,
-    ) -> list[Draws | None]:
+    def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Runner.run."""
         size = self._size(trials)
         parts = [(number, p) for number, trial in enumerate(trials) for p in trial.parts(size)]
@@ -177,8 +170,9 @@ class Trials(Closing):
 
         def deliver(results: Sequence[tuple[int, Draws]]) -> None:
             found.update(results)
-            if progress is not None and results:
-                progress(sum(draws.steps for _, draws in results))
+            if self._on_draws is not None:
+                for _, draws in results:
+                    self._on_draws(draws)
 
         if not collect(batch, deliver, limit):  # its workers were told to stop
             self.close()
