@@ -178,7 +178,7 @@ def test_a_cancel_keeps_what_is_done_and_says_so():
         ({"rollouts": 0}, "rollouts is 0"),
         ({"nodes": 0}, "nodes is 0"),
         ({"effort": 1}, "effort is 1, expected true or false"),
-        ({"disturbance": em.disturbances.Boltzmann(1.0)}, "disturbance is a Boltzmann"),
+        ({"disturbance": em.disturbances.Boltzmann(1.0)}, "disturbance is Boltzmann(rate=1.0"),
     ],
 )
 def test_bad_input_is_refused(given, message):

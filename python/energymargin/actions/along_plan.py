@@ -13,7 +13,6 @@ from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
 from energymargin.arguments import shown
 from energymargin.checks import whole_number, yes_or_no
-from energymargin.disturbances import Boltzmann
 from energymargin.executors import Executor
 from energymargin.executors.threads import thread_count
 from energymargin.limits import Limit
@@ -182,8 +181,6 @@ def along(
     look = None if ahead is None else whole_steps("ahead", ahead, step)
     if look is not None and look > end:
         raise ValueError(f"ahead is {ahead!r} s, expected at most the {end * step:.4g} s there are")
-    if isinstance(disturbance, Boltzmann):
-        raise ValueError("disturbance is a Boltzmann, expected one whose rollouts weigh the same")
     whole_number("rollouts", rollouts, 1)
     questions = [(Question("probability", disturbance, seed, nodes, search), rollouts)]
     if yes_or_no("effort", effort):
