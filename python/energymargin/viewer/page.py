@@ -78,8 +78,10 @@ class Page:
             problem=self._problem,
             settings=settings,
         )
-        self._player = Player(self._panel.moment, self._panel.playing)
-        self._future_player = Player(self._panel.ahead, self._panel.playing_future)
+        self._player = self._player_of(self._panel.moment, self._choose_moment, self._panel.playing)
+        self._future_player = self._player_of(
+            self._panel.ahead, self._choose_ahead, self._panel.playing_future
+        )
         self._panel.show_frames(self._frames, frame)
         self._show_frame()
         self._connect()
@@ -106,8 +108,7 @@ class Page:
         """Ends what runs in the background."""
         self._closing.set()
         for player in (self._player, self._future_player):
-            player.stop()
-            player.join()
+            player.close()
         self._searching.close()
         for later in (self._nodes_later, self._sets_later, self._future_later):
             later.close()
@@ -200,8 +201,6 @@ class Page:
         panel = self._panel
         panel.trajectory.on_update(self._then(self._choose_trajectory))
         panel.frame.on_update(self._then(self._choose_frame))
-        self._player.connect(self._lock, self._choose_moment)
-        self._future_player.connect(self._lock, self._choose_ahead)
         panel.nodes.on_update(lambda _: self._nodes_later.run(self._choose_nodes))
         panel.rate.on_update(self._then(self._show_scores))
         panel.score.on_click(lambda _: self._press_score())
@@ -210,6 +209,11 @@ class Page:
         panel.play_future.on_click(lambda _: self._press_play_future())
         for box in panel.shown.values():
             box.on_update(self._then(self._choose_shown))
+
+    def _player_of(
+        self, slider: Any, show: Callable[[], None], on_change: Callable[[bool], None]
+    ) -> Player:
+        return Player(slider, self._server.get_event_loop(), self._lock, show, on_change)
 
     def _then(self, action: Callable[[], None]) -> Callable[[Any], None]:
         """Handlers run on several threads at once: one after the other."""

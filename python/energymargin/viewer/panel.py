@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -233,16 +234,32 @@ def _curve_series() -> list[uplot.Series]:
 
 
 class Player:
-    """Moves a slider of moments; one replay at a time."""
+    """Moves a slider of moments; one replay at a time.
 
-    def __init__(self, slider: Any, on_change: Callable[[bool], None]) -> None:
-        """At rest; on_change(playing) is called when a replay begins and ends."""
-        self._slider, self._on_change = slider, on_change
+    A replay moves the slider in the event loop, where moves by hand arrive: one that somebody makes
+    comes before or after a move of the replay, never within it.
+    """
+
+    def __init__(
+        self,
+        slider: Any,
+        loop: asyncio.AbstractEventLoop,
+        lock: AbstractContextManager[Any],
+        show: Callable[[], None],
+        on_change: Callable[[bool], None],
+    ) -> None:
+        """At rest; calls show() with the lock whenever the slider has moved, and on_change(playing)
+        when a replay begins and ends. The loop is the server's."""
+        self._slider, self._loop, self._on_change = slider, loop, on_change
+        self._shown_with, self._show = lock, show
         self._lock = threading.Lock()
         self._over = threading.Event()  # of the replay that is the last one
+        self._over.set()
+        self._closed = False
         self._at_rest = threading.Event()
         self._at_rest.set()
-        self._taken: float | None = None  # the moment that somebody chose by hand
+        slider.on_update(self._take)
+        slider.on_update(self._moved)
 
     @property
     def playing(self) -> bool:
@@ -254,7 +271,7 @@ class Player:
         a replay that runs. Returns once it is over."""
         with self._lock:
             self._over.set()
-            if self.playing or times is None:
+            if self.playing or times is None or self._closed:
                 return
             over = self._over = threading.Event()
             self._at_rest.clear()
@@ -262,6 +279,7 @@ class Player:
             self._on_change(True)
             self._play(times, over)
         finally:
+            over.set()
             self._on_change(False)
             self._at_rest.set()
 
@@ -270,35 +288,56 @@ class Player:
         self._at_rest.wait()
 
     def stop(self) -> None:
-        """Ends the replay, if there is one, where it is: at once, but for a move that has begun."""
+        """Ends the replay, if there is one, where it is: the slider moves no more."""
         with self._lock:
             self._over.set()
 
-    def connect(self, lock: AbstractContextManager[Any], show: Callable[[], None]) -> None:
-        """Calls show() with the lock whenever the slider moves; a move by hand stops the replay,
-        which would take it away again."""
+    def close(self) -> None:
+        """Ends the replay, waits for that, and starts no other: the loop is about to end."""
+        self._closed = True
+        self.stop()
+        self.join()
 
-        async def take(event: Any) -> None:
-            """A coroutine is called right after the move, before the replay's next one; what is
-            drawn has to wait for other work."""
-            if event.client_id is not None:
-                self.stop()
-                self._taken = value_of(self._slider)
+    async def _take(self, event: Any) -> None:
+        """A move by hand stops the replay, which would take it away again."""
+        if event.client_id is None or self._over.is_set():
+            return
+        self.stop()
+        taken = value_of(self._slider)
+        # The browser may have had a later move of the replay meanwhile: it is told once more.
+        set_value(self._slider, taken - 1 if taken > 0 else 1)
+        set_value(self._slider, taken)
 
-        def move(event: Any) -> None:
-            with lock:
-                if event.client_id is not None and self._taken is not None:
-                    set_value(self._slider, self._taken)  # if the replay was about to move it
-                show()
+    def _moved(self, _: Any) -> None:
+        """In the loop only the player moves it, which then shows it on a thread of its own."""
+        if not _is_in_a_loop():
+            self._draw()
 
-        self._slider.on_update(take)
-        self._slider.on_update(move)
+    def _draw(self) -> None:
+        with self._shown_with:
+            self._show()
 
     def _play(self, times: NDArray[np.float64], over: threading.Event) -> None:
         last = len(times) - 1
         waits = [*np.diff(times), 0.0]
         for moment in range(int(value_of(self._slider)) % max(last, 1), last + 1):
-            if over.is_set():
+            moved = asyncio.run_coroutine_threadsafe(self._move(moment, over), self._loop)
+            if not moved.result():
                 return
-            set_value(self._slider, moment)  # which shows it
+            self._draw()
             over.wait(waits[moment])
+
+    async def _move(self, moment: int, over: threading.Event) -> bool:
+        """Moves the slider unless the replay is over; whether it did."""
+        with self._lock:
+            if not over.is_set():
+                set_value(self._slider, moment)
+            return not over.is_set()
+
+
+def _is_in_a_loop() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
