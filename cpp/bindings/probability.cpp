@@ -30,6 +30,7 @@ Args:
         `rollouts`, by default 10000.
     success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
     undisturbed: also one rollout without a disturbance, before the others.
+    most_diverged: share of the rollouts that may diverge. Those that do, do not count.
     by_object: of several objects also the probability of any, and of each.
     rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
         `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
@@ -45,7 +46,8 @@ Args:
 
 After a timeout or a cancel the complete rollouts count, up to the first that
 is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
-without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.)";
+without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
+rollouts diverge.)";
 
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
@@ -124,6 +126,7 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityCall& cal
   if (call.by_object) refuse_for_rare("by_object");
   if (call.first != 0) refuse_for_rare("first");
   if (!call.undisturbed) refuse_for_rare("undisturbed=False");
+  if (call.most_diverged != ProbabilityOptions{}.most_diverged) refuse_for_rare("most_diverged");
   RareOptions options;
   const auto set = [&](const auto& model) {
     if constexpr (std::is_same_v<std::decay_t<decltype(model)>, Function>) {
@@ -300,7 +303,8 @@ void bind_probability(py::module_& module) {
                      keyword("seed", &ProbabilityCall::seed), keyword("first", &ProbabilityCall::first),
                      keyword("threads", &ProbabilityCall::threads), keyword("tolerance", &ProbabilityCall::tolerance),
                      keyword("success", &ProbabilityCall::success), keyword("by_object", &ProbabilityCall::by_object),
-                     keyword("undisturbed", &ProbabilityCall::undisturbed), keyword("rare", &ProbabilityCall::rare),
+                     keyword("undisturbed", &ProbabilityCall::undisturbed),
+                     keyword("most_diverged", &ProbabilityCall::most_diverged), keyword("rare", &ProbabilityCall::rare),
                      keyword("level", &ProbabilityCall::level), keyword("ahead", &ProbabilityCall::ahead)},
           progress_keywords()));
 }

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "check_shape",
+    "function_or_none",
     "not_negative_number",
     "one_of",
     "positive_number",
@@ -55,6 +56,13 @@ def yes_or_no(name: str, value: bool) -> bool:
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     raise ValueError(f"{name} is {value!r}, expected true or false")
+
+
+def function_or_none(name: str, value: Any, arguments: str) -> None:
+    """Raises a ValueError with `name` unless the value is a function, or None; `arguments` says of
+    what, as "of (done, total)"."""
+    if not (value is None or callable(value)):
+        raise ValueError(f"{name} is {value!r}, expected a function {arguments}, or None")
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:

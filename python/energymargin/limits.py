@@ -24,9 +24,12 @@ class Limit:
     """The limit of a call that begins now, and of its inner calls. Once reached it stays so."""
 
     def __init__(self, timeout: float | None = None, cancel: Cancel | None = None) -> None:
-        """`timeout` [s]; None is never. Raises ValueError unless it is finite and above 0."""
+        """`timeout` [s]; None is never. Raises ValueError unless it is finite and above 0, and on
+        another cancel than a Cancel."""
         if timeout is not None and not _can_be(timeout):
             raise ValueError(f"timeout is {timeout!r}, expected a finite number above 0")
+        if not (cancel is None or isinstance(cancel, Cancel)):
+            raise ValueError(f"cancel is {cancel!r}, expected an em.Cancel or None")
         self._end = None if timeout is None else time.monotonic() + timeout
         self._cancel = cancel
 

@@ -67,7 +67,7 @@ def _improved(
         demo.problem(demo.nominal),
         demo.parameters,
         demo.problem,
-        objective=demo.objective,
+        metric=demo.objective,
         disturbance=demo.disturbance if margin else Uniform(0.0),
         uncertainty=demo.uncertainty,
         constraints=demo.constraints,

@@ -17,18 +17,13 @@ def problem(x=0.0, speed=0.0, **changes):
         "object", em.Box((0.1,) * 3), mass=MASS, position=(x, 0, 0), friction=0, role="object"
     )
     state = scene.pack(object={"velocity": (speed, 0, 0)})
-    return em.Problem(
-        scene,
-        state,
-        force=(10, 0, 0),
-        torque=(0, 0, 0),
-        duration=0.5,
-        captured=em.regions.Box("object", center=(0, 0, 0), size=(2 * EDGE, np.inf, np.inf)),
-        succeeded=em.regions.HalfSpace("object", (-1, 0, 0), 0.0),
-        horizon=HORIZON,
-        start_outside=True,
-        **changes,
-    )
+    edges = em.regions.Box("object", center=(0, 0, 0), size=(2 * EDGE, np.inf, np.inf))
+    question = {
+        **{"force": (10, 0, 0), "torque": (0, 0, 0), "duration": 0.5, "captured": edges},
+        "succeeded": em.regions.HalfSpace("object", (-1, 0, 0), 0.0),
+        **{"horizon": HORIZON, "start_outside": True},
+    }
+    return em.Problem(scene, state, **question | changes)
 
 
 def still(values):

@@ -228,3 +228,32 @@ def test_efforts_that_differ_much_have_a_logarithmic_axis(through_the_gate, most
     assert below.get_yscale() == scale
     assert low < 1.0 and high > most
     assert "no escape found" in [text.get_text() for text in below.get_legend().texts]
+
+
+def test_another_plan_takes_the_place_of_a_drive():
+    task = em.tasks.make("push", friction=0.3)
+    push = task.rollout(seed=3)
+    driven = task.problem(push.states[0], push.params)
+    assert driven.effector == "drive"
+    rows = np.zeros((60, 6))
+    rows[:, 1] = 9.0
+    plan = em.Plan(1 / 240, wrenches={"effector": rows})
+    along_it = em.along(driven, plan, every=0.125, rollouts=4, effort=False)
+    assert len(along_it) == 2 and along_it.problems[0].effector == "coast"
+
+
+def test_the_moments_end_where_a_state_makes_no_problem():
+    """A box that leaves the bounds of the states: the moments before it are told, and why."""
+    bounds = em.regions.HalfSpace("object", (1, 0, 0), 0.9)
+    moving = problem(0.0, 2.0, within=bounds)
+    found = em.along(moving, every=0.25, rollouts=4, effort=False)
+    assert np.allclose(found.times, [0.0, 0.25]) and found.complete
+    assert "after 0.5 s of the nominal motion: state is outside" in found.ended
+    assert found.ended in repr(found)
+    assert em.along(problem(), every=0.5, rollouts=4, effort=False).ended is None
+
+
+def test_results_are_themselves_alone():
+    """They hold arrays, which have no one answer to ==."""
+    first, second = (em.along(problem(), every=0.5, rollouts=4, effort=False) for _ in range(2))
+    assert first == first and first != second and len({first, second}) == 2

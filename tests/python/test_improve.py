@@ -58,7 +58,7 @@ def test_a_plan_is_followed_over_its_own_duration():
         asked,
         {"force": (-4.0, -1.0, 0.0)},
         braked,
-        objective="probability/success",
+        metric="probability/success",
         budget=20_000,
         rollouts=1,
         harden=False,
@@ -68,12 +68,12 @@ def test_a_plan_is_followed_over_its_own_duration():
     assert found.problem.horizon == found.plan.duration == 1.0
 
 
-def test_an_effort_is_an_objective():
+def test_an_effort_is_improved():
     found = em.improve(
         problem(),
         BOX,
         placed,
-        objective="effort/est",
+        metric="effort/est",
         nodes=60,
         rollouts=3,
         budget=2_500_000,
@@ -135,9 +135,74 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_result(tmp_path, middle):
     again = em.improve(problem(), BOX, placed, file=path, **SMALL)
     assert again.to_csv() == middle.to_csv() and again.steps == middle.steps
     assert path.read_text().startswith(kept)
-    more = em.improve(problem(), BOX, placed, file=path, **{**SMALL, "budget": 900_000})
+    larger = {**SMALL, "budget": 900_000}
+    more = em.improve(problem(), BOX, placed, file=path, **larger)
     assert len(more.generations) > len(middle.generations)
     assert more.to_csv().startswith(middle.to_csv())
+    straight = em.improve(problem(), BOX, placed, **larger)
+    assert more.values == straight.values
+    assert more.ranking.to_csv() == straight.ranking.to_csv()
+
+
+def test_a_changed_plan_constraint_or_set_is_simulated_anew(tmp_path):
+    path, small = tmp_path / "search.jsonl", {**SMALL, "budget": 1000}
+    start = BOX["x"][1]
+
+    def aside(values):
+        return still({"x": values["x"] if values["x"] == start else 0.93})
+
+    em.improve(problem(), BOX, placed, file=path, **small)
+    for changed, constraints in ((aside, []), (placed, [lambda v: v["x"] - 0.5])):
+        alone = em.improve(problem(), BOX, changed, constraints=constraints, **small)
+        again = em.improve(problem(), BOX, changed, constraints=constraints, file=path, **small)
+        assert again.ranking.to_csv() == alone.ranking.to_csv()
+        assert again.to_csv() == alone.to_csv()
+
+
+def knocks(random, times):
+    """A function as disturbance."""
+    wrenches = np.zeros((len(times), 6))
+    wrenches[:, 0] = random.normal(scale=3.0)
+    return wrenches
+
+
+def test_a_file_knows_a_function_by_its_name_and_numpys_numbers(tmp_path):
+    path = tmp_path / "search.jsonl"
+    small = {**SMALL, "budget": 1000, "disturbance": knocks}
+    first = em.improve(problem(), BOX, placed, file=path, seed=np.int64(3), **small)
+    assert "test_improve.knocks" in path.read_text().splitlines()[0]
+    kept = path.read_text()
+    again = em.improve(problem(), BOX, placed, file=path, seed=3, **small)
+    assert again.ranking.to_csv() == first.ranking.to_csv() and path.read_text() == kept
+
+
+def test_a_search_ends_where_everything_is_out_at_once():
+    far = {"x": (1.5, 2.0, 3.0)}
+    found = em.improve(problem(), far, still, method="cem", budget=100, rollouts=4)
+    assert found.after.score == 0 and found.complete
+
+
+def test_a_draw_is_the_starts():
+    calm = em.disturbances.Uniform(0.0)
+    near = {"x": (-0.1, 0.05, 0.1)}
+    small = {"disturbance": calm, "rollouts": 4, "budget": 50_000, "method": "cem"}
+    found = em.improve(problem(), near, still, harden=False, **small)
+    assert found.values == found.start and found.ranking.best == "start"
+
+
+def test_a_table_of_tries_has_the_values(middle):
+    column = np.genfromtxt(middle.to_csv().splitlines(), delimiter=",", names=True)["x"]
+    assert BOX["x"][0] <= column.min() < -0.5 and 0.5 < column.max() <= BOX["x"][2]
+
+
+def test_plans_of_other_lengths_are_compared_for_success_alone():
+    def lasting(values):
+        return problem(0.0).replace(horizon=1.0 if values["t"] == 1.0 else 0.5)
+
+    times = {"t": (0.5, 1.0, 1.5)}
+    with pytest.raises(ValueError, match=r"a horizon of 0.5 s for .*, of 1.0 s for the start"):
+        em.improve(problem(), times, lasting, **SMALL)
+    em.improve(problem(), times, lasting, metric="probability/success", **{**SMALL, "budget": 1000})
 
 
 def test_a_timeout_leaves_the_plan_that_is_found_by_then_and_a_cancel_raises(tmp_path):
@@ -154,11 +219,14 @@ def test_a_timeout_leaves_the_plan_that_is_found_by_then_and_a_cancel_raises(tmp
 def test_a_file_of_another_search_is_refused(tmp_path):
     path = tmp_path / "search.jsonl"
     em.improve(problem(), BOX, placed, file=path, **{**SMALL, "budget": 1000})
-    with pytest.raises(ValueError, match="of a search with another seed"):
+    with pytest.raises(ValueError, match="of a search whose seed is 0, here 1"):
         em.improve(problem(), BOX, placed, file=path, seed=1, **{**SMALL, "budget": 1000})
-    path.write_text("no search\n")
-    with pytest.raises(ValueError, match="no file of a search"):
-        em.improve(problem(), BOX, placed, file=path, **SMALL)
+    for content in (b"no search\n", b"\xff\xfe\x00", b"[1, 2]\n", b'"abc"\n', b'{"seed": 0}\n3\n'):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match="no file of a search"):
+            em.improve(problem(), BOX, placed, file=path, **SMALL)
+    with pytest.raises(ValueError, match="which is a folder"):
+        em.improve(problem(), BOX, placed, file=tmp_path, **SMALL)
 
 
 @pytest.mark.parametrize(
@@ -171,15 +239,27 @@ def test_a_file_of_another_search_is_refused(tmp_path):
         ({"make_plan": lambda values: None}, "make_plan returned None for the start"),
         ({"constraints": [lambda v: -1.0]}, r"constraints\[0\] is -1 at the start"),
         ({"constraints": [lambda v: float("nan")]}, r"constraints\[0\] returned nan"),
-        ({"objective": "force"}, "metric is 'force'"),
+        ({"constraints": [lambda v: None]}, r"constraints\[0\] returned None"),
+        ({"constraints": [lambda v: "x"]}, r"constraints\[0\] returned 'x'"),
+        ({"constraints": lambda v: 1.0}, "constraints is .*expected a list of functions"),
+        ({"constraints": [1.0]}, r"constraints\[0\] is 1.0"),
+        ({"parameters": {"x": "19"}}, r"parameters\['x'\] is '19'"),
+        ({"parameters": {1: (0, 1)}}, "parameters has the name 1"),
+        ({"make_plan": 3}, "make_plan is 3"),
+        ({"problem": "abc"}, "problem is 'abc'"),
+        ({"harden": "no"}, "harden is 'no'"),
+        ({"uncertainty": "abc"}, "uncertainty is 'abc'"),
+        ({"file": 3}, "file is 3"),
+        ({"progress": 3}, "progress is 3"),
+        ({"metric": "force"}, "metric is 'force'"),
         ({"method": "grid"}, "method is 'grid'"),
         ({"budget": 0}, "budget is 0"),
     ],
 )
 def test_wrong_arguments_are_named(changes, message):
-    arguments = {"parameters": BOX, "make_plan": placed, **SMALL, **changes}
+    arguments = {"problem": problem(), "parameters": BOX, "make_plan": placed, **SMALL, **changes}
     with pytest.raises(ValueError, match=message):
-        em.improve(problem(), **arguments)
+        em.improve(**arguments)
 
 
 def test_a_disturbance_grows_while_all_withstand_it_and_never_falls_below_the_stated_one():

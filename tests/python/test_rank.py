@@ -145,6 +145,14 @@ def test_a_cancel_leaves_what_is_decided_or_raises():
         ([problem()], {"rollouts": 0}, "rollouts is 0"),
         ([problem()], {"disturbance": em.disturbances.Boltzmann(1.0)}, "whose draws have weights"),
         ([problem()], {"confidence": 1.0}, "confidence is 1.0"),
+        ([problem()], {"confidence": "a"}, "confidence is 'a'"),
+        ([problem()], {"tolerance": None}, "tolerance is None"),
+        ([problem()], {"cancel": 5}, "cancel is 5"),
+        ([problem()], {"progress": 3}, "progress is 3"),
+        ([problem()], {"disturbance": "x"}, "disturbance is 'x'"),
+        ([problem()], {"metric": "effort/est", "disturbance": PUSHES}, "expected None: an effort"),
+        ({1: problem(), "1": problem()}, {}, "the name '1' twice"),
+        ({problem()}, {}, "expected several, as a list or a dict"),
         ([problem()], {"uncertainty": {"mass": 1}}, "uncertainty is .*expected an em.beliefs"),
         ([problem()], {"threads": 1, "executor": em.executors.Threads(1)}, "threads is 1"),
     ],
@@ -157,10 +165,83 @@ def test_wrong_arguments_are_named(problems, arguments, message):
 def test_a_duel_counts_the_draws_in_which_two_differ():
     first, second = np.array([1.0, 1, 0, 1, 1]), np.array([0.0, 1, 1, 0])
     assert duel(first, second) == Duel(wins=2, losses=1, draws=4)
-    assert Duel(20, 0, 20).better > 0.999 > Duel(0, 0, 20).better == pytest.approx(0.5)
-    assert Duel(0, 0, 100).as_good(0.05) > 0.99 > Duel(0, 5, 100).as_good(0.05)
+    # One doubt for a share of wins of one half is the mean likelihood of others: 1 / (21 * 2^-20).
+    assert Duel(20, 0, 20).better == pytest.approx(1 - 21 / 2**20)
+    assert Duel(3, 0, 80).better == pytest.approx(0.5) and Duel(0, 0, 20).better == 0
+    assert Duel(0, 3, 80).better == Duel(1, 1, 80).better == 0
+    assert Duel(0, 0, 120).as_good(0.05) > 0.99 > Duel(0, 5, 120).as_good(0.05)
+    assert Duel(0, 0, 120).as_good(0.0) == Duel(3, 100, 120).as_good(0.05) == 0
     # A lead of ten is not lost in five more draws, one of one may be.
     assert Duel(10, 0, 20).overtaken(5) < 1e-3 < Duel(3, 2, 20).overtaken(50) < 0.5
+
+
+@pytest.mark.parametrize(("first", "second"), [(0.5, 0.5), (0.9, 0.9), (0.85, 0.9)])
+def test_what_is_no_better_is_called_better_in_one_of_twenty_at_most(first, second):
+    """Although a race looks eight times, and either of the two may lead."""
+    random, wrong = np.random.default_rng(0), 0
+    for _ in range(1000):
+        ours = (random.random(200) < first).astype(float)
+        theirs = (random.random(200) < second).astype(float)
+        pairs = [(ours, theirs), (theirs, ours)] if first == second else [(ours, theirs)]
+        seen = [duel(a[:n], b[:n]).better for n in looks(200) for a, b in pairs]
+        wrong += max(seen) >= 0.95
+    assert wrong <= 65  # of 1000: 0.05, and two standard errors
+
+
+def test_what_is_worse_by_the_tolerance_is_called_as_good_in_one_of_twenty_at_most():
+    random, wrong = np.random.default_rng(1), 0
+    for _ in range(1000):
+        theirs = (random.random(400) < 0.9).astype(float)
+        ours = theirs * (random.random(400) > 0.05 / 0.9)  # worse in one of twenty draws
+        wrong += max(duel(ours[:n], theirs[:n]).as_good(0.05) for n in looks(400)) >= 0.95
+    assert wrong <= 65
+
+
+def test_a_tie_is_hardly_ever_decided():
+    pair = {"left": problem(-0.5), "right": problem(0.5)}  # mirror images
+    decided = [
+        em.rank(pair, disturbance=PUSHES, seed=seed).decision.startswith("the best is")
+        for seed in range(40)
+    ]
+    assert sum(decided) <= 5  # 2 are to be expected at most
+
+
+def test_efforts_without_an_escape_come_first():
+    open_ = {"near": problem(0.9), "far": problem(0.0)}
+    shut = problem().replace(captured=em.regions.HalfSpace("object", (1, 0, 0), 1e3))
+    ranking = em.rank(
+        {**open_, "shut": shut}, metric="effort/est", rollouts=3, nodes=60, race=False
+    )
+    assert ranking.names[0] == "shut" and ranking["shut"].held == 1.0
+    assert ranking["near"].held < 1.0
+
+
+def test_a_rollout_that_diverges_is_lost_and_told():
+    def knocks(random, times):
+        wrenches = np.zeros((len(times), 6))
+        wrenches[:, 0] = random.normal(scale=3.0)
+        if random.random() < 0.05:
+            wrenches[:] = 1e308
+        return wrenches
+
+    ranking = em.rank([problem()], disturbance=knocks, rollouts=200)
+    (one,) = ranking
+    assert one.diverged > 0 and one.draws == 200
+    assert f"{one.diverged} of 200 rollouts of 0 diverged" in ranking.to_markdown()
+    again = em.rank([problem()], disturbance=knocks, rollouts=200, threads=1)
+    assert again["0"].diverged == one.diverged and np.array_equal(again["0"].values, one.values)
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (problem(horizon=3.0), r"problems\['1'\] has the horizon 3.0, problems\['0'\] 1.0"),
+        (problem(force=(5, 0, 0)), "has the force bounds"),
+    ],
+)
+def test_candidates_that_would_not_meet_the_same_are_refused(other, message):
+    with pytest.raises(ValueError, match=message):
+        em.rank([problem(), other])
 
 
 def test_looks_end_with_all_draws():

@@ -24,10 +24,9 @@ inline Eigen::VectorXd times_of(const std::vector<int>& steps, double step) {
   return times;
 }
 
-//! Throws std::runtime_error if more than 1 % have diverged.
-inline void require_few_diverged(int diverged, int rollouts) {
-  constexpr double most_diverged = 0.01;
-  if (diverged <= most_diverged * rollouts) return;
+//! Throws std::runtime_error if more than this share have diverged.
+inline void require_few_diverged(int diverged, int rollouts, double most) {
+  if (diverged <= most * rollouts) return;
   throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +
                            " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
                            "or a weaker disturbance");

@@ -242,7 +242,7 @@ class Estimator {
       p.steps += futures_[static_cast<std::size_t>(i)].steps;
     }
     p.rollouts = count - p.diverged;
-    require_few_diverged(p.diverged, count);
+    require_few_diverged(p.diverged, count, options_.most_diverged);
   }
 
   void set_times(CaptureProbability& p) const {
@@ -277,6 +277,9 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
   if (options.rollouts) require_at_least("rollouts", *options.rollouts, 1);
   require_at_least("threads", options.threads, 1);
   if (options.tolerance) require_positive("tolerance", *options.tolerance);
+  if (!(options.most_diverged >= 0.0 && options.most_diverged <= 1.0)) {
+    reject("most_diverged", text(options.most_diverged), "a share, from 0 to 1");
+  }
   if (options.success && !problem.succeeded) reject("success", "True", "a problem with a success set");
   if (options.by_object && !problem.captured_any) {
     reject("by_object", "True", "a problem with a capture set for each object, captured={...}");

@@ -303,7 +303,7 @@ CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBa
     p.steps += batch.steps;
     p.diverged += batch.diverged;
   }
-  require_few_diverged(p.diverged, splitting.simulated);
+  require_few_diverged(p.diverged, splitting.simulated, ProbabilityOptions{}.most_diverged);
   p.times = times_of(looks, step);
   p.lost = lost.colwise().mean();
   p.all.curve = 1.0 - p.lost.array();

@@ -1694,7 +1694,7 @@ class CaptureProbability:
         """
         When they leave without a disturbance [s]; the horizon if they stay, NaN with undisturbed=False.
         """
-def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, most_diverged: float = 0.01, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
     
@@ -1710,6 +1710,7 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
             `rollouts`, by default 10000.
         success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
         undisturbed: also one rollout without a disturbance, before the others.
+        most_diverged: share of the rollouts that may diverge. Those that do, do not count.
         by_object: of several objects also the probability of any, and of each.
         rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
             `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
@@ -1725,7 +1726,8 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
     
     After a timeout or a cancel the complete rollouts count, up to the first that
     is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
-    without horizon and plan, or a bad argument, and RuntimeError if more than 1 % of the rollouts diverge.
+    without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
+    rollouts diverge.
     """
 def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
 from energymargin.arguments import shown
-from energymargin.checks import whole_number, yes_or_no
+from energymargin.checks import function_or_none, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.executors.threads import thread_count
 from energymargin.limits import Limit
@@ -46,7 +46,7 @@ class Moment(NamedTuple):
     """[J]; inf if no escape was found, NaN if it was not asked for."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Along:
     """The margin along a plan: of K moments of the motion without a disturbance."""
 
@@ -78,6 +78,9 @@ class Along:
     """None: Uniform()."""
     complete: bool = True
     """Whether every moment has its scores: False if the timeout or the cancel came first."""
+    ended: str | None = None
+    """Why there are no later moments, if the nominal motion has a state that makes no problem, such
+    as one outside of the bounds `within`."""
 
     def __len__(self) -> int:
         """K."""
@@ -102,6 +105,7 @@ class Along:
         lost = int((~self.captured).sum())
         more = f", {lost} of them not captured" if lost else ""
         more += "" if self.complete else ", stopped early"
+        more += "" if self.ended is None else f"; {self.ended}"
         return f"Along({len(self)} moments{more}; {self.summary})"
 
     @property
@@ -170,9 +174,10 @@ def along(
         timeout: after so many seconds the scores count that are there; others are NaN.
         cancel: the same once it is set.
 
-    Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, on a problem without a horizon,
-    and if a moment's state makes no problem; TimeoutError or Cancelled if the limit comes before
-    the first probability.
+    Where a state of the nominal motion makes no problem, such as one outside of the bounds
+    `within`, the moments end, and `ended` says why. Ctrl-C stops within 0.2 s. Raises ValueError on
+    bad arguments and on a problem without a horizon; TimeoutError or Cancelled if the limit comes
+    before the first probability.
     """
     limit = Limit(timeout, cancel)
     asked = _with_plan(problem, plan)
@@ -182,16 +187,16 @@ def along(
     if look is not None and look > end:
         raise ValueError(f"ahead is {ahead!r} s, expected at most the {end * step:.4g} s there are")
     whole_number("rollouts", rollouts, 1)
+    function_or_none("progress", progress, "of (done, total)")
     questions = [(Question("probability", disturbance, seed, nodes, search), rollouts)]
     if yes_or_no("effort", effort):
         questions.append((Question(EFFORT, None, seed, nodes, search), 1))
     numbers = list(range(0, end, stride) if look is None else range(0, end - look + 1, stride))
     lengths = [end - number if look is None else look for number in numbers]
     states = _nominal(asked, numbers, limit)
-    problems = [
-        _moment(asked, state, number, length)
-        for state, number, length in zip(states, numbers, lengths, strict=True)
-    ]
+    problems, ended = _moments(asked, states, numbers, lengths)
+    there = len(problems)
+    numbers, lengths, states = numbers[:there], lengths[:there], states[:there]
     with Trials(executor, threads) as trials:
         found, complete = _scores(questions, problems, trials, limit, progress)
     if not any(found[0]):
@@ -212,6 +217,7 @@ def along(
         seed=seed,
         disturbance=disturbance,
         complete=complete,
+        ended=ended,
     )
 
 
@@ -222,7 +228,9 @@ def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
     if plan is not None:
         if not isinstance(plan, Plan):
             raise ValueError(f"plan is {shown(plan)}, expected a Plan")
-        return problem.replace(plan=plan, horizon=plan.duration, start_outside=True)
+        return problem.replace(
+            plan=plan, horizon=plan.duration, effector="coast", start_outside=True
+        )
     if problem.horizon is None:
         raise ValueError("problem is without plan and horizon, expected one: along(problem, plan)")
     return problem
@@ -240,6 +248,21 @@ def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> NDArray[
         return np.array([start])
     world = World(problem.scene, problem.plan)
     return world.simulate(start, numbers[-1], record=list(numbers), **limit.rest()).states
+
+
+def _moments(
+    problem: Problem, states: NDArray[np.float64], numbers: Sequence[int], lengths: Sequence[int]
+) -> tuple[list[Problem], str | None]:
+    """The questions, up to the first state that makes none, and why it does not."""
+    problems: list[Problem] = []
+    for state, number, length in zip(states, numbers, lengths, strict=True):
+        try:
+            problems.append(_moment(problem, state, number, length))
+        except ValueError as error:
+            if not problems:
+                raise
+            return problems, str(error)
+    return problems, None
 
 
 def _moment(problem: Problem, state: NDArray[np.float64], done: int, length: int) -> Problem:

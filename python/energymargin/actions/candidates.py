@@ -8,7 +8,15 @@ from energymargin._core import Problem
 from energymargin.actions.trials import Trial
 from energymargin.beliefs import Belief, Uncertainty
 
-__all__ = ["Candidates"]
+__all__ = ["Candidates", "check_uncertainty"]
+
+
+def check_uncertainty(uncertainty: Uncertainty | None) -> None:
+    """Raises ValueError on another thing."""
+    if not (uncertainty is None or isinstance(uncertainty, Uncertainty)):
+        raise ValueError(
+            f"uncertainty is {uncertainty!r}, expected an em.beliefs.Uncertainty or None"
+        )
 
 
 class Candidates:
@@ -19,10 +27,7 @@ class Candidates:
     ) -> None:
         """`seed`: of the particles, so that all candidates have the same. Raises ValueError on an
         uncertainty that names what a problem does not have."""
-        if not (uncertainty is None or isinstance(uncertainty, Uncertainty)):
-            raise ValueError(
-                f"uncertainty is {uncertainty!r}, expected an em.beliefs.Uncertainty or None"
-            )
+        check_uncertainty(uncertainty)
         self._problems, self._seed = list(problems), seed
         self._beliefs: list[Belief] | None = None
         if uncertainty is not None:

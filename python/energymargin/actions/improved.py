@@ -20,7 +20,7 @@ __all__ = ["Generation", "Improvement"]
 START = "start"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Generation:
     """Plans that were compared on the same draws."""
 
@@ -36,7 +36,7 @@ class Generation:
     """What the strategy would bet on after it, shape (D,)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Improvement:
     """The best plan that was found."""
 
@@ -52,16 +52,21 @@ class Improvement:
     """The last comparison, on new draws: the strategy's favourite, the best of the last
     generations, and the start. Its best is the result."""
     generations: tuple[Generation, ...]
-    parameters: tuple[str, ...]
-    """Names of the columns of their points."""
+    ranges: dict[str, tuple[float, float]]
+    """Lowest and highest value of each parameter, in the order of the columns of their points."""
     steps: int
     """Simulation steps."""
     complete: bool
-    """Whether the budget is used up: False if the timeout or the cancel came first."""
+    """Whether the search came to its end: False if the timeout or the cancel came first."""
 
     def __repr__(self) -> str:
         """Scores before and after."""
         return f"Improvement({self.decision})"
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the columns of the points."""
+        return tuple(self.ranges)
 
     @property
     def plan(self) -> Plan | None:
@@ -80,7 +85,7 @@ class Improvement:
 
     @property
     def sure(self) -> float:
-        """Probability that the result is better than the start."""
+        """Confidence that the result is better than the start."""
         return self._duel.better
 
     @property
@@ -106,11 +111,14 @@ class Improvement:
 
     def to_csv(self) -> str:
         """A line for each plan that was tried, in full precision: generation, the factor of the
-        disturbance, the score, the parameters in the unit cube."""
+        disturbance, the score, the values of the parameters."""
+        low, high = np.array(list(self.ranges.values())).T
         rows = [
-            (number, one.factor, score, *point)
+            (number, one.factor, score, *values)
             for number, one in enumerate(self.generations, 1)
-            for score, point in zip(one.scores.tolist(), one.points.tolist(), strict=True)
+            for score, values in zip(
+                one.scores.tolist(), (low + one.points * (high - low)).tolist(), strict=True
+            )
         ]
         return csv_text(("generation", "factor", "score", *self.parameters), rows)
 

@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,18 +18,18 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Plan, Problem, stream
-from energymargin.actions.candidates import Candidates
+from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
+from energymargin.actions.candidates import Candidates, check_uncertainty
 from energymargin.actions.hardening import adapted, scaled
 from energymargin.actions.improved import Generation, Improvement
-from energymargin.actions.journal import Journal
+from energymargin.actions.journal import Journal, digest_of, said_of
 from energymargin.actions.parameters import Parameters
 from energymargin.actions.ranking import Race, Ranking, Terms, score_of
 from energymargin.actions.strategies import METHODS, Strategy, population_of, strategy
 from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import one_of, whole_number
+from energymargin.checks import function_or_none, one_of, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
@@ -56,7 +55,7 @@ def improve(
     parameters: Mapping[str, Sequence[float]],
     make_plan: Make,
     *,
-    objective: str = "probability",
+    metric: str = "probability",
     disturbance: Disturbance | None = None,
     uncertainty: Uncertainty | None = None,
     constraints: Sequence[Constraint] = (),
@@ -81,14 +80,15 @@ def improve(
         parameters: by name (low, start, high), or (low, high), which starts in the middle.
         make_plan: a function of the values by name, which returns a Plan; or a whole Problem, where
             the start or the scene depends on them too; or None for values that cannot be.
-        objective: what is to be large: "probability" of staying captured, "probability/success", or
+            All have the same horizon, unless success is asked: a shorter plan is no safer one.
+        metric: what is to be large: "probability" of staying captured, "probability/success", or
             an effort of escape, "effort/est" or "effort/rrt".
-        disturbance: as of `em.capture_probability`; None: Uniform().
+        disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
         uncertainty: how well friction, masses, poses and velocities are known.
         constraints: functions of the values by name, each to be at least 0. Values that break one
             are not simulated.
-        budget: simulation steps, about, with those of the last comparison. There is one generation
-            at least.
+        budget: simulation steps, about, with those of the last comparison. The screening, one
+            generation and the last comparison are made in any case.
         rollouts: draws of each candidate of a generation; of an effort, searches.
         method: "cma", CMA-ES, which needs the extra [improve]; or "cem", the cross-entropy method.
         harden: the disturbance grows while most candidates hold, so that the search goes on to the
@@ -97,7 +97,8 @@ def improve(
         nodes: of the searches, as of `em.escape_effort`.
         search: the same.
         file: where finished batches are kept: the same call goes on from there, after Ctrl-C, or
-            with a larger budget.
+            with a larger budget. What a changed plan or constraint asks is simulated anew. Sets that
+            are Python predicates are not compared.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
         progress: progress(steps, budget).
@@ -112,23 +113,30 @@ def improve(
     limit = Limit(timeout, cancel)
     of_search = Limit(None if timeout is None else SHARE_OF_SEARCH * timeout, cancel)
     box = Parameters(parameters)
-    question = Question(objective, disturbance, seed, nodes, search)
+    seed, nodes = whole_number("seed", seed, 0, 2**64 - 1), whole_number("nodes", nodes, 1)
+    question = Question(metric, disturbance, seed, nodes, search)
     one_of("method", method, METHODS)
     budget = whole_number("budget", budget, 1)
     rollouts = whole_number("rollouts", rollouts, 1)
-    maker = _Maker(problem, box, make_plan, tuple(constraints))
-    start = maker.start(question)
+    harden = yes_or_no("harden", harden)
+    function_or_none("progress", progress, "of (steps, budget)")
+    check_uncertainty(uncertainty)
+    maker = _Maker(problem, box, make_plan, _functions(constraints), question)
+    start = maker.start()
     what = {
         **{"algorithm": [ALGORITHM, ALGORITHM_IMPROVED], "parameters": box.to_plain()},
-        **{"start": _digest(start), "objective": objective, "disturbance": repr(disturbance)},
+        **{"start": digest_of(start), "metric": metric, "disturbance": said_of(disturbance)},
         **{"uncertainty": uncertainty.to_json() if uncertainty else None, "seed": seed},
         **{"rollouts": rollouts, "method": method, "harden": harden},
-        **{"nodes": nodes, "search": search, "constraints": len(constraints)},
+        **{"nodes": nodes, "search": search},
     }
     spent = _Spent(budget, progress)
     with Trials(executor, threads, spent.add) as trials:
-        journal = Journal(trials, None if file is None else Path(file), what, spent.add)
-        run = _Run(maker, question, uncertainty, rollouts, journal, spent, of_search, limit)
+        journal = Journal(trials, _path(file), what, spent.add)
+        run = _Run(
+            *(maker, question, uncertainty, rollouts, start.horizon),
+            *(journal, spent, of_search, limit),
+        )
         return run.improved(method, harden=harden)
 
 
@@ -140,8 +148,18 @@ class _Maker:
     box: Parameters
     make_plan: Make
     constraints: tuple[Constraint, ...]
+    question: Question
 
-    def start(self, question: Question) -> Problem:
+    def __post_init__(self) -> None:
+        """Raises ValueError on what is no problem and no function."""
+        if not isinstance(self.problem, Problem):
+            raise ValueError(f"problem is {shown(self.problem)}, expected a Problem")
+        if not callable(self.make_plan):
+            raise ValueError(
+                f"make_plan is {shown(self.make_plan)}, expected a function of the values by name"
+            )
+
+    def start(self) -> Problem:
         """The problem of the start; ValueError if there is none."""
         values = self.box.values(self.box.start)
         for number, constraint in enumerate(self.constraints):
@@ -153,7 +171,7 @@ class _Maker:
         made = self.make(self.box.start)
         if made is None:
             raise ValueError(f"make_plan returned None for the start {values}, expected a plan")
-        question.check("problem", made)
+        self.question.check("problem", made)
         return made
 
     def violation(self, point: Point) -> float:
@@ -180,8 +198,19 @@ class _Maker:
                 f"make_plan returned {shown(made)} for {values}, expected a Plan, a Problem or None"
             )
         horizon = made.duration if self.problem.horizon is None else self.problem.horizon
-        changed: Problem = self.problem.replace(plan=made, horizon=horizon, effector="coast")
+        try:
+            changed: Problem = self.problem.replace(plan=made, horizon=horizon, effector="coast")
+        except ValueError as error:
+            raise ValueError(f"make_plan, for {values}: {error}") from error
         return changed
+
+    def check_horizon(self, point: Point, made: Problem, expected: float | None) -> None:
+        """Raises ValueError on one of another horizon, unless success is asked."""
+        if made.horizon != expected and self.question.metric != "probability/success":
+            raise ValueError(
+                f"make_plan makes a horizon of {made.horizon} s for {self.box.values(point)}, of "
+                f"{expected} s for the start, expected the same: set the problem's horizon"
+            )
 
 
 @dataclass
@@ -209,6 +238,7 @@ class _Run:
     question: Question
     uncertainty: Uncertainty | None
     rollouts: int
+    horizon: float | None
     trials: Runner
     spent: _Spent
     of_search: Limit
@@ -218,11 +248,14 @@ class _Run:
         """Screens, searches, compares."""
         box = self.maker.box
         search = strategy(method, self._screened(), self._seed(SEARCH))
-        generations = self._searched(search, harden=harden)
+        generations, whole = self._searched(search, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
         for number, one in list(enumerate(generations, 1))[-LAST:]:
             finalists[f"generation {number}"] = one.points[one.best]
-        finalists[START] = box.start
+        if generations[-1].factor > 1.0:  # a draw is theirs, who withstand more than is stated
+            finalists[START] = box.start
+        else:
+            finalists = {START: box.start, **finalists}
         ranking = self._compared(finalists)
         chosen = finalists[ranking.best]
         return Improvement(
@@ -231,9 +264,9 @@ class _Run:
             problem=self.maker.required(chosen),
             ranking=ranking,
             generations=tuple(generations),
-            parameters=box.names,
+            ranges=box.ranges,
             steps=self.spent.steps,
-            complete=ranking.complete and not self.of_search.reached,
+            complete=ranking.complete and whole,
         )
 
     def _screened(self) -> Point:
@@ -249,19 +282,22 @@ class _Run:
         chosen: Point = points[int(ranking.best)]
         return chosen
 
-    def _searched(self, search: Strategy, *, harden: bool) -> list[Generation]:
-        """The generations until the budget leaves but the last comparison, or the limit is reached.
+    def _searched(self, search: Strategy, *, harden: bool) -> tuple[list[Generation], bool]:
+        """The generations until the budget leaves but the last comparison, or the limit is reached,
+        and whether it was not.
 
-        There is one at least. It also ends where no plan of many generations can be.
+        There is one at least. It also ends where many generations cost nothing: no plan of them can
+        be, or all are out of the capture set at once.
         """
         generations: list[Generation] = []
-        factor, last, empty = 1.0, 0, 0
+        factor, last, empty, whole = 1.0, 0, 0, True
         while not generations or self.spent.steps + last + self._last_steps <= self.spent.budget:
             before = self.spent.steps
             points = search.ask()
             seed = stream(self._seed(SEARCH), len(generations))
             draws = self._drawn(points, seed, factor)
             if draws is None:
+                whole = False
                 break
             scores = _scores(self.question, len(points), draws)
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
@@ -271,12 +307,12 @@ class _Run:
             generations.append(Generation(points, scores, best, factor, favourite))
             if harden and not self.question.is_effort:
                 factor = adapted(factor, scores[np.isfinite(scores)])
-            empty = 0 if draws else empty + 1
+            empty = 0 if self.spent.steps > before else empty + 1
             if empty == MOST_EMPTY:
                 break
         if not generations:
             self.of_search.require("the first generation was finished")
-        return generations
+        return generations, whole
 
     @property
     def _last_steps(self) -> float:
@@ -290,10 +326,15 @@ class _Run:
     def _compared(self, finalists: dict[str, Point]) -> Ranking:
         """Those that can be, on new draws; the favourite first."""
         terms = Terms(self._last_draws, race=False)
-        return self._raced(finalists, self._seed(FINAL), terms, self.limit)
+        ranking = self._raced(finalists, self._seed(FINAL), terms, self.limit)
+        if self.limit.cancelled:
+            raise Cancelled("cancelled before the last comparison was finished")
+        return ranking
 
     def _raced(self, points: dict[str, Point], seed: int, terms: Terms, limit: Limit) -> Ranking:
         problems = self._there(points)
+        if not problems:
+            raise ValueError("make_plan returned None for values that it made a plan of before")
         candidates = Candidates(list(problems.values()), self.uncertainty, seed)
         race = Race(candidates, replace(self.question, seed=seed), terms)
         return race.run(list(problems), self.trials, limit)
@@ -311,11 +352,13 @@ class _Run:
 
     def _there(self, points: dict[Key, Point]) -> dict[Key, Problem]:
         """The problems of points, without those that cannot be, or break a constraint."""
-        made = {
-            key: None if self.maker.violation(point) > 0 else self.maker.make(point)
-            for key, point in points.items()
-        }
-        return {key: problem for key, problem in made.items() if problem is not None}
+        there: dict[Key, Problem] = {}
+        for key, point in points.items():
+            made = None if self.maker.violation(point) > 0 else self.maker.make(point)
+            if made is not None:
+                self.maker.check_horizon(point, made, self.horizon)
+                there[key] = made
+        return there
 
     def _seed(self, number: int) -> int:
         return stream(self.question.seed, number)
@@ -344,15 +387,23 @@ def _constrained(constraint: Constraint, number: int, values: dict[str, float]) 
     value = constraint(dict(values))
     if isinstance(value, (bool, np.bool_)):
         return 0.0 if value else -1.0
-    margin = float(value)
-    if np.isnan(margin):
-        raise ValueError(f"constraints[{number}] returned {value!r} for {values}")
-    return margin
+    if not isinstance(value, (int, float, np.number)) or np.isnan(value):
+        raise ValueError(
+            f"constraints[{number}] returned {shown(value)} for {values}, expected a number"
+        )
+    return float(value)
 
 
-def _digest(problem: Problem) -> str:
-    """Of its text; empty of one that has none, for a region made of a Python predicate."""
-    try:
-        return hashlib.sha256(problem.to_json().encode()).hexdigest()
-    except ValueError:
-        return ""
+def _functions(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
+    if callable(constraints) or not isinstance(constraints, Sequence):
+        raise ValueError(f"constraints is {shown(constraints)}, expected a list of functions")
+    for number, one in enumerate(constraints):
+        if not callable(one):
+            raise ValueError(f"constraints[{number}] is {shown(one)}, expected a function")
+    return tuple(constraints)
+
+
+def _path(file: str | Path | None) -> Path | None:
+    if not (file is None or isinstance(file, (str, Path))):
+        raise ValueError(f"file is {file!r}, expected the name of a file, or None")
+    return None if file is None else Path(file)

@@ -1,7 +1,12 @@
-"""Batches of trials, each kept in a file once it is done, so that the same search goes on."""
+"""Batches of trials, each kept in a file once it is done, so that the same search goes on.
+
+A batch is known by what it asked: its question, its draws and the problems of its candidates. So a
+search that has become another one by a changed constraint or plan runs its own batches.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -9,11 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from energymargin._core import Problem, regions
 from energymargin.actions.trials import Draws, Question, Trial, Trials
+from energymargin.arguments import shown
 from energymargin.limits import Limit
 from energymargin.replacing import replace_text
 
-__all__ = ["Journal"]
+__all__ = ["Journal", "digest_of", "said_of"]
+
+FAR = 1e9  # m
 
 
 class Journal:
@@ -39,46 +48,82 @@ class Journal:
 
     def run(self, question: Question, trials: Sequence[Trial], limit: Limit) -> list[Draws | None]:
         """As Trials.run."""
+        if self._path is None:
+            return self._trials.run(question, trials, limit)
         key = _key(question, trials)
         if key in self._known:
-            draws = [Draws(np.array(v), np.array(t), steps) for v, t, steps in self._known[key]]
+            draws = [_drawn(*columns) for columns in self._known[key]]
             for one in draws:
                 self._on_draws(one)
             return list(draws)
         found = self._trials.run(question, trials, limit)
-        if self._path is not None and None not in found:
-            plain = [[d.values.tolist(), d.times.tolist(), d.steps] for d in found if d is not None]
+        if None not in found:
+            plain = [
+                [d.values.tolist(), d.times.tolist(), d.steps, d.diverged]
+                for d in found
+                if d is not None
+            ]
             with self._path.open("a") as file:
                 file.write(json.dumps([key, plain]) + "\n")
         return found
 
 
+def digest_of(problem: Problem) -> str:
+    """Of all that a problem says, but for the sets if one is a Python predicate, which has no
+    text."""
+    try:
+        text = problem.to_json()
+    except ValueError:
+        objects = (body.name for body in problem.scene.bodies if body.role == "object")
+        anywhere = regions.HalfSpace(next(objects), (0.0, 0.0, 1.0), FAR)
+        text = problem.replace(captured=anywhere, succeeded=None).to_json()
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
 def _key(question: Question, trials: Sequence[Trial]) -> str:
-    """Of a batch: each stage of a search has a seed of its own, and so has each generation."""
-    draws = {(trial.first, trial.count) for trial in trials}
-    return f"{question.seed}: {len(trials)} candidates, draws {sorted(draws)}"
+    """Of a batch; the particles of a candidate follow from its problem and the search's seed."""
+    asked = [
+        (trial.first, trial.count, len(trial.problems), digest_of(trial.problems[0]))
+        for trial in trials
+    ]
+    text = repr((question.metric, question.seed, said_of(question.disturbance), asked))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def said_of(disturbance: Any) -> str:
+    """A disturbance in words that are the same in another process."""
+    name = getattr(disturbance, "__qualname__", None)
+    return repr(disturbance) if name is None else f"{disturbance.__module__}.{name}"
+
+
+def _drawn(values: list[float], times: list[float], steps: int, diverged: int) -> Draws:
+    return Draws(np.array(values), np.array(times), steps, diverged)
 
 
 def _lines(path: Path, what: dict[str, Any]) -> list[tuple[str, list[Any]]]:
     """The batches of a file by their keys; it is made if there is none."""
     head = json.dumps(what, sort_keys=True)
+    if path.is_dir():
+        raise ValueError(f"file is {path}, which is a folder, expected the name of a file")
     if not path.exists():
         replace_text(path, head + "\n")
         return []
-    lines = path.read_text().splitlines(keepends=True)
-    whole = [line for line in lines if line.endswith("\n")]
     try:
+        lines = path.read_text().splitlines(keepends=True)
+        whole = [line for line in lines if line.endswith("\n")]
         known, *batches = [json.loads(line) for line in whole]
-        names = {*known, *what}
-    except (TypeError, ValueError):
+        names = {*known.keys(), *what}
+        found = [(str(key), draws) for key, draws in batches]
+    except (AttributeError, TypeError, ValueError):
         raise ValueError(f"file is {path}, which is no file of a search: name another") from None
     asked = json.loads(head)
-    different = sorted(name for name in names if known.get(name) != asked.get(name))
+    different = [name for name in sorted(names) if known.get(name) != asked.get(name)]
     if different:
+        name = different[0]
         raise ValueError(
-            f"file is {path}, of a search with another {different[0]}: name another file, or "
-            "remove it"
+            f"file is {path}, of a search whose {name} is {shown(known.get(name))}, here "
+            f"{shown(asked.get(name))}: name another file, or remove it"
         )
     if whole != lines:
         replace_text(path, "".join(whole))
-    return [(key, draws) for key, draws in batches]
+    return found

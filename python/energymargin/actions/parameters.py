@@ -25,6 +25,7 @@ class Parameters:
         """
         if not isinstance(given, Mapping) or not given:
             raise ValueError(f"parameters is {shown(given)}, expected a dict: name -> (low, high)")
+        _check_names(given)
         bounds = np.array([_bounds(str(name), value) for name, value in given.items()])
         self.names = tuple(map(str, given))
         self._low, self._start, self._high = bounds.T
@@ -32,6 +33,12 @@ class Parameters:
     def __len__(self) -> int:
         """D."""
         return len(self.names)
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """By name (low, high)."""
+        ends = zip(self._low.tolist(), self._high.tolist(), strict=True)
+        return dict(zip(self.names, ends, strict=True))
 
     @property
     def start(self) -> NDArray[np.float64]:
@@ -50,9 +57,15 @@ class Parameters:
         return dict(zip(self.names, rows, strict=True))
 
 
+def _check_names(given: Mapping[str, Any]) -> None:
+    for name in given:
+        if not isinstance(name, str):
+            raise ValueError(f"parameters has the name {shown(name)}, expected a str")
+
+
 def _bounds(name: str, value: Any) -> tuple[float, float, float]:
     try:
-        numbers = [float(one) for one in value]
+        numbers = [] if isinstance(value, str) else [float(one) for one in value]
     except (TypeError, ValueError):
         numbers = []
     if len(numbers) == 2:

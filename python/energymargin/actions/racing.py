@@ -1,8 +1,13 @@
 """A race of candidates on the same draws: who is out, who leads, and how sure that is.
 
 Two candidates are compared by the draws in which they differ, as McNemar's test does: of those, the
-better one wins more than half. With a Jeffreys prior the posterior of that share is a beta
-distribution. It needs no model of the values, so efforts are compared in the same way.
+better one wins more than half. It needs no model of the values, so efforts are compared in the same
+way.
+
+Who is out is a forecast, with Jeffreys' prior: it decides what is simulated. What is claimed at the
+end has to hold although a race looks often and ends when it likes. So it is tested by betting: the
+likelihood of what came, in the mean over what may be true, as a multiple of the likelihood if the
+claim is false. That multiple exceeds 1/a at any look with a probability of at most a (Ville 1939).
 """
 
 from __future__ import annotations
@@ -11,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betainc, ndtr
+from scipy.special import betainc, betaln, ndtr
 
-__all__ = ["Duel", "duel", "looks", "sure_of"]
+__all__ = ["Duel", "all_of", "duel", "looks"]
 
 FIRST_LOOK = 16  # draws of each candidate before the first is out
 GROWTH = 1.5  # from look to look
@@ -33,8 +38,16 @@ class Duel:
 
     @property
     def better(self) -> float:
-        """Probability that the first one wins more than half of the draws in which they differ."""
-        return float(betainc(self.losses + PRIOR, self.wins + PRIOR, 0.5))
+        """Confidence, whenever one looks, that the first one wins more than half of the draws in
+        which they differ; 0 if it has not.
+
+        The bet is on any share of wins, even ones, so it is two-sided.
+        """
+        if self.wins <= self.losses:
+            return 0.0
+        differ = self.wins + self.losses
+        log = differ * np.log(2.0) + betaln(self.wins + 1, self.losses + 1)
+        return _confidence(float(log))
 
     def overtaken(self, more: int) -> float:
         """Probability that after so many more draws, one at least, the second one leads.
@@ -49,17 +62,31 @@ class Duel:
         variance = more * of_draw * (1.0 + more / (total + 1.0))
         return float(ndtr((-lead - HALF - more * (win - loss)) / np.sqrt(variance)))
 
-    def as_good(self, tolerance: float) -> float:
-        """Probability that it is worse in at most this share of all draws.
-
-        So a probability of its own is lower by at most as much.
-        """
+    def hardly_worse(self, tolerance: float) -> float:
+        """Probability that it is worse in at most this share of all draws: a forecast for races."""
         if tolerance == 0:
             return 0.0
         return float(betainc(self.losses + PRIOR, self.draws - self.losses + PRIOR, tolerance))
 
+    def as_good(self, tolerance: float) -> float:
+        """Confidence, whenever one looks, that it is worse in at most this share of all draws.
+
+        So a probability of its own is lower by at most as much. Half of the bet is on no losses at
+        all, half on any share of losses up to the tolerance, even ones.
+        """
+        if tolerance == 0:
+            return 0.0
+        kept = self.draws - self.losses
+        below = betainc(self.losses + 1, kept + 1, tolerance)
+        if below == 0.0:
+            return 0.0
+        likely = betaln(self.losses + 1, kept + 1) + np.log(below / tolerance)
+        bets = np.logaddexp(likely, 0.0 if self.losses == 0 else -np.inf) - np.log(2.0)
+        edge = self.losses * np.log(tolerance) + kept * np.log1p(-tolerance)
+        return _confidence(float(bets - edge))
+
     def settled(self, tolerance: float) -> float:
-        """Probability that the first one may be chosen: it is better, or as good."""
+        """Confidence that the first one may be chosen: it is better, or as good."""
         return max(self.better, self.as_good(tolerance))
 
 
@@ -70,9 +97,14 @@ def duel(first: NDArray[np.float64], second: NDArray[np.float64]) -> Duel:
     return Duel(int((ours > theirs).sum()), int((ours < theirs).sum()), both)
 
 
-def sure_of(duels: list[Duel], tolerance: float) -> float:
-    """Probability, at least, that the first one of all these duels may be chosen (Bonferroni)."""
-    return max(0.0, 1.0 - sum(1.0 - duel.settled(tolerance) for duel in duels))
+def all_of(confidences: list[float]) -> float:
+    """Confidence that all of these hold, at least (Bonferroni)."""
+    return max(0.0, 1.0 - sum(1.0 - one for one in confidences))
+
+
+def _confidence(log: float) -> float:
+    """Of a bet that has this logarithm of a multiple."""
+    return float(max(0.0, -np.expm1(-log))) if log > 0.0 else 0.0
 
 
 def looks(draws: int) -> list[int]:

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.actions.candidates import Candidates
-from energymargin.actions.racing import Duel, duel, looks, sure_of
+from energymargin.actions.racing import Duel, all_of, duel, looks
 from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
-from energymargin.checks import whole_number, yes_or_no
+from energymargin.checks import function_or_none, whole_number, yes_or_no
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text
@@ -29,10 +29,11 @@ __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 OF_INTERVALS = 0.95
+WHAT_IS_ALIKE = ("the step", "the objects", "the force bounds", "the torque bounds", "the horizon")
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Standing:
     """Where one candidate stands."""
 
@@ -40,7 +41,8 @@ class Standing:
     values: NDArray[np.float64]
     """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]."""
     held: float
-    """For how long it stays captured, as a share of the horizon, in the mean; 1 of efforts."""
+    """For how long it stays captured, as a share of the horizon, in the mean; of efforts the share
+    of the searches that found no escape."""
     score: float
     """The probability, or the median of the efforts [J]."""
     low: float
@@ -51,6 +53,8 @@ class Standing:
     """Simulation steps that it took."""
     racing: bool
     """Whether it ran to the end; the others would hardly have come first, or were as good."""
+    diverged: int = 0
+    """Rollouts that diverged; they count as lost."""
 
     @property
     def draws(self) -> int:
@@ -58,9 +62,14 @@ class Standing:
         return len(self.values)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ranking:
-    """Candidates from the best to the worst, and what can be said of the first."""
+    """Candidates from the best to the worst, and what can be said of the first.
+
+    The intervals are of each candidate alone, and of so many draws as if that had been settled
+    before. The best is chosen by the draws that it is told with, so its score is a little too high:
+    score it again with another seed for figures to publish.
+    """
 
     _repr_html_ = shown_by("ranking")
 
@@ -109,9 +118,9 @@ class Ranking:
 
     @cached_property
     def sure(self) -> float:
-        """Probability, at least, that the best is better than each other one, or worse by at most
-        `tolerance`."""
-        return sure_of(list(self._duels.values()), self.tolerance)
+        """Confidence, at least, that the best is better than each other one, or worse by at most
+        `tolerance`; whenever the race ended."""
+        return all_of([one.settled(self.tolerance) for one in self._duels.values()])
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -124,16 +133,17 @@ class Ranking:
         """One sentence for people."""
         if len(self) == 1:
             return f"there is but one: {self.best}"
-        percent, alike = f"{_percent(self.sure)} %", self.alike
+        alike = self.alike
         if not alike:
-            return f"the best is {self.best}, with {percent} confidence"
+            sure = all_of([one.better for one in self._duels.values()])
+            return f"the best is {self.best}, with {_percent(sure)} % confidence"
         if self.sure >= self.confidence:
             most = f"by at most {self.tolerance:g}"
             if self.metric.startswith(EFFORT):
                 most = f"in at most {self.tolerance:.0%} of the searches"
             return (
-                f"choose {self.best}: {_listed(alike)} may be better, {most}, with {percent} "
-                "confidence"
+                f"choose {self.best}: {_listed(alike)} may be better, {most}, with "
+                f"{_percent(self.sure)} % confidence"
             )
         return f"undecided: {self.best} leads, but {_listed(alike)} may be better"
 
@@ -153,7 +163,13 @@ class Ranking:
         ]
         score = f"{self.metric} [{unit(self.metric)}]" if unit(self.metric) else self.metric
         table = markdown_table(["", "candidate", score, "95 % interval", "draws", ""], rows)
-        return f"{table}\n\n{self.decision[0].upper()}{self.decision[1:]}.\n"
+        said = f"{self.decision[0].upper()}{self.decision[1:]}."
+        wild = [
+            f"{one.diverged} of {one.draws} rollouts of {one.name} diverged, and count as lost."
+            for one in self
+            if one.diverged
+        ]
+        return "\n\n".join([table, said, *wild]) + "\n"
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""
@@ -191,17 +207,19 @@ def rank(
 
     All candidates meet the same disturbances, draw by draw. In a race they are compared after 16,
     24, 36, ... draws: who would hardly come first any more is out, and later who is at most as good
-    as the leader. The race ends once one is left.
+    as the leader. The race ends once one is left. That spares draws, and the choice is hardly ever
+    another one; what can be claimed of the choice may need more draws than the race took.
 
     Args:
-        problems: the candidates; a dict gives them names, otherwise they are "0", "1", ...
+        problems: the candidates, with the same step, objects and bounds, and with the same horizon
+            unless success is asked; a dict gives them names, otherwise they are "0", "1", ...
         metric: "probability" of staying captured, "probability/success", or an effort of escape,
             "effort/est" or "effort/rrt".
         rollouts: the most draws of each candidate; of an effort, searches.
-        disturbance: as of `em.capture_probability`; None: Uniform().
+        disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
         uncertainty: how well friction, masses, poses and velocities are known: draw j has the same
             particle of it for every candidate.
-        confidence: of all comparisons together.
+        confidence: of all comparisons together, whenever the race ends.
         tolerance: a difference of probabilities that does not matter; of efforts, a share of the
             searches in which another one may be better. 0: only better is better.
         race: False scores every candidate to the end.
@@ -214,9 +232,10 @@ def rank(
         timeout: after so many seconds the draws count that all racing candidates have.
         cancel: the same once it is set.
 
-    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit.
-    Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, and TimeoutError or Cancelled if
-    the limit comes before the first comparison.
+    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit,
+    if no rollout diverges: here one that does counts as lost, and the table says so. Ctrl-C stops
+    within 0.2 s. Raises ValueError on bad arguments, and TimeoutError or Cancelled if the limit
+    comes before the first comparison.
     """
     limit = Limit(timeout, cancel)
     question = Question(metric, disturbance, seed, nodes, search)
@@ -227,8 +246,10 @@ def rank(
         yes_or_no("race", race),
     )
     field = _field(problems)
+    function_or_none("progress", progress, "of (draws, most)")
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
+    _check_alike(question, field)
     comparison = Race(Candidates(list(field.values()), uncertainty, seed), question, terms)
     with Trials(executor, threads) as trials:
         return comparison.run(list(field), trials, limit, progress)
@@ -320,7 +341,7 @@ class Race:
         self._leave(out)
         if self._spent >= SHARE_BEFORE_TIE:
             tolerance = self._terms.tolerance
-            self._leave([i for i in duels if 1.0 - duels[i].as_good(tolerance) <= doubt])
+            self._leave([i for i in duels if 1.0 - duels[i].hardly_worse(tolerance) <= doubt])
         return len(self._racing) == 1
 
     def _leave(self, out: Sequence[int]) -> None:
@@ -352,7 +373,7 @@ def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> S
     values = draws.values
     low, high = (_of_median if question.is_effort else _of_share)(values)
     score, held = score_of(question, values), float(draws.times.mean())
-    return Standing(name, values, held, score, low, high, draws.steps, racing)
+    return Standing(name, values, held, score, low, high, draws.steps, racing, draws.diverged)
 
 
 def _of_share(values: NDArray[np.float64]) -> tuple[float, float]:
@@ -374,19 +395,50 @@ def _of_median(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _field(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Problem]:
-    if isinstance(problems, Problem) or not hasattr(problems, "__len__"):
+    if not isinstance(problems, (Mapping, Sequence)) or isinstance(problems, str):
         raise ValueError(f"problems is {shown(problems)}, expected several, as a list or a dict")
     if not isinstance(problems, Mapping):
         problems = {str(number): problem for number, problem in enumerate(problems)}
     if not problems:
         raise ValueError("problems is empty, expected one at least")
-    return {str(name): problem for name, problem in problems.items()}
+    names = [str(name) for name in problems]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"problems has the name {twice!r} twice, expected different names")
+    return dict(zip(names, problems.values(), strict=True))
+
+
+def _check_alike(question: Question, field: Mapping[str, Problem]) -> None:
+    """Raises ValueError on a candidate that would not meet the disturbances of the first one, or
+    not for as long."""
+    (first, *others), (model, *_) = field, field.values()
+    for name in others:
+        for what, ours, theirs in zip(
+            *(WHAT_IS_ALIKE, _met(question, model), _met(question, field[name])), strict=True
+        ):
+            if ours != theirs:
+                raise ValueError(
+                    f"problems[{name!r}] has {what} {shown(theirs)}, problems[{first!r}] "
+                    f"{shown(ours)}, expected the same: candidates meet the same disturbances"
+                )
+
+
+def _met(question: Question, problem: Problem) -> tuple[object, ...]:
+    """What the disturbances of a problem depend on, as WHAT_IS_ALIKE."""
+    bounds = (np.asarray(problem.force).tolist(), np.asarray(problem.torque).tolist())
+    horizon = None if question.metric == "probability/success" else problem.horizon
+    return (
+        problem.scene.step,
+        [body.name for body in problem.scene.bodies if body.role == "object"],
+        *bounds,
+        horizon,
+    )
 
 
 def _share(name: str, value: float) -> float:
-    if not 0 <= value < 1:
+    if not (isinstance(value, (int, float, np.number)) and 0 <= value < 1):
         raise ValueError(f"{name} is {value!r}, expected a number from 0 to below 1")
-    return value
+    return float(value)
 
 
 def _percent(share: float) -> str:

@@ -59,10 +59,11 @@ class Question:
     def __post_init__(self) -> None:
         """Checks it."""
         one_of("metric", self.metric, OBJECTIVES)
-        if isinstance(self.disturbance, disturbances.Boltzmann):
+        _check_disturbance(self.disturbance)
+        if self.is_effort and self.disturbance is not None:
             raise ValueError(
-                f"disturbance is {self.disturbance!r}, whose draws have weights, expected another "
-                "model: draws are compared one by one"
+                f"disturbance is {shown(self.disturbance)} with the metric {self.metric!r}, "
+                "expected None: an effort is the least work within the problem's bounds"
             )
         whole_number("seed", self.seed, 0, 2**64 - 1)
         whole_number("nodes", self.nodes, 1)
@@ -85,6 +86,20 @@ class Question:
             raise ValueError(f"{name} is without a success set, expected one with: succeeded=...")
 
 
+def _check_disturbance(disturbance: Any) -> None:
+    if isinstance(disturbance, disturbances.Boltzmann):
+        raise ValueError(
+            f"disturbance is {disturbance!r}, whose draws have weights, expected another model: "
+            "draws are compared one by one"
+        )
+    known = (disturbances.Uniform, disturbances.Gaussian, disturbances.OfPlan)
+    if not (disturbance is None or isinstance(disturbance, known) or callable(disturbance)):
+        raise ValueError(
+            f"disturbance is {shown(disturbance)}, expected a model of em.disturbances, a function "
+            "(random, times), or None"
+        )
+
+
 @dataclass(frozen=True)
 class Trial:
     """Draws of one candidate."""
@@ -105,7 +120,7 @@ class Trial:
             yield Trial(self.candidate, problems, self.first + start, count)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Draws:
     """What came of a trial."""
 
@@ -113,9 +128,12 @@ class Draws:
     """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]. A rollout that diverged
     counts as lost."""
     times: NDArray[np.float64]
-    """For how long each stayed captured, as a share of its horizon, shape (N,); 1 of an effort."""
+    """For how long each stayed captured, as a share of its horizon, shape (N,); of an effort 1 if
+    the search found no escape, else 0."""
     steps: int
     """Simulation steps."""
+    diverged: int = 0
+    """Rollouts that diverged."""
 
     def __add__(self, later: Draws) -> Draws:
         """These, and later ones."""
@@ -123,6 +141,7 @@ class Draws:
             np.concatenate([self.values, later.values]),
             np.concatenate([self.times, later.times]),
             self.steps + later.steps,
+            self.diverged + later.diverged,
         )
 
     @staticmethod
@@ -293,6 +312,7 @@ def _rollouts(
         seed=question.seed,
         success=success,
         undisturbed=False,
+        most_diverged=1.0,  # one of a few draws is no reason to lose all candidates
         cancel=cancel,
     )
     if not p.complete:
@@ -301,7 +321,7 @@ def _rollouts(
     values = p.successes if success else inside
     assert values is not None
     shares = np.nan_to_num(np.minimum(p.exit_times, p.times[-1])) / p.times[-1]
-    return Draws(values.astype(float), shares, p.steps)
+    return Draws(values.astype(float), shares, p.steps, p.diverged)
 
 
 def _search(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:
@@ -314,7 +334,7 @@ def _search(question: Question, problem: Problem, number: int, cancel: Cancel | 
         cancel=cancel,
     )
     steps = round(float(np.sum(escape.tree.durations)) / problem.scene.step)
-    return Draws(np.array([escape.effort]), np.ones(1), steps)
+    return Draws(np.array([escape.effort]), np.array([float(np.isinf(escape.effort))]), steps)
 
 
 def _joined(count: int, numbers: Sequence[int], found: dict[int, Draws]) -> list[Draws | None]:

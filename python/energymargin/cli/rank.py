@@ -39,17 +39,20 @@ def rank(
     metric: Annotated[
         str,
         typer.Option(
-            help="What is to be large.",
-            metavar="probability|probability/success|effort/est|effort/rrt",
+            help="What is to be large: probability, probability/success, effort/est or effort/rrt.",
+            metavar="METRIC",
         ),
     ] = "probability",
     rollouts: Annotated[
         int, typer.Option(help="The most draws of each candidate; of an effort, searches.")
     ] = 200,
     strength: Annotated[
-        float,
-        typer.Option(help="Of the disturbance: a share of each problem's bounds."),
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            help="Of the disturbance of probabilities: a share of the problems' bounds, by "
+            "default 1."
+        ),
+    ] = None,
     belief: Annotated[
         str | None,
         typer.Option(
@@ -58,12 +61,10 @@ def rank(
             metavar="JSON|FILE",
         ),
     ] = None,
-    confidence: Annotated[
-        float, typer.Option(help="Of all comparisons together.", min=0.0, max=1.0)
-    ] = 0.95,
+    confidence: Annotated[float, typer.Option(help="Of all comparisons together, below 1.")] = 0.95,
     tolerance: Annotated[
         float,
-        typer.Option(help="A difference of probabilities that does not matter.", min=0.0, max=1.0),
+        typer.Option(help="A difference of probabilities that does not matter, below 1."),
     ] = 0.05,
     race: Annotated[
         bool,
@@ -98,6 +99,8 @@ def rank(
     from energymargin import actions, disturbances
     from energymargin.cli.progress import progress_bar
 
+    if strength is not None and metric.startswith("effort"):
+        raise ValueError(f"--strength is {strength:g} with --metric {metric}, which has none")
     write = _writer(output, overwrite=overwrite)
     sampling = chosen_sampling(belief, None)
     with progress_bar(err, "Ranking", "draws") as progress:
@@ -105,7 +108,7 @@ def rank(
             _candidates(problems),
             metric=metric,
             rollouts=rollouts,
-            disturbance=disturbances.Uniform(strength),
+            disturbance=None if strength is None else disturbances.Uniform(strength),
             uncertainty=None if sampling is None else sampling.uncertainty,
             confidence=confidence,
             tolerance=tolerance,
@@ -122,7 +125,7 @@ def rank(
         write(ranking)
         say(f"Wrote {escape(str(output))}")
     if not ranking.complete:
-        say("[yellow]the time was over before the race was[/]")
+        say("[yellow]the time was over before all draws were made[/]")
         raise typer.Exit(TIMED_OUT)
 
 
@@ -150,6 +153,8 @@ def _writer(path: Path | None, *, overwrite: bool) -> Callable[[Ranking], None] 
     if path.suffix not in kinds:
         raise ValueError(f"--output is {path}, expected a name that ends with {', '.join(kinds)}")
     require_free(path, overwrite=overwrite)
+    if not path.parent.is_dir():
+        raise ValueError(f"--output is {path}, but there is no folder {path.parent}")
     if path.suffix in PICTURES:
         import energymargin.plots  # noqa: F401  says what is missing before anything is computed
     return kinds[path.suffix]

@@ -26,6 +26,7 @@ struct ProbabilityOptions {
   bool success = false;               //!< also for the success set at the horizon: rollouts go on after an exit
   bool by_object = false;             //!< also for any object, and for each: rollouts go on until all have left
   bool undisturbed = true;            //!< also one rollout without a disturbance, before the random ones
+  double most_diverged = 0.01;        //!< share of the rollouts that may diverge
   Limit limit{};  //!< ends it early: the rollouts that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
 };
@@ -67,7 +68,8 @@ struct CaptureProbability {
 };
 
 //! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if more
-//! than 1 % of the rollouts diverge; Cancelled or TimedOut if the limit is reached before the first one is complete.
+//! than `most_diverged` of the rollouts diverge; Cancelled or TimedOut if the limit is reached before the first one is
+//! complete.
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options = {});
 
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
