@@ -229,6 +229,11 @@ class _Spent:
         if self.progress is not None:
             self.progress(min(self.steps, self.budget), self.budget)
 
+    def end(self) -> None:
+        """Tells the progress that it is all, where a search ends before."""
+        if self.progress is not None:
+            self.progress(self.budget, self.budget)
+
 
 @dataclass(frozen=True)
 class _Run:
@@ -257,6 +262,8 @@ class _Run:
         else:
             finalists = {START: box.start, **finalists}
         ranking = self._compared(finalists)
+        if ranking.complete and whole:
+            self.spent.end()
         chosen = finalists[ranking.best]
         return Improvement(
             values=box.values(chosen),

@@ -29,6 +29,7 @@ __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 OF_INTERVALS = 0.95
+MOST_PERCENT = 99.9  # that is said
 WHAT_IS_ALIKE = ("the step", "the objects", "the force bounds", "the torque bounds", "the horizon")
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
 
@@ -442,8 +443,8 @@ def _share(name: str, value: float) -> float:
 
 
 def _percent(share: float) -> str:
-    """Rounded down, so that it does not claim more."""
-    return f"{np.floor(1000 * share) / 10:g}"
+    """Rounded down, so that it does not claim more, and never all."""
+    return f"{min(np.floor(1000 * share) / 10, MOST_PERCENT):g}"
 
 
 def _listed(names: Sequence[str]) -> str:
