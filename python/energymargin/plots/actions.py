@@ -2,96 +2,261 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import Any
+
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
+from numpy.typing import NDArray
 
 from energymargin.actions import Improvement, Ranking
+from energymargin.actions.ranking import Standing
+from energymargin.arguments import shown
 from energymargin.metrics import axis_label, is_likelihood
-from energymargin.plots.styles import light_grid
+from energymargin.plots.styles import LEGEND_SIZE, axes_or_new, curve_style, light_grid
 
 __all__ = ["figure_improvement", "plot_ranking"]
 
 BEST, ALIKE, WORSE = "tab:blue", "0.25", "0.7"
-ROW = 0.32  # inch, of a candidate
+DISTURBANCE_COLOR = "tab:orange"
+PARAMETER_COLORS = ("#009E73", "#CC79A7", "#56B4E9", "#7F5539")  # of no other line of the figure
+LINE, LETTER = 0.19, 0.085  # inch: of a candidate's name
+BETWEEN = 0.14  # inch, between two candidates
+LONGEST, MOST_LINES = 28, 3  # letters and lines of a name
+EDGE = 0.97  # of the width or height of axes: where marks stand for infinity
+FREE = 0.12  # of the width or height: beyond the largest finite number
+LEGEND_BELOW = 38.0  # points: tick labels and the axis label are above it
+ENDLESS = "no escape found"
 
 
 def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     """The candidates with their 95 % intervals, the best on top: blue the best, black those of
-    which it is not surely better, grey the others; a hollow mark was out before the end."""
-    if ax is None:
-        from matplotlib import pyplot
+    which it is not surely better, grey the others; a hollow mark was out before the end.
 
-        height = 1.2 + ROW * len(ranking)
-        ax = pyplot.subplots(figsize=(5.2, height), layout="constrained")[1]
-    for row, standing in enumerate(ranking):
-        color = BEST if row == 0 else ALIKE if standing.name in ranking.alike else WORSE
-        if np.isfinite([standing.low, standing.high]).all():
-            ax.plot([standing.low, standing.high], [row, row], color=color, linewidth=1.6)
-        ax.plot(
-            standing.score,
-            row,
-            marker="o",
-            color=color,
-            markerfacecolor=color if standing.racing else "white",
-            markersize=5,
-        )
-    ax.set_yticks(range(len(ranking)), ranking.names)
+    A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
+    the axes of a new figure. Raises ValueError on another thing than a Ranking.
+    """
+    if not isinstance(ranking, Ranking):
+        raise ValueError(f"ranking is {shown(ranking)}, expected a Ranking, as of em.rank")
+    names = [_folded(name) for name in ranking.names]
+    lines = [line for name in names for line in name.split("\n")]
+    width = 4.2 + LETTER * max(map(len, lines))
+    ax = axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
+    colors = [
+        BEST if row == 0 else ALIKE if standing.name in ranking.alike else WORSE
+        for row, standing in enumerate(ranking)
+    ]
+    edge = _scale(ax, ranking)
+    for row, (standing, color) in enumerate(zip(ranking, colors, strict=True)):
+        _draw_standing(ax, row, standing, color, edge)
+    ax.set_yticks(range(len(names)), [_literal(name) for name in names])
     ax.set_ylim(len(ranking) - 0.5, -0.5)
-    if is_likelihood(ranking.metric):
-        ax.set_xlim(-0.02, 1.02)
-    ax.set_xlabel(f"{axis_label(ranking.metric)}")
+    ax.set_xlabel(axis_label(ranking.metric))
     light_grid(ax)
+    _legend_below(ax, _ranking_handles(ranking, colors))
     return ax
 
 
 def figure_improvement(improvement: Improvement) -> Figure:
-    """The scores of each generation and the strength of the disturbance; where the parameters went,
-    as shares of their ranges; and the last comparison."""
-    figure = Figure(figsize=(11.0, 3.4), dpi=150, layout="constrained")
+    """The scores of each generation and the strength of the disturbance; where the parameters went;
+    and the last comparison. Raises ValueError on another thing than an Improvement."""
+    if not isinstance(improvement, Improvement):
+        raise ValueError(
+            f"improvement is {shown(improvement)}, expected an Improvement, as of em.improve"
+        )
+    figure = Figure(figsize=(12.0, 4.0), dpi=150, layout="constrained")
     scores, parameters, last = figure.subplots(1, 3, width_ratios=(1.1, 1.1, 1.0))
     _draw_scores(scores, improvement)
     _draw_parameters(parameters, improvement)
     plot_ranking(improvement.ranking, last)
-    last.set_title("new draws, as stated", fontsize=10)
+    titles = {
+        scores: "search: each generation meets new draws",
+        parameters: "the strategy's best guess after each generation",
+        last: "last comparison: new draws, as stated",
+    }
+    for ax, title in titles.items():
+        ax.set_title(title, fontsize=9)
     return figure
+
+
+# A ranking
+
+
+def _scale(ax: Axes, ranking: Ranking) -> float:
+    """Sets the limits of the scores; where an interval without an end goes to."""
+    if is_likelihood(ranking.metric):
+        ax.set_xlim(-0.02, 1.02)
+        return 1.0
+    numbers = np.array([(s.low, s.score, s.high) for s in ranking])
+    finite = numbers[np.isfinite(numbers)]
+    if not len(finite):
+        ax.set_xlim(0.0, 1.0)
+        ax.set_xticks([])
+        return EDGE
+    least, most = float(finite.min()), float(finite.max())
+    space = 0.05 * ((most - least) or abs(most) or 1.0)
+    least, most = least - space, most + space
+    if not np.isfinite(numbers).all():
+        most += FREE * (most - least) / (1.0 - FREE)
+    ax.set_xlim(least, most)
+    return least + EDGE * (most - least)
+
+
+def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: float) -> None:
+    low, score, high = np.minimum((standing.low, standing.score, standing.high), edge)
+    fill = color if standing.racing else "white"
+    ax.plot([low, high], [row, row], color=color, linewidth=1.6)
+    if np.isposinf(standing.high):
+        ax.plot(high, row, ">", color=color, markersize=4)
+    endless = np.isposinf(standing.score)
+    ax.plot(
+        *(score, row, ">" if endless else "o"),
+        color=color,
+        markerfacecolor=fill,
+        markersize=7 if endless else 5,
+        zorder=3,
+    )
+
+
+def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
+    """What the marks mean, of those that there are."""
+    words = {BEST: "best", ALIKE: "the best is not surely better", WORSE: "worse"}
+    handles = [_mark(color, "o", text) for color, text in words.items() if color in colors]
+    if not all(standing.racing for standing in ranking):
+        hollow = _mark(WORSE, "o", "out before the end")
+        hollow.set_markerfacecolor("white")
+        handles.append(hollow)
+    if any(np.isposinf(standing.high) for standing in ranking):
+        handles.append(_mark(ALIKE, ">", ENDLESS))
+    handles.append(Line2D([], [], color=ALIKE, linewidth=1.6, label="95 % interval"))
+    return handles
+
+
+# How a plan was improved
 
 
 def _draw_scores(ax: Axes, improvement: Improvement) -> None:
     """Of all plans, the best and the median of each generation; the factor beside them."""
-    numbers = np.arange(1, len(improvement.generations) + 1)
-    for number, one in zip(numbers, improvement.generations, strict=True):
-        ax.plot(np.full(len(one.scores), number), one.scores, ".", color="0.75", markersize=3)
-    best = [one.scores[one.best] for one in improvement.generations]
-    median = [np.nanmedian(one.scores) for one in improvement.generations]
-    ax.plot(numbers, best, "o-", color=BEST, linewidth=1.6, markersize=3, label="best")
-    ax.plot(numbers, median, "o-", color=ALIKE, linewidth=1.2, markersize=2, label="median")
+    generations = improvement.generations
+    numbers = np.arange(1, len(generations) + 1)
+    every = np.repeat(numbers, [len(one.scores) for one in generations])
+    scores = np.concatenate([one.scores for one in generations])
+    _draw_column(ax, every, scores, linestyle="", marker=".", color="0.75", label="each plan")
+    best = np.array([one.scores[one.best] for one in generations])
+    median = np.array([_median(one.scores) for one in generations])
+    _draw_column(ax, numbers, median, color=ALIKE, linewidth=1.2, marker="s", label="median")
+    _draw_column(ax, numbers, best, color=BEST, linewidth=1.6, marker="o", label="best")
     ax.set_ylabel(axis_label(improvement.ranking.metric))
     _count_generations(ax, len(numbers))
-    light_grid(ax)
-    factors = [one.factor for one in improvement.generations]
+    handles, _ = ax.get_legend_handles_labels()
+    if np.isposinf(scores).any():
+        handles.append(_mark("0.75", "^", ENDLESS))
+        bottom, top = ax.get_ylim()
+        ax.set_ylim(bottom, top + FREE * (top - bottom))
+    if not np.isfinite(scores).any():
+        ax.set_yticks([])
+    factors = [one.factor for one in generations]
     if max(factors) > 1.0:
         beside = ax.twinx()
-        beside.step(numbers, factors, where="mid", color="tab:orange", linewidth=1.2)
-        beside.set_ylabel("disturbance, times the stated one", color="tab:orange")
+        beside.step(numbers, factors, where="mid", color=DISTURBANCE_COLOR, linewidth=1.2)
+        beside.set_ylabel("disturbance, times the stated one", color=DISTURBANCE_COLOR)
         beside.set_ylim(bottom=0.0)
-    ax.legend(loc="lower right", fontsize=8)
+    _legend_below(ax, handles)
+
+
+def _draw_column(
+    ax: Axes, x: NDArray[np.int_], y: NDArray[np.float64], *, label: str, **style: Any
+) -> None:
+    """Numbers with their marks; those without a bound are triangles at the top."""
+    style = {"markersize": 3, **style}
+    ax.plot(x, np.where(np.isfinite(y), y, np.nan), label=label, **style)
+    endless = np.isposinf(y)
+    ax.plot(
+        x[endless],
+        np.full(endless.sum(), EDGE),
+        color=style["color"],
+        linestyle="",
+        marker="^",
+        markersize=4,
+        transform=ax.get_xaxis_transform(),
+    )
 
 
 def _draw_parameters(ax: Axes, improvement: Improvement) -> None:
-    """The strategy's favourite after each generation."""
+    """The strategy's favourite after each generation, and the numbers of the last one."""
     points = np.array([one.favourite for one in improvement.generations])
     numbers = np.arange(1, len(points) + 1)
-    for name, column in zip(improvement.parameters, points.T, strict=True):
-        ax.plot(numbers, column, "o-", linewidth=1.4, markersize=2, label=name)
-    ax.set(ylabel="favourite, share of the range", ylim=(-0.02, 1.02))
+    ranges = improvement.ranges.items()
+    for k, ((name, (low, high)), column) in enumerate(zip(ranges, points.T, strict=True)):
+        style = curve_style(k)
+        last = low + column[-1] * (high - low)
+        ax.plot(
+            *(numbers, column),
+            color=PARAMETER_COLORS[k % len(PARAMETER_COLORS)],
+            linestyle=style.dashes,
+            linewidth=1.4,
+            marker=style.marker,
+            markersize=3,
+            label=f"{_literal(_folded(name))}: {last:.3g} of {low:g} to {high:g}",
+        )
+    ax.set(ylabel="share of the parameter's range", ylim=(-0.02, 1.02))
     _count_generations(ax, len(points))
-    light_grid(ax)
-    ax.legend(fontsize=8)
+    handles, _ = ax.get_legend_handles_labels()
+    _legend_below(ax, handles, "last value")
 
 
 def _count_generations(ax: Axes, count: int) -> None:
     """The axis of their numbers."""
     ax.set(xlabel="generation", xlim=(0.5, count + 0.5))
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    light_grid(ax)
+
+
+def _median(scores: NDArray[np.float64]) -> float:
+    """Of those that there are; NaN if there is none."""
+    there = scores[~np.isnan(scores)]
+    return float(np.median(there)) if len(there) else np.nan
+
+
+# Both
+
+
+def _mark(color: str, marker: str, label: str) -> Line2D:
+    return Line2D([], [], color=color, linestyle="", marker=marker, markersize=5, label=label)
+
+
+def _legend_below(ax: Axes, handles: Sequence[Artist], title: str | None = None) -> None:
+    """Below the label of the x axis, where no data are."""
+    inches = ax.figure.dpi_scale_trans
+    below = ScaledTranslation(0.0, -LEGEND_BELOW / 72.0, inches)
+    ax.legend(
+        handles=handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=ax.transAxes + below,
+        ncols=2 if title is None else 1,
+        frameon=False,
+        fontsize=LEGEND_SIZE,
+        title=title,
+        title_fontsize=LEGEND_SIZE,
+    )
+
+
+def _folded(name: str) -> str:
+    """On a few lines; of a longer one the middle is left out."""
+    most = LONGEST * MOST_LINES - MOST_LINES
+    if len(name) > most:
+        half = most // 2
+        name = f"{name[:half]}…{name[-half:]}"
+    return "\n".join(wrap(name, LONGEST)[:MOST_LINES])
+
+
+def _literal(text: str) -> str:
+    """As it is: a dollar sign begins no mathematics."""
+    return text.replace("$", r"\$")
