@@ -14,7 +14,10 @@ from energymargin.scoring.undisturbed import undisturbed
 from energymargin.store import score_dataset
 from energymargin.viewer import guard, view
 from energymargin.viewer.search import replay, score_state
+from energymargin.viewer.sources import AlongScores
 from energymargin.viewer.texts import escape_text, future_text, score_table
+
+SUCCESS = "probability/success"
 
 
 @pytest.fixture(autouse=True)
@@ -303,3 +306,37 @@ def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
     assert (
         score_state(carried(), SearchSettings(nodes=5), 0).capture is None
     )  # and so there is none to doubt
+
+
+def test_scores_along_a_plan_have_the_alongs_disturbance_its_intervals_and_its_efforts():
+    pushes = em.disturbances.Gaussian(force=0.3, correlation_time=0.1)
+    along = em.along(strong(carried(0.3)), ahead=0.1, rollouts=30, disturbance=pushes, nodes=50)
+    assert 0.0 < along.weakest.probability < 1.0
+    with view(along, frame=along.weakest.number) as viewer:
+        page = scored_page(viewer)
+        assert page.scored.probability.captured == along.weakest.probability
+        text = page._panel.scores.content
+        assert "Gaussian(force=0.3" in text
+        assert "scored now" in text and "along the plan" in text
+        times, probability, low, high, now = page._panel._plot.data
+        assert np.array_equal(times, along.times)
+        assert np.array_equal(
+            [probability, low, high], [along.probabilities, along.low, along.high]
+        )
+        assert np.flatnonzero(~np.isnan(now)).tolist() == [along.weakest.number]
+        finite = np.isfinite(along.efforts)
+        assert finite.any() and page._panel._efforts.visible
+        assert np.array_equal(page._panel._efforts.data[1][finite], along.efforts[finite])
+        low, high = page._panel._efforts.scales["y"]["range"]
+        assert low == 0.0 and along.efforts[finite].max() < high
+
+
+def test_scores_that_an_along_has_not_are_no_curves():
+    along = em.along(carried(0.3), ahead=0.1, rollouts=5, effort=False)
+    assert list(AlongScores(along).curves) == ["probability", "low", "high"]
+    with view(along) as viewer:
+        assert not viewer.page._panel._efforts.visible
+    successful = carried(0.3, succeeded=em.regions.Ball("box", (0.1, 0.0, 0.0), 0.05))
+    for problem, names in ((carried(), ["probability"]), (successful, ["probability", SUCCESS])):
+        with view(problem) as viewer:
+            assert viewer.page._panel.curves == names

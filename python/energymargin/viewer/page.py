@@ -77,6 +77,7 @@ class Page:
             trajectory=trajectory,
             problem=self._problem,
             settings=settings,
+            curves=None if stored is None else stored.curves,
         )
         self._player = self._player_of(self._panel.moment, self._choose_moment, self._panel.playing)
         self._future_player = self._player_of(
@@ -186,9 +187,9 @@ class Page:
         file, else those of the trees that there are."""
         frames, first = len(self._frames.times), self._frames.first
         if self._stored is not None and first is not None:
-            return {name: self._stored.along(name, first, frames) for name in self._panel.lines}
+            return {name: self._stored.along(name, first, frames) for name in self._panel.curves}
         nodes, rate = self._panel.asked_nodes(), value_of(self._panel.rate)
-        return self._cache.along(self._trajectory, frames, self._panel.lines, nodes, rate)
+        return self._cache.along(self._trajectory, frames, self._panel.curves, nodes, rate)
 
     def _nodes(self) -> int:
         """How many are shown: those of the tree, or fewer."""
@@ -319,7 +320,9 @@ class Page:
                         continue
                     report = self._teller(number, len(chosen), progress)
                     seed = recorded.search_seed(asked.seed, frame)
-                    scored = score_state(problem, asked, seed, cancel, report)
+                    scored = score_state(
+                        *(problem, asked, seed, cancel, report), disturbance=recorded.disturbance
+                    )
                     self._keep(trajectory, frame, scored)
             except Exception as error:  # of a predicate, a task, the memory: shown on the page
                 self._error = error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -17,21 +17,25 @@ from energymargin._core import Problem
 from energymargin.scoring.settings import SearchSettings
 from energymargin.scoring.undisturbed import Undisturbed
 from energymargin.viewer.search import Scored
-from energymargin.viewer.sources import Frames
+from energymargin.viewer.sources import EFFORT, Frames
 from energymargin.viewer.stage import SHOWN, UNDISTURBED
 from energymargin.viewer.texts import plain
 
 __all__ = ["Panel", "Player", "set_value", "value_of"]
 
-# Scores along a trajectory; the second are those of problems with a horizon.
+BAND = "#56B4E9"
+# Scores along a trajectory; the second are those of problems with a horizon. Of an interval's ends
+# only those of an Along are known.
 LINES = {
     False: {"capture": "#0072B2", "success": "#000000"},
-    True: {"probability": "#0072B2", "probability/success": "#000000"},
+    True: {"probability": "#0072B2", "probability/success": "#000000", "low": BAND, "high": BAND},
 }
-BAND = "#56B4E9"
+EFFORTS = {EFFORT: "#009E73"}
 MOST_ROLLOUTS = 1000  # of the slider
 RATES = 20.0  # 1/J, for a problem whose lambda is 0
 MOST_ASKED = 1_000_000  # nodes: a quarter of a gigabyte, and minutes
+SHARES = (-0.05, 1.1)
+OVER = 1.1  # times the largest effort, where its axis ends
 STEPS = 200  # of the slider of lambda
 SCORE, PLAY, STOP = "Score this state", "Replay the escape", "Stop"
 AHEAD = "Replay the future"
@@ -49,11 +53,17 @@ class Panel:
         trajectory: int,
         problem: Problem,
         settings: SearchSettings,
+        curves: Collection[str] | None = None,
     ) -> None:
         """Adds the controls, with the nodes and rollouts of the settings; those of a probability
-        if the problem has a horizon."""
+        if the problem has a horizon. `curves` names what scores of a file there are along a
+        trajectory; None: what a search of the problem has."""
         gui, timed = server.gui, problem.horizon is not None
-        self.lines = LINES[timed]
+        first, success, *_ = LINES[timed]
+        there = {first, success if problem.succeeded is not None else first}
+        there = there if curves is None else {first, *curves}
+        self._lines = {name: color for name, color in LINES[timed].items() if name in there}
+        self._has_efforts = EFFORT in there
         gui.configure_theme(
             control_width="medium",
             show_logo=False,
@@ -86,6 +96,11 @@ class Panel:
             self.shown[UNDISTURBED].visible = timed
 
         self._rate = problem.rate
+
+    @property
+    def curves(self) -> list[str]:
+        """Names of what `plot` draws."""
+        return [*self._lines, *(EFFORTS if self._has_efforts else ())]
 
     def asked_nodes(self) -> int:
         """How many nodes; the slider grows if more are typed beside it."""
@@ -148,11 +163,16 @@ class Panel:
     ) -> None:
         """Scores along the trajectory, NaN where there is none; the present frame as a dot."""
         self._plot.visible = len(times) > 1
-        if len(times) < 2:
-            return
-        now = np.full(len(times), np.nan)
-        now[frame] = scores[next(iter(self.lines))][frame]
-        self._plot.data = (times, *(scores[name] for name in self.lines), now)
+        self._efforts.visible = len(times) > 1 and self._has_efforts
+        if self._plot.visible:
+            self._plot.data = _with_dot(times, [scores[name] for name in self._lines], frame)
+        if self._efforts.visible:
+            efforts = _with_dot(times, [scores[name] for name in EFFORTS], frame)
+            # uPlot finds no range of its own where numbers are missing.
+            scales = _scales((0.0, OVER * float(np.nanmax(efforts[1])) or 1.0))
+            if scales != self._efforts.scales:
+                self._efforts.scales = scales
+            self._efforts.data = efforts
 
     def _add_scores(
         self, gui: viser.GuiApi, settings: SearchSettings, rate: float, *, timed: bool
@@ -181,7 +201,9 @@ class Panel:
             visible=timed,
         )
         self._curve = _plot(gui, "time ahead [s]", _curve_series())
-        self._plot = _plot(gui, "time [s]", _series(self.lines))
+        self._plot = _plot(gui, "time [s]", _series(self._lines))
+        efforts = {f"{name} [J]": color for name, color in EFFORTS.items()}
+        self._efforts = _plot(gui, "time [s]", _series(efforts))
 
 
 def value_of(slider: Any) -> float:
@@ -204,21 +226,36 @@ def _show_way(slider: Any, button: Any, moments: int) -> None:
     slider.disabled = button.disabled = moments < 2
 
 
+def _with_dot(
+    times: NDArray[np.float64], curves: Sequence[NDArray[np.float64]], frame: int
+) -> tuple[NDArray[np.float64], ...]:
+    """Data of a plot, with a dot on its first curve."""
+    now = np.full(len(times), np.nan)
+    now[frame] = curves[0][frame]
+    return (times, *curves, now)
+
+
+def _scales(y: tuple[float, float]) -> dict[str, uplot.Scale]:
+    return {"x": uplot.Scale(time=False), "y": uplot.Scale(range=y)}
+
+
 def _plot(gui: viser.GuiApi, x: str, series: Sequence[uplot.Series]) -> Any:
     """Curves from 0 to 1 that are not there yet."""
     return gui.add_uplot(
         (np.arange(2.0), *[np.full(2, np.nan)] * len(series)),
         series=(uplot.Series(label=x), *series),
-        scales={"x": uplot.Scale(time=False), "y": uplot.Scale(range=(-0.05, 1.1))},
+        scales=_scales(SHARES),
         height=150,
         visible=False,
     )
 
 
 def _series(lines: Mapping[str, str]) -> list[uplot.Series]:
-    marked = uplot.Series_Points(show=True, size=4)
+    marked, plain = uplot.Series_Points(show=True, size=4), uplot.Series_Points(show=False)
     drawn = [
-        uplot.Series(label=name, stroke=color, width=2, points=marked)
+        uplot.Series(label=name, stroke=color, width=1, points=plain)
+        if color == BAND
+        else uplot.Series(label=name, stroke=color, width=2, points=marked)
         for name, color in lines.items()
     ]
     dot = uplot.Series_Points(show=True, size=10, fill="#D55E00")

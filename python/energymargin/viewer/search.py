@@ -31,6 +31,7 @@ from energymargin._core import (
     escape_effort,
     force_score,
 )
+from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import Uniform
 from energymargin.plots.scenes import lost_objects
 from energymargin.plots.trees import most_cost
@@ -72,7 +73,7 @@ class Scored:
     """None if there is no effector, and so no baseline; and of a problem with a horizon."""
     probability: CaptureProbability | None = None
     """None of a problem without a horizon, or if it was stopped before there was any rollout."""
-    disturbance: Uniform | None = None
+    disturbance: Disturbance | None = None
     """Of the probability."""
 
     @property
@@ -151,12 +152,17 @@ def score_state(
     seed: int,
     cancel: Cancel | None = None,
     progress: ShareProgress | None = None,
+    *,
+    disturbance: Disturbance | None = None,
 ) -> Scored:
     """All scores of a state; with a horizon, a probability instead of the scores without a clock.
 
     `seed` is that of this state's searches. progress(share) has the share that is done. Once
-    `cancel` is set, it returns what there is until then.
+    `cancel` is set, it returns what there is until then. `disturbance` is that of the probability;
+    None: Uniform with the strength and the objects of the settings.
     """
+    if disturbance is None:
+        disturbance = Uniform(settings.strength, settings.objects)
 
     def limits(begin: float, most: int) -> dict[str, Any]:
         if progress is None:
@@ -167,7 +173,8 @@ def score_state(
     nodes, timed = settings.nodes, problem.horizon is not None
     capture = found = None
     if timed:
-        found = _probability(problem, settings, seed, limits(0.0, settings.rollouts))
+        limit = limits(0.0, settings.rollouts)
+        found = _probability(problem, settings, seed, disturbance, limit)
     else:
         capture = capture_score(problem, nodes=nodes, seed=seed, warn=False, **limits(0.0, nodes))
     escape = escape_effort(
@@ -180,22 +187,22 @@ def score_state(
         capture=capture,
         force=force_score(problem) if has_force else None,
         probability=found,
-        disturbance=_disturbance(settings) if timed else None,
+        disturbance=disturbance if timed else None,
     )
 
 
-def _disturbance(settings: SearchSettings) -> Uniform:
-    return Uniform(settings.strength, settings.objects)
-
-
 def _probability(
-    problem: Problem, settings: SearchSettings, seed: int, limits: dict[str, Any]
+    problem: Problem,
+    settings: SearchSettings,
+    seed: int,
+    disturbance: Disturbance,
+    limits: dict[str, Any],
 ) -> CaptureProbability | None:
     """None if it was stopped before the first rollout was done."""
     try:
         return capture_probability(
             problem,
-            disturbance=_disturbance(settings),
+            disturbance=disturbance,
             rollouts=settings.rollouts,
             seed=settings.seed if settings.common_random_numbers else seed,
             success=problem.succeeded is not None,

@@ -4,7 +4,7 @@ with their scores."""
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,10 +16,13 @@ from energymargin import datasets
 from energymargin import tasks as registry
 from energymargin._core import Problem, stream
 from energymargin.actions import Along
+from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
+from energymargin.metrics import is_likelihood
 from energymargin.store import ScoreStore
 
 __all__ = [
+    "EFFORT",
     "AlongPlan",
     "AlongScores",
     "FrameScores",
@@ -35,6 +38,7 @@ PROBLEM, DATASET, STORE = ".json", ".h5", ".db"
 BODIES = (".urdf", ".stl", ".obj", ".dae")
 Progress = Callable[[int, int], None]
 
+EFFORT = "effort/est"
 LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
 SEARCHED = (
     *("nodes", "seed", "search", "rollouts"),
@@ -61,6 +65,8 @@ class Frames:
     """Whether at least one of several objects is captured, shape (K,)."""
     common_random_numbers: bool = False
     """Whether all frames are searched with the same seed."""
+    disturbance: Disturbance | None = None
+    """Of their probabilities; None: that of the settings."""
 
     def search_seed(self, seed: int, frame: int) -> int:
         """Of a frame's search: with it the scores are those that `energymargin score` gives the
@@ -125,6 +131,7 @@ class AlongPlan:
             first=0,
             captured=one.captured,
             common_random_numbers=True,
+            disturbance=one.disturbance,
         )
 
     def close(self) -> None:
@@ -240,6 +247,11 @@ def _require_below(name: str, number: int, count: int) -> None:
 class FrameScores(Protocol):
     """Scores of all states that were computed before."""
 
+    @property
+    def curves(self) -> Collection[str]:
+        """Names of what is drawn along a trajectory: metrics, and "low" and "high" for the ends of
+        an interval of the first."""
+
     def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
         """The scores of the state of that number, by metric, with a title; NaN is one that is
         missing."""
@@ -253,17 +265,29 @@ class AlongScores:
 
     def __init__(self, along: Along) -> None:
         """Those that there are."""
-        self._scores = {"probability": along.probabilities, "effort/est": along.efforts}
-        self._captions = [f"next {ahead:.3g} s" for ahead in along.ahead]
+        self._scores = {"probability": along.probabilities, EFFORT: along.efforts}
+        self._ends = {"low": along.low, "high": along.high}
+
+    @property
+    def curves(self) -> Collection[str]:
+        """As FrameScores.curves."""
+        return [name for name in self._curves if not np.isnan(self._curves[name]).all()]
+
+    @property
+    def _curves(self) -> dict[str, NDArray[np.float64]]:
+        """An effort without a bound has no place in a curve."""
+        efforts = self._scores[EFFORT]
+        finite = np.where(np.isfinite(efforts), efforts, np.nan)
+        return self._scores | self._ends | {EFFORT: finite}
 
     def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
         """As FrameScores.columns."""
         scores = {metric: float(values[number]) for metric, values in self._scores.items()}
-        return [(self._captions[number], scores)]
+        return [("along the plan", scores)]
 
     def along(self, metric: str, first: int, frames: int) -> NDArray[np.float64]:
         """As FrameScores.along."""
-        values = self._scores.get(metric)
+        values = self._curves.get(metric)
         return np.full(frames, np.nan) if values is None else values[first : first + frames].copy()
 
 
@@ -299,6 +323,11 @@ class StoredScores:
             if chosen.sampling is not None:
                 self.title += f", mean of {chosen.sampling.particles} particles"
             self._low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
+
+    @property
+    def curves(self) -> Collection[str]:
+        """As FrameScores.curves."""
+        return [metric for metric in self._scores if is_likelihood(metric)]
 
     def columns(self, number: int) -> list[tuple[str, dict[str, float]]]:
         """The scores of the state of that number, by metric, with a title; NaN is one that is

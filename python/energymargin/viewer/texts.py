@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from energymargin._core import CaptureProbability, Problem
+from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import Uniform
 from energymargin.metrics import ANY, with_unit
 from energymargin.plots.styles import (
@@ -100,7 +101,7 @@ def score_table(
     if not rows:
         return plain("Not scored yet.")
     timed = "probability" in there if scored is None else scored.capture is None
-    columns = [("this state" if timed else "this tree", live), *of_file]
+    columns = [("scored now" if timed else "this tree", live), *of_file]
     head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
     intervals = {} if scored is None else _intervals(scored)
     body = "".join(
@@ -256,13 +257,20 @@ def _doubts(scored: Scored) -> str:
     return "".join(f'<div style="color:{LOST_COLOR}">{escape(doubt)}</div>' for doubt in doubts)
 
 
-def _rollouts(found: CaptureProbability, disturbance: Uniform) -> str:
+def _rollouts(found: CaptureProbability, disturbance: Disturbance) -> str:
     """Of which the probabilities are, and under what."""
     diverged = f", {found.diverged} diverged" if found.diverged else ""
     return (
-        f"{_counted(found.rollouts, 'rollout')}{diverged} under {uniform_in_words(disturbance)}; "
+        f"{_counted(found.rollouts, 'rollout')}{diverged} under {escape(_in_words(disturbance))}; "
         f"95 % intervals; captured for {found.mean_time:.3g} s on average"
     )
+
+
+def _in_words(disturbance: Disturbance) -> str:
+    """Of another model its numbers, of a function its name."""
+    if isinstance(disturbance, Uniform):
+        return uniform_in_words(disturbance)
+    return str(getattr(disturbance, "__name__", repr(disturbance)))
 
 
 def _scale(scored: Scored) -> str:
