@@ -90,7 +90,10 @@ def test_equal_ones_are_not_told_apart_and_the_decision_says_so():
     assert ranking.best == "0" and ranking.alike == ("1",)
     assert ranking.decision.startswith("choose 0: 1 may be better, by at most 0.05")
     few = em.rank([problem(0.0), problem(0.0)], disturbance=PUSHES, rollouts=10)
-    assert few.decision == "undecided: 0 leads, but 1 may be better"
+    assert few.decision == (
+        "undecided: 0 leads, but 1 may be better, by at most 0.29, with 95 % confidence"
+    )
+    assert few.shortfall == 0.29
 
 
 def test_an_uncertainty_gives_every_candidate_the_same_particles():

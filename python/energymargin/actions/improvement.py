@@ -97,8 +97,8 @@ def improve(
         nodes: of the searches, as of `em.escape_effort`.
         search: the same.
         file: where finished batches are kept: the same call goes on from there, after Ctrl-C, or
-            with a larger budget. What a changed plan or constraint asks is simulated anew. Sets that
-            are Python predicates are not compared.
+            with a larger budget. What a changed plan or constraint asks is simulated anew. Sets
+            that are Python predicates are not compared.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
         progress: progress(steps, budget).

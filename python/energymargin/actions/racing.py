@@ -76,6 +76,8 @@ class Duel:
         """
         if tolerance == 0:
             return 0.0
+        if tolerance == 1:
+            return 1.0
         kept = self.draws - self.losses
         below = betainc(self.losses + 1, kept + 1, tolerance)
         if below == 0.0:

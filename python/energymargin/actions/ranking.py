@@ -123,6 +123,17 @@ class Ranking:
         `tolerance`; whenever the race ended."""
         return all_of([one.settled(self.tolerance) for one in self._duels.values()])
 
+    @cached_property
+    def shortfall(self) -> float:
+        """The smallest tolerance, to 0.01, at which `sure` reaches `confidence`: by how much the
+        best falls short of another one, at most; of efforts in what share of the searches."""
+        duels = list(self._duels.values())
+        steps = range(101)
+        reached = [
+            all_of([one.settled(step / 100) for one in duels]) >= self.confidence for step in steps
+        ]
+        return max((step + 1 for step in steps if not reached[step]), default=0) / 100
+
     @property
     def alike(self) -> tuple[str, ...]:
         """Those of which the best is not surely better."""
@@ -139,14 +150,13 @@ class Ranking:
             sure = all_of([one.better for one in self._duels.values()])
             return f"the best is {self.best}, with {_percent(sure)} % confidence"
         if self.sure >= self.confidence:
-            most = f"by at most {self.tolerance:g}"
-            if self.metric.startswith(EFFORT):
-                most = f"in at most {self.tolerance:.0%} of the searches"
-            return (
-                f"choose {self.best}: {_listed(alike)} may be better, {most}, with "
-                f"{_percent(self.sure)} % confidence"
-            )
-        return f"undecided: {self.best} leads, but {_listed(alike)} may be better"
+            said, most, sure = f"choose {self.best}:", self.tolerance, self.sure
+        else:
+            said, most, sure = f"undecided: {self.best} leads, but", self.shortfall, self.confidence
+        by = f"by at most {most:g}"
+        if self.metric.startswith(EFFORT):
+            by = f"in at most {most:.0%} of the searches"
+        return f"{said} {_listed(alike)} may be better, {by}, with {_percent(sure)} % confidence"
 
     def to_markdown(self) -> str:
         """A table, and the decision."""
