@@ -2,6 +2,8 @@
 velocity that its robot gives it."""
 
 import threading
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from sliding import EDGE, problem
 
 import energymargin as em
 from energymargin.actions import Noise
+from energymargin.actions.choosing import choose
 from energymargin.monitor import Alarm
 
 STEP = 0.25  # s
@@ -210,6 +213,109 @@ def test_a_question_that_fails_is_the_fallback_or_without_one_an_error():
 
 
 @pytest.mark.parametrize(
+    ("candidates", "kind", "message"),
+    [
+        (lambda *_: 1 / 0, ZeroDivisionError, "division"),
+        (lambda *_: None, ValueError, "candidates returned None, expected actions"),
+        (lambda *_: [[0.1], np.array([np.nan])], ValueError, "an action of candidates is array"),
+        (Noise(2, (1.0, 2.0)), ValueError, "spread has shape"),
+    ],
+)
+def test_candidates_that_fail_are_the_fallback_or_without_one_an_error(candidates, kind, message):
+    with guarded(candidates=candidates) as guard:
+        assert guard(None, time=0.0, state=[0.95])[0] == 0
+        assert guard.last.source == "fallback" and guard.last.reason == "alarm"
+        assert isinstance(guard.last.error, kind) and guard.last.rollouts == 0
+    with (
+        guarded(fallback=None, candidates=candidates) as guard,
+        pytest.raises(kind, match=message),
+    ):
+        guard(None, time=0.0, state=[0.95])
+
+
+def test_an_error_of_the_fallback_comes_out_of_the_call_that_needs_it():
+    def broken(observation):
+        raise ArithmeticError("no brakes")
+
+    with guarded(fallback=broken, candidates=Noise(1, 0.1)) as guard:
+        assert guard(None, time=0.0, state=[0.0])[0] == WALK
+        with pytest.raises(ArithmeticError, match="no brakes"):
+            guard(None, time=0.25, state=[0.95])
+    with (
+        guarded(fallback=lambda _: np.nan) as guard,
+        pytest.raises(ValueError, match="an action of fallback is nan, expected finite numbers"),
+    ):
+        guard(None, time=0.0, state=[0.95])
+
+
+@pytest.mark.parametrize("action", [np.nan, np.array([0.1, np.inf]), np.float32(-np.inf)])
+@pytest.mark.parametrize("unknown", ["fallback", "policy"])
+@pytest.mark.parametrize("place", [0.0, 0.95])
+def test_a_policys_action_that_is_not_finite_never_passes(action, unknown, place):
+    """Neither with the alarm off nor on."""
+    with guarded(lambda _: action, unknown=unknown) as guard:
+        assert guard(None, time=0.0, state=[place])[0] == 0
+        assert guard.last.source == "fallback" and guard.last.reason == "unknown"
+        assert "an action of policy is" in str(guard.last.error)
+        assert guard.counters.unknown == 1
+    with (
+        guarded(lambda _: action, fallback=None, candidates=Noise(1, 0.1)) as guard,
+        pytest.raises(ValueError, match=r"an action of policy is .* expected finite numbers"),
+    ):
+        guard(None, time=0.0, state=[place])
+
+
+@pytest.mark.parametrize("action", [{"speed": np.nan}, "left", np.array([1, 2]), None])
+def test_an_action_that_is_no_float_and_no_array_of_floats_passes_as_it_is(action):
+    with guarded(lambda _: action) as guard:
+        assert guard(None, time=0.0, state=[0.0]) is action
+
+
+@pytest.mark.parametrize(
+    "disturbance",
+    [
+        em.disturbances.Boltzmann(1.0),
+        em.disturbances.Gaussian(0.5, 0.0, 0.1),
+        lambda random, times: np.zeros((len(times), 6)),
+    ],
+)
+def test_a_guard_takes_the_disturbances_of_a_probability(disturbance):
+    with guarded(disturbance=disturbance) as guard:
+        guard(None, time=0.0, state=[0.95])
+        assert guard.last.error is None and guard.last.rollouts > 0
+
+
+@pytest.mark.parametrize("time", ["a", None, np.nan])
+def test_a_time_that_is_no_finite_number_is_refused(time):
+    with guarded() as guard, pytest.raises(ValueError, match=r"time is .*, expected a finite"):
+        guard(None, time=time, state=[0.0])
+
+
+class Share(NamedTuple):
+    """A capture probability as the rule of choosing reads it."""
+
+    captured: float
+    effective: float
+
+
+@pytest.mark.parametrize("others", [1, 3, 10])
+def test_the_guides_table_says_from_which_probability_on_no_other_action_is_asked(others):
+    guide = (Path(__file__).parents[2] / "docs/guides/guard.md").read_text()
+    lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in guide.splitlines()]
+    (head,) = [cells for cells in lines if cells[:1] == ["other actions"]]
+    (row,) = [cells for cells in lines if cells[:1] == [str(others)]]
+    for rollouts, told in zip(head[1:], row[1:], strict=True):
+        n = int(rollouts.split()[0])
+
+        def taken(captured, n=n):
+            """With another action that is always captured."""
+            shares = [Share(captured / n, n)] + [Share(1.0, n)] * others
+            return choose(others + 1, shares.__getitem__, 0.95).number
+
+        assert f"{min(k for k in range(n + 1) if not taken(k)) / n:.2f}" == told
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         ({"policy": None}, "policy is None, expected a function"),
@@ -217,6 +323,15 @@ def test_a_question_that_fails_is_the_fallback_or_without_one_an_error():
         ({"problem_of": lambda state: state}, r"problem_of takes .* \(time, state, action\)"),
         ({"fallback": None}, "candidates and fallback are None"),
         ({"confidence": 1.0}, "confidence is 1.0"),
+        ({"confidence": "x"}, "confidence is 'x', expected a number from 0.5 to below 1"),
+        ({"disturbance": "x"}, "disturbance is 'x', expected a model of em.disturbances or a func"),
+        ({"disturbance": em.disturbances.Uniform}, "disturbance is <class"),
+        ({"disturbance": lambda random: 1}, r"disturbance takes .* \(random, times\)"),
+        ({"problem_of": None, "least": 0.9}, "least is 0.9 without problem_of"),
+        (
+            {"problem_of": None, "disturbance": em.disturbances.Uniform()},
+            r"disturbance is Uniform\(.*\) without problem_of",
+        ),
         ({"least": 2.0}, "least is 2.0"),
         ({"least": 0.5, "fallback": None, "candidates": Noise(1, 1.0)}, "without a fallback"),
         ({"stale": -1.0}, "stale is -1"),
@@ -239,11 +354,45 @@ def test_a_monitor_without_an_alarm_is_refused():
 
 @pytest.mark.parametrize(
     ("words", "message"),
-    [((0, 1.0), "count is 0"), ((1, -1.0), "spread is -1"), ((1, 1.0, 2, 1), "low is 2")],
+    [
+        ((0, 1.0), "count is 0"),
+        ((1, -1.0), "spread is -1"),
+        ((1, 1.0, 2, 1), "low is 2"),
+        ((2, 0.0), "spread is 0.0, expected a number above 0, or an array"),
+        ((2, (0.0, np.nan)), "spread is .* expected a number above 0, or an array"),
+        ((2, "x"), "spread is 'x', expected a number or an array of numbers"),
+        ((2, ((1.0,), (1.0, 2.0))), "spread is .* expected a number or an array of numbers"),
+        ((2, 1.0, "a"), "low is 'a', expected a number or an array of numbers"),
+        ((2, 1.0, 0.0, None), "high is None, expected a number or an array of numbers"),
+        ((2, 1.0, (0.0, 0.0), (1.0,) * 3), r"high has shape \(3,\), expected that of low, \(2,\)"),
+    ],
 )
 def test_noise_that_cannot_be_is_refused(words, message):
     with pytest.raises(ValueError, match=message):
         Noise(*words)
+
+
+@pytest.mark.parametrize(
+    ("words", "action", "message"),
+    [
+        ((3, (1.0, 2.0, 3.0)), 1.0, r"spread has shape \(3,\), .* the action's shape \(\)"),
+        ((2, ((1.0,), (100.0,))), [1.0], r"spread has shape \(2, 1\), .* shape \(1,\)"),
+        ((2, (1.0, 2.0)), [1.0], r"spread has shape \(2,\), .* shape \(1,\)"),
+        ((2, 1.0, (0.0, 0.0)), [1.0], r"low has shape \(2,\), .* shape \(1,\)"),
+        ((2, 1.0, 0.0, (2.0,)), 1.0, r"high has shape \(1,\), .* shape \(\)"),
+        ((2, 1.0), "left", "action is 'left', expected a number or an array of numbers"),
+    ],
+)
+def test_noise_of_another_shape_than_the_action_is_refused(words, action, message):
+    with pytest.raises(ValueError, match=message):
+        Noise(*words)("o", action, np.random.default_rng(0))
+
+
+def test_noise_of_the_actions_shape_moves_each_of_its_numbers_by_its_own_spread():
+    noise = Noise(50, (0.0, 2.0), (-9.0, -1.0))
+    drawn = np.array(noise(None, np.array([3, 0]), np.random.default_rng(0)))
+    assert drawn.shape == (50, 2)
+    assert (drawn[:, 0] == 3).all() and drawn[:, 1].min() == -1 and drawn[:, 1].max() > 1
 
 
 def test_noise_stays_within_its_bounds():

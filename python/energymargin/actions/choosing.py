@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from statistics import NormalDist
 
 import numpy as np
@@ -75,5 +76,5 @@ def _adjusted(share: float, size: float) -> tuple[float, float]:
 
 def check_confidence(confidence: float) -> None:
     """Raises ValueError on a confidence with which nothing can be chosen."""
-    if not 0.5 <= confidence < 1:
-        raise ValueError(f"confidence is {confidence!r}, expected from 0.5 to below 1")
+    if not (isinstance(confidence, Real) and 0.5 <= confidence < 1):
+        raise ValueError(f"confidence is {confidence!r}, expected a number from 0.5 to below 1")

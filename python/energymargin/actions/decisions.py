@@ -26,7 +26,7 @@ class Decision:
     """Whose action it is."""
     reason: Reason
     """Why: the alarm is off ("fine") or on ("alarm"), or the margin is "unknown": no reading, one
-    with an error, or one too old."""
+    with an error, or one too old; or the policy's action is not finite."""
     action: Any = field(repr=False)
     """The action that the guard returned."""
     reading: Reading | None = field(repr=False)
@@ -37,7 +37,7 @@ class Decision:
     rollouts: int = 0
     """Spent on the actions, without the monitor's."""
     error: Exception | None = None
-    """Why the actions have no probabilities, if asking failed."""
+    """Why the actions have no probabilities, or what of the policy's action is not finite."""
 
 
 class GuardCounters(NamedTuple):
