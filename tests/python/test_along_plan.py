@@ -256,4 +256,4 @@ def test_the_moments_end_where_a_state_makes_no_problem():
 def test_results_are_themselves_alone():
     """They hold arrays, which have no one answer to ==."""
     first, second = (em.along(problem(), every=0.5, rollouts=4, effort=False) for _ in range(2))
-    assert first == first and first != second and len({first, second}) == 2
+    assert first != second and len({first, second}) == 2
