@@ -9,7 +9,7 @@ from command_line import run_here
 from sliding import problem, still
 
 import energymargin as em
-from energymargin.actions.racing import Duel, duel, looks
+from energymargin.actions.racing import Duel, beaten, duel, looks
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 PLACES = (0.0, 0.3, -0.5, 0.7, -0.9, 0.8)
@@ -91,9 +91,9 @@ def test_equal_ones_are_not_told_apart_and_the_decision_says_so():
     assert ranking.decision.startswith("choose 0: 1 may be better, by at most 0.05")
     few = em.rank([problem(0.0), problem(0.0)], disturbance=PUSHES, rollouts=10)
     assert few.decision == (
-        "undecided: 0 leads, but 1 may be better, by at most 0.29, with 95 % confidence"
+        "undecided: 0 leads, but 1 may be better, by at most 0.33, with 95 % confidence"
     )
-    assert few.shortfall == 0.29
+    assert few.shortfall == 0.33
 
 
 def test_an_uncertainty_gives_every_candidate_the_same_particles():
@@ -168,9 +168,10 @@ def test_wrong_arguments_are_named(problems, arguments, message):
 def test_a_duel_counts_the_draws_in_which_two_differ():
     first, second = np.array([1.0, 1, 0, 1, 1]), np.array([0.0, 1, 1, 0])
     assert duel(first, second) == Duel(wins=2, losses=1, draws=4)
-    # One doubt for a share of wins of one half is the mean likelihood of others: 1 / (21 * 2^-20).
+    # The mean likelihood of all shares of wins is 1 / 21, that of one half 2^-20.
     assert Duel(20, 0, 20).better == pytest.approx(1 - 21 / 2**20)
-    assert Duel(3, 0, 80).better == pytest.approx(0.5) and Duel(0, 0, 20).better == 0
+    assert Duel(3, 0, 80).better == pytest.approx(1 - 4 / 8 / (1 - 2**-4))
+    assert Duel(0, 0, 20).better == 0
     assert Duel(0, 3, 80).better == Duel(1, 1, 80).better == 0
     assert Duel(0, 0, 120).as_good(0.05) > 0.99 > Duel(0, 5, 120).as_good(0.05)
     assert Duel(0, 0, 120).as_good(0.0) == Duel(3, 100, 120).as_good(0.05) == 0
@@ -198,6 +199,18 @@ def test_what_is_worse_by_the_tolerance_is_called_as_good_in_one_of_twenty_at_mo
         ours = theirs * (random.random(400) > 0.05 / 0.9)  # worse in one of twenty draws
         wrong += max(duel(ours[:n], theirs[:n]).as_good(0.05) for n in looks(400)) >= 0.95
     assert wrong <= 65
+
+
+def test_the_best_of_twelve_is_among_those_that_may_be():
+    """In 95 of 100 rankings at least, whichever leads."""
+    random, missed = np.random.default_rng(2), 0
+    shares = np.array([0.9, 0.87, *np.full(5, 0.8), *np.full(5, 0.5)])
+    for _ in range(200):
+        for n in looks(200)[::3]:
+            draws = random.random(n)  # common: the better one holds wherever the other does
+            own = (draws[:, None] + 0.2 * random.random((n, 12)) - 0.1 < shares).astype(float).T
+            missed += beaten([duel(one, own[0]) for one in own[1:]]) >= 0.95
+    assert missed <= 0.05 * 200 * 3
 
 
 def test_a_tie_is_hardly_ever_decided():

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betainc, betaln, ndtr
+from scipy.special import betainc, betaln, logsumexp, ndtr
 
-__all__ = ["Duel", "all_of", "duel", "looks"]
+__all__ = ["Duel", "beaten", "duel", "looks"]
 
 FIRST_LOOK = 16  # draws of each candidate before the first is out
 GROWTH = 1.5  # from look to look
 PRIOR = 0.5  # Jeffreys
+TINY = 1e-300
 HALF = 0.5  # a draw: correction for continuity
 
 
@@ -37,17 +38,20 @@ class Duel:
     draws: int
 
     @property
+    def bet(self) -> float:
+        """Logarithm of the multiple of a bet that the first one wins more than half of the draws in
+        which they differ: the mean over all such shares. Half of it, as the other half of the
+        stakes is on the second one."""
+        differ = self.wins + self.losses
+        of_share = betaln(self.wins + 1, self.losses + 1)
+        upper = np.log(betainc(self.losses + 1, self.wins + 1, 0.5) + TINY)
+        return float(differ * np.log(2.0) + of_share + upper)
+
+    @property
     def better(self) -> float:
         """Confidence, whenever one looks, that the first one wins more than half of the draws in
-        which they differ; 0 if it has not.
-
-        The bet is on any share of wins, even ones, so it is two-sided.
-        """
-        if self.wins <= self.losses:
-            return 0.0
-        differ = self.wins + self.losses
-        log = differ * np.log(2.0) + betaln(self.wins + 1, self.losses + 1)
-        return _confidence(float(log))
+        which they differ."""
+        return _confidence(self.bet)
 
     def overtaken(self, more: int) -> float:
         """Probability that after so many more draws, one at least, the second one leads.
@@ -71,8 +75,8 @@ class Duel:
     def as_good(self, tolerance: float) -> float:
         """Confidence, whenever one looks, that it is worse in at most this share of all draws.
 
-        So a probability of its own is lower by at most as much. Half of the bet is on no losses at
-        all, half on any share of losses up to the tolerance, even ones.
+        So a probability of its own is lower by at most as much. Two thirds of the bet are on no
+        losses at all, the rest on any share of losses up to the tolerance, even ones.
         """
         if tolerance == 0:
             return 0.0
@@ -83,13 +87,10 @@ class Duel:
         if below == 0.0:
             return 0.0
         likely = betaln(self.losses + 1, kept + 1) + np.log(below / tolerance)
-        bets = np.logaddexp(likely, 0.0 if self.losses == 0 else -np.inf) - np.log(2.0)
+        none = np.log(2.0) if self.losses == 0 else -np.inf
+        bets = np.logaddexp(likely, none) - np.log(3.0)
         edge = self.losses * np.log(tolerance) + kept * np.log1p(-tolerance)
         return _confidence(float(bets - edge))
-
-    def settled(self, tolerance: float) -> float:
-        """Confidence that the first one may be chosen: it is better, or as good."""
-        return max(self.better, self.as_good(tolerance))
 
 
 def duel(first: NDArray[np.float64], second: NDArray[np.float64]) -> Duel:
@@ -99,9 +100,11 @@ def duel(first: NDArray[np.float64], second: NDArray[np.float64]) -> Duel:
     return Duel(int((ours > theirs).sum()), int((ours < theirs).sum()), both)
 
 
-def all_of(confidences: list[float]) -> float:
-    """Confidence that all of these hold, at least (Bonferroni)."""
-    return max(0.0, 1.0 - sum(1.0 - one for one in confidences))
+def beaten(against: list[Duel]) -> float:
+    """Confidence that the second one of all these duels is not the best; each other one is the
+    first of a duel. If it is the best, no bet of theirs pays in the mean, nor does their mean."""
+    bets = [one.bet for one in against]
+    return _confidence(float(logsumexp(bets) - np.log(len(bets))))
 
 
 def _confidence(log: float) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.actions.candidates import Candidates
-from energymargin.actions.racing import Duel, all_of, duel, looks
+from energymargin.actions.racing import Duel, beaten, duel, looks
 from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
@@ -29,6 +29,7 @@ __all__ = ["Race", "Ranking", "Standing", "Terms", "rank", "score_of"]
 CONFIDENCE = 0.95
 TOLERANCE = 0.05  # of a probability
 OF_INTERVALS = 0.95
+MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
 WHAT_IS_ALIKE = ("the step", "the objects", "the force bounds", "the torque bounds", "the horizon")
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
@@ -119,26 +120,24 @@ class Ranking:
 
     @cached_property
     def sure(self) -> float:
-        """Confidence, at least, that the best is better than each other one, or worse by at most
+        """Confidence, at least, that no other one is better than the best by more than
         `tolerance`; whenever the race ended."""
-        return all_of([one.settled(self.tolerance) for one in self._duels.values()])
+        return self._sure(self.tolerance)
 
     @cached_property
     def shortfall(self) -> float:
         """The smallest tolerance, to 0.01, at which `sure` reaches `confidence`: by how much the
         best falls short of another one, at most; of efforts in what share of the searches."""
-        duels = list(self._duels.values())
         steps = range(101)
-        reached = [
-            all_of([one.settled(step / 100) for one in duels]) >= self.confidence for step in steps
-        ]
-        return max((step + 1 for step in steps if not reached[step]), default=0) / 100
+        short = [step + 1 for step in steps if self._sure(step / 100) < self.confidence]
+        return min(max(short, default=0), 100) / 100
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """Those of which the best is not surely better."""
-        most = (1.0 - self.confidence) / max(len(self) - 1, 1)
-        return tuple(name for name, one in self._duels.items() if 1.0 - one.better > most)
+        """The others that may be the best: with these and the first the best one is among them with
+        `confidence`, whenever the race ended."""
+        most = 1.0 - self.confidence
+        return tuple(name for name, doubt in self._doubts.items() if doubt > most)
 
     @property
     def decision(self) -> str:
@@ -147,7 +146,7 @@ class Ranking:
             return f"there is but one: {self.best}"
         alike = self.alike
         if not alike:
-            sure = all_of([one.better for one in self._duels.values()])
+            sure = 1.0 - max(self._doubts.values(), default=0.0)
             return f"the best is {self.best}, with {_percent(sure)} % confidence"
         if self.sure >= self.confidence:
             said, most, sure = f"choose {self.best}:", self.tolerance, self.sure
@@ -187,6 +186,25 @@ class Ranking:
         names = ("candidate", "score", "low", "high", "held", "draws", "steps", "racing")
         rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
         return csv_text(names, rows)
+
+    def _sure(self, tolerance: float) -> float:
+        """Each of the others is beaten, or the first is as good. Bets that one is beaten win by
+        mistake half as often as they are allowed to; the other half of the doubt is shared by all
+        that may have come first, and are as good."""
+        share = 0.5 / max(len(self) - 1, 1)
+        doubts = [
+            min(self._doubts[name], (1.0 - one.as_good(tolerance)) / share)
+            for name, one in self._duels.items()
+        ]
+        return 1.0 - min(max(doubts, default=0.0), 1.0)
+
+    @cached_property
+    def _doubts(self) -> dict[str, float]:
+        """That each of the others is not the best."""
+        return {
+            one.name: 1.0 - beaten([duel(s.values, one.values) for s in self if s is not one])
+            for one in self.standings[1:]
+        }
 
     @cached_property
     def _duels(self) -> dict[str, Duel]:
@@ -458,5 +476,7 @@ def _percent(share: float) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
+    if len(names) > MOST_NAMED:
+        names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} others"]
     *some, last = names
     return f"{', '.join(some)} and {last}" if some else last
