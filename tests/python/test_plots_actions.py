@@ -90,8 +90,8 @@ def test_an_interval_without_an_end_runs_to_the_right_edge():
 
 
 def test_a_median_without_a_bound_is_a_triangle_also_if_all_are():
-    endless = standing("a", [INF] * 3, INF, INF, INF)
-    ax = plot_ranking(of_efforts(endless, endless), Figure().subplots())
+    endless = [standing(name, [INF] * 3, INF, INF, INF) for name in "ab"]
+    ax = plot_ranking(of_efforts(*endless), Figure().subplots())
     for row in (0, 1):
         at, right = triangles(ax, row)
         assert at and all(0 < x < right for x in at)

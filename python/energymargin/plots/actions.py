@@ -28,7 +28,7 @@ DISTURBANCE_COLOR = "tab:orange"
 PARAMETER_COLORS = ("#009E73", "#CC79A7", "#56B4E9", "#7F5539")  # of no other line of the figure
 LINE, LETTER = 0.19, 0.085  # inch: of a candidate's name
 BETWEEN = 0.14  # inch, between two candidates
-LONGEST, MOST_LINES = 28, 3  # letters and lines of a name
+LONGEST, MOST_LINES = 32, 3  # letters and lines of a name
 EDGE = 0.97  # of the width or height of axes: where marks stand for infinity
 FREE = 0.12  # of the width or height: beyond the largest finite number
 LEGEND_BELOW = 38.0  # points: tick labels and the axis label are above it
@@ -128,8 +128,9 @@ def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
     """What the marks mean, of those that there are."""
     words = {BEST: "best", ALIKE: "the best is not surely better", WORSE: "worse"}
     handles = [_mark(color, "o", text) for color, text in words.items() if color in colors]
-    if not all(standing.racing for standing in ranking):
-        hollow = _mark(WORSE, "o", "out before the end")
+    out = [color for one, color in zip(ranking, colors, strict=True) if not one.racing]
+    if out:
+        hollow = _mark(out[0], "o", "out before the end")
         hollow.set_markerfacecolor("white")
         handles.append(hollow)
     if any(np.isposinf(standing.high) for standing in ranking):
