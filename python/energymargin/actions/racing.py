@@ -103,6 +103,8 @@ def duel(first: NDArray[np.float64], second: NDArray[np.float64]) -> Duel:
 def beaten(against: list[Duel]) -> float:
     """Confidence that the second one of all these duels is not the best; each other one is the
     first of a duel. If it is the best, no bet of theirs pays in the mean, nor does their mean."""
+    if not against:
+        return 0.0
     bets = [one.bet for one in against]
     return _confidence(float(logsumexp(bets) - np.log(len(bets))))
 

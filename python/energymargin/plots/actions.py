@@ -36,8 +36,8 @@ ENDLESS = "no escape found"
 
 
 def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
-    """The candidates with their 95 % intervals, the best on top: blue the best, black those of
-    which it is not surely better, grey the others; a hollow mark was out before the end.
+    """The candidates with their 95 % intervals, the best on top: blue the best, black those that
+    may be better, grey the others; a hollow mark was out before the end.
 
     A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
@@ -126,7 +126,7 @@ def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: flo
 
 def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
     """What the marks mean, of those that there are."""
-    words = {BEST: "best", ALIKE: "the best is not surely better", WORSE: "worse"}
+    words = {BEST: "best", ALIKE: "may be better", WORSE: "worse"}
     handles = [_mark(color, "o", text) for color, text in words.items() if color in colors]
     out = [color for one, color in zip(ranking, colors, strict=True) if not one.racing]
     if out:
