@@ -23,7 +23,7 @@ __all__ = ["Duel", "beaten", "duel", "looks"]
 FIRST_LOOK = 16  # draws of each candidate before the first is out
 GROWTH = 1.5  # from look to look
 PRIOR = 0.5  # Jeffreys
-TINY = 1e-300
+TINY = 1e-300  # for the logarithm of a share that rounds to 0
 HALF = 0.5  # a draw: correction for continuity
 
 
@@ -101,8 +101,11 @@ def duel(first: NDArray[np.float64], second: NDArray[np.float64]) -> Duel:
 
 
 def beaten(against: list[Duel]) -> float:
-    """Confidence that the second one of all these duels is not the best; each other one is the
-    first of a duel. If it is the best, no bet of theirs pays in the mean, nor does their mean."""
+    """Confidence, whenever one looks, that one candidate is not the best. It is the second of these
+    duels, each other one is the first of one.
+
+    If it is the best, no bet against it pays in the mean, so their mean does not either.
+    """
     if not against:
         return 0.0
     bets = [one.bet for one in against]
