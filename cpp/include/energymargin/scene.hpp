@@ -134,7 +134,7 @@ struct PairFriction {
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
   int iterations = 50;        //!< solver iterations a step, at most; 1..most_solver_iterations
-  double tolerance = 1e-7;    //!< the solver stops early below this squared residual
+  double tolerance = 1e-6;
   //! 2: friction holds in any direction of the contact plane, also against loads that come through other contacts. 1:
   //! it acts along the velocity alone, which is right, and cheaper, where bodies slide. Joints need 2.
   int friction_directions = 2;

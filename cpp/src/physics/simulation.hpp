@@ -16,7 +16,7 @@
 #include "physics/pair_query.hpp"
 #include "physics/shapes.hpp"
 #include "physics/springs.hpp"
-#include "physics/stepper.hpp"
+#include "physics/solver/step_equations.hpp"
 
 namespace energymargin {
 
@@ -30,6 +30,7 @@ enum class Detection {
 struct PartResult {
   double duration;  // that it took [s]
   double lost;      // of it, in which nothing moved [s]
+  bool converged;   // whether the velocities satisfy their equations
 };
 
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
@@ -64,8 +65,8 @@ class Simulation {
   void add_motor(std::size_t body, const Vector3& linear, const Vector3& angular, double force, double torque);
 
   //! Of a joint, until `restore`.
-  void set_target(std::size_t joint, double target) { stepper_->set_target(joint, target); }
-  double target(std::size_t joint) const { return stepper_->target(joint); }
+  void set_target(std::size_t joint, double target) { bodies_.set_target(joint, target); }
+  double target(std::size_t joint) const { return bodies_.target(joint); }
 
   //! Goes on by `duration` [s], or by less where bodies come into contact on the way. `parts` of the step are over; if
   //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
@@ -78,10 +79,10 @@ class Simulation {
 
   //! Sums up the work of the impulses in the next steps; `before` is what each begins with, for the caller to keep up
   //! to date. Null ends it.
-  void audit_impulses(const Motion* before) { stepper_->impulses() = {before, {}}; }
+  void audit_impulses(const Motion* before) { impulses_ = {before, {}}; }
 
   //! Since the audit began.
-  const ImpulseWork& impulse_work() const { return stepper_->impulses().work; }
+  const ImpulseWork& impulse_work() const { return impulses_.work; }
 
   //! With the forces of the last part of a step.
   std::vector<Contact> contacts() const;
@@ -94,12 +95,11 @@ class Simulation {
   std::vector<std::pair<std::size_t, std::size_t>> near_pairs() { return pairs_.near(); }
 
   //! A body as Bullet sees it, where the last `restore` or `step` left it.
-  const btCollisionObject& collider(std::size_t body) const { return *stepper_->colliders()[body]; }
+  const btCollisionObject& collider(std::size_t body) const { return *bodies_.colliders()[body]; }
 
  private:
   PartResult advance_safely(double duration, int parts);
-  void accelerate(double duration);
-  void solve(double duration);
+  void load_bodies();
   double safe_share(double duration);
 
   Scene scene_;
@@ -110,20 +110,17 @@ class Simulation {
   CollisionFilter filter_;
   ContactDispatcher dispatcher_;
   PairQuery pair_query_;
-  std::unique_ptr<Stepper> stepper_;
+  MovingBodies bodies_;
+  ImpulseAudit impulses_;
+  StepEquations equations_;
   CollisionPairs pairs_;
   std::optional<ContinuousCollision> continuous_;
   Springs springs_;
-  btContactSolverInfo solver_;
   std::vector<Load> loads_;
   std::vector<Load> actuations_;
   std::vector<Motor> motors_;
-  std::vector<btMatrix3x3> axes_before_;  // of all bodies, before the part
-  std::vector<Velocity> velocities_;      // of all bodies
-  double last_duration_ = 0.0;            // of the part before; 0: none since `restore` [s]
+  std::vector<Velocity> ways_;    // of all bodies
+  double last_duration_ = 0.0;    // of the part before; 0: none since `restore` [s]
 };
-
-//! Bullet's settings for a scene.
-btContactSolverInfo solver_settings(const Scene& scene);
 
 }  // namespace energymargin

@@ -6,8 +6,8 @@
 
 namespace energymargin {
 
-Springs::Springs(const Scene& scene, const Stepper& stepper)
-    : bodies_(scene.bodies()), springs_(scene.springs()), stepper_(stepper) {
+Springs::Springs(const Scene& scene, const MovingBodies& moving)
+    : bodies_(scene.bodies()), springs_(scene.springs()), moving_(moving) {
   const auto in_bullet = [&](std::size_t body, const Vector3& point) {
     const Inertial inertial = bodies_[body].principal_inertial();
     return to_bullet(Vector3(inertial.axes.conjugate() * (point - inertial.center)));
@@ -26,7 +26,7 @@ SpringSpan Springs::span(std::size_t spring) const {
   if (span.length == 0.0) return span;
   span.along = (span.end_b - span.end_a) / span.length;
   span.length_rate =
-      span.along.dot(stepper_.velocity(ends.body_b, span.end_b) - stepper_.velocity(ends.body_a, span.end_a));
+      span.along.dot(moving_.velocity(ends.body_b, span.end_b) - moving_.velocity(ends.body_a, span.end_a));
   return span;
 }
 
@@ -59,13 +59,13 @@ void Springs::add_loads(std::size_t spring, const SpringSpan& span, double tensi
   for (const auto& [body, end, force] :
        {std::tuple{ends.body_a, span.end_a, pull}, std::tuple{ends.body_b, span.end_b, btVector3(-pull)}}) {
     if (bodies_[body].fixed()) continue;
-    const btVector3& center = stepper_.colliders()[body]->getWorldTransform().getOrigin();
+    const btVector3& center = moving_.colliders()[body]->getWorldTransform().getOrigin();
     loads.push_back({body, force, (end - center).cross(force)});
   }
 }
 
 btVector3 Springs::in_world(std::size_t body, const btVector3& point) const {
-  return stepper_.colliders()[body]->getWorldTransform() * point;
+  return moving_.colliders()[body]->getWorldTransform() * point;
 }
 
 }  // namespace energymargin

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "energymargin/scene.hpp"
-#include "physics/stepper.hpp"
+#include "physics/bodies/moving_bodies.hpp"
 
 namespace energymargin {
 
@@ -18,8 +18,8 @@ struct SpringSpan {
 
 class Springs {
  public:
-  //! `stepper` has the bodies of `scene`; both outlive this.
-  Springs(const Scene& scene, const Stepper& stepper);
+  //! `moving` are the bodies of `scene`; both outlive this.
+  Springs(const Scene& scene, const MovingBodies& moving);
 
   //! By the index in the scene.
   SpringSpan span(std::size_t spring) const;
@@ -43,7 +43,7 @@ class Springs {
 
   const std::vector<Body>& bodies_;
   const std::vector<Spring>& springs_;
-  const Stepper& stepper_;
+  const MovingBodies& moving_;
   std::vector<Ends> ends_;
   std::vector<Load> loads_;
 };

@@ -1,14 +1,20 @@
 #include "physics/sweep.hpp"
 
-#include <LinearMath/btTransformUtil.h>
-
 #include <cmath>
 
 namespace energymargin {
 namespace {
 
-// Beyond it Bullet goes on along the tangent of the quaternion, and normalizes that.
-constexpr double most_turn = ANGULAR_MOTION_THRESHOLD;  // rad
+// Near no turn the sine is as good as its first terms.
+constexpr double small_turn = 1e-3;  // rad
+
+btQuaternion turned(const btQuaternion& orientation, const btVector3& turn) {
+  const double squared = turn.length2();
+  const double angle = btSqrt(squared);
+  const double sine = angle < small_turn ? 0.5 - squared / 48.0 : std::sin(0.5 * angle) / angle;
+  const double cosine = angle < small_turn ? 1.0 - squared / 8.0 : std::cos(0.5 * angle);
+  return (btQuaternion(sine * turn.x(), sine * turn.y(), sine * turn.z(), cosine) * orientation).normalized();
+}
 
 // Where a body is that has moved with a twist that is constant in space.
 btTransform screw_motion(const btTransform& start, const btVector3& linear, const btVector3& angular) {
@@ -22,28 +28,14 @@ btTransform screw_motion(const btTransform& start, const btVector3& linear, cons
 
 }  // namespace
 
-btVector3 integrated_turn(const btVector3& turn) {
-  const double angle = turn.length();
-  if (!(angle > most_turn)) return turn;
-  return turn * (2.0 * std::atan(angle / most_turn * std::tan(0.5 * most_turn)) / angle);
-}
-
-btTransform integrated_pose(const btTransform& start, const btVector3& way, const btVector3& turn, double share) {
-  btTransform pose;
-  const double angle = turn.length() * share;
-  if (angle > most_turn) {
-    pose.setRotation((btQuaternion(turn.normalized(), angle) * start.getRotation()).normalized());
-    pose.setOrigin(start.getOrigin() + way * share);
-  } else {
-    btTransformUtil::integrateTransform(start, way, turn, share, pose);
-  }
-  return pose;
+btTransform moved_pose(const btTransform& start, const btVector3& way, const btVector3& turn) {
+  return btTransform(turned(start.getRotation(), turn), start.getOrigin() + way);
 }
 
 btTransform Sweep::at(double share) const {
   if (share == 0.0) return start;
   if (screw) return screw_motion(start, linear * share, angular * share);
-  return integrated_pose(start, linear, angular, share);
+  return moved_pose(start, linear * share, angular * share);
 }
 
 btVector3 Sweep::turned(const btVector3& direction, double share) const {

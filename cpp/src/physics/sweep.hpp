@@ -5,12 +5,8 @@
 
 namespace energymargin {
 
-//! The turn that Bullet gives a body that is asked for `turn` [rad]: the same up to an eighth of a circle, less beyond,
-//! never more than a half.
-btVector3 integrated_turn(const btVector3& turn);
-
-//! A pose that has gone a share of a way, and turned by that share about an axis that stays.
-btTransform integrated_pose(const btTransform& start, const btVector3& way, const btVector3& turn, double share);
+//! A pose after a way [m] and a turn [rad], about an axis that stays.
+btTransform moved_pose(const btTransform& start, const btVector3& way, const btVector3& turn);
 
 //! A body on its way through a part of a step.
 struct Sweep {

@@ -47,7 +47,7 @@ void CollisionPairs::forget() {
     drop(pair);
     for (PiecePair& pieces : pair.pieces) pieces.forget();
   }
-  touching_.clear();
+  points_.clear();
   if (all_kept_) return;
   pairs_.clear();
   std::fill(found_.begin(), found_.end(), false);
@@ -55,7 +55,7 @@ void CollisionPairs::forget() {
 
 void CollisionPairs::update() {
   set_bounds();
-  found_touching_.clear();
+  points_.clear();
   for (CollisionPair& pair : pairs_) {
     if (pair.gap <= pair.reach) {
       detect(pair);
@@ -63,7 +63,6 @@ void CollisionPairs::update() {
       drop(pair);
     }
   }
-  sort_touching();
 }
 
 // Those of pairs found later too; `find` does their own.
@@ -115,16 +114,8 @@ void CollisionPairs::detect(CollisionPair& pair) {
   if (!pair.algorithm) {
     pair.algorithm = dispatcher_.findAlgorithm(&of_a, &of_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
   }
-  FoundContacts result(&of_a, &of_b, pair.friction);
+  FoundContacts result(&of_a, &of_b, pair.friction, points_);
   pair.algorithm->processCollision(&of_a, &of_b, info_, &result);
-  manifolds_.resizeNoInitialize(0);
-  pair.algorithm->getAllContactManifolds(manifolds_);
-  for (int i = 0; i < manifolds_.size(); ++i) {
-    btPersistentManifold* manifold = manifolds_[i];
-    if (manifold->getNumContacts() == 0) continue;
-    found_touching_.push_back(
-        {manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex(), found_touching_.size(), manifold});
-  }
 }
 
 void CollisionPairs::drop(CollisionPair& pair) {
@@ -132,15 +123,6 @@ void CollisionPairs::drop(CollisionPair& pair) {
   pair.algorithm->~btCollisionAlgorithm();
   dispatcher_.freeCollisionAlgorithm(pair.algorithm);
   pair.algorithm = nullptr;
-}
-
-// An algorithm may swap the bodies of its pair, and a pair may have several manifolds.
-void CollisionPairs::sort_touching() {
-  std::sort(found_touching_.begin(), found_touching_.end(), [](const Touching& a, const Touching& b) {
-    return std::tie(a.first, a.second, a.found) < std::tie(b.first, b.second, b.found);
-  });
-  touching_.clear();
-  for (const Touching& touching : found_touching_) touching_.push_back(touching.manifold);
 }
 
 }  // namespace energymargin

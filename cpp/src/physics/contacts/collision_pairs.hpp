@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/contacts/collision_filter.hpp"
+#include "physics/contacts/contact_point.hpp"
 #include "physics/contacts/near_bounds.hpp"
 #include "physics/contacts/piece_pair.hpp"
 
@@ -42,8 +43,9 @@ class CollisionPairs {
   //! Finds the contacts of the bodies as they stand.
   void update();
 
-  //! Those with contacts, by the indices of their bodies.
-  const std::vector<btPersistentManifold*>& touching() const { return touching_; }
+  //! All contacts, pair by pair in the order of their bodies.
+  std::vector<ContactPoint>& points() { return points_; }
+  const std::vector<ContactPoint>& points() const { return points_; }
 
   //! By their indices, those within reach of a contact, and maybe others; bounds as they stood in the last `update`.
   const std::vector<CollisionPair>& pairs() const { return pairs_; }
@@ -60,13 +62,6 @@ class CollisionPairs {
   void add(std::size_t a, std::size_t b);
   void detect(CollisionPair& pair);
   void drop(CollisionPair& pair);
-  void sort_touching();
-
-  struct Touching {
-    int first, second;  // indices of the bodies
-    std::size_t found;  // as number so many
-    btPersistentManifold* manifold;
-  };
 
   btCollisionDispatcher& dispatcher_;
   const CollisionFilter& can_collide_;
@@ -78,9 +73,7 @@ class CollisionPairs {
   bool all_kept_;
   SweepAndPrune sweep_and_prune_;
   std::vector<bool> found_;  // by a * (number of bodies) + b: that a sweep has found the pair since `forget`
-  std::vector<Touching> found_touching_;
-  std::vector<btPersistentManifold*> touching_;
-  btManifoldArray manifolds_;
+  std::vector<ContactPoint> points_;
 };
 
 }  // namespace energymargin

@@ -8,19 +8,14 @@
 namespace energymargin {
 namespace {
 
-bool is_rigid(const btCollisionObject& object) { return btRigidBody::upcast(&object) != nullptr; }
-
 // The base of a tree moves as a free body does.
 bool is_link(const btCollisionObject& object) {
   const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object);
   return link && link->m_link >= 0;
 }
 
-// Bullet turns a rigid body by no more than it can in one motion.
 Sweep sweep(const btCollisionObject& body, const Velocity& velocity, double duration) {
-  const btVector3 turn = velocity.angular * duration;
-  return {body.getWorldTransform(), velocity.linear * duration, is_rigid(body) ? integrated_turn(turn) : turn,
-          is_link(body)};
+  return {body.getWorldTransform(), velocity.linear * duration, velocity.angular * duration, is_link(body)};
 }
 
 // Of the core's points from the body's origin, or a little more.
@@ -66,24 +61,6 @@ void ContinuousCollision::make_pieces(CollisionPair& pair) const {
   for (const ConvexPiece& of_a : bodies_[pair.a].pieces) {
     for (const ConvexPiece& of_b : bodies_[pair.b].pieces) pair.pieces.emplace_back(of_a, of_b);
   }
-}
-
-bool ContinuousCollision::is_squeezed(const CollisionPairs& pairs) const {
-  const auto is_free = [](const btCollisionObject& object) {
-    return is_rigid(object) && btRigidBody::upcast(&object)->getInvMass() > 0.0;
-  };
-  for (const CollisionPair& pair : pairs.pairs()) {
-    const btCollisionObject& a = *bodies_[pair.a].object;
-    const btCollisionObject& b = *bodies_[pair.b].object;
-    if (pair.gap > 0.0 || is_rigid(a) == is_rigid(b)) continue;
-    if (!is_free(a) && !is_free(b)) continue;
-    if (std::any_of(pair.pieces.begin(), pair.pieces.end(), [&](const PiecePair& pieces) {
-          return pieces.too_deep(a.getWorldTransform(), b.getWorldTransform());
-        })) {
-      return true;
-    }
-  }
-  return false;
 }
 
 double ContinuousCollision::safe_share(CollisionPairs& pairs, const std::vector<Velocity>& velocities,

@@ -22,9 +22,6 @@ class ContinuousCollision {
   //! index of its body in the scene. `pairs` has the bounds of the bodies as they stand.
   double safe_share(CollisionPairs& pairs, const std::vector<Velocity>& velocities, double duration);
 
-  //! Whether a rigid body is too deep in a link.
-  bool is_squeezed(const CollisionPairs& pairs) const;
-
  private:
   struct SweptBody {
     const btCollisionObject* object;

@@ -1,9 +1,7 @@
 #include "physics/contacts/dispatcher.hpp"
 
-#include "physics/contacts/box_contacts.hpp"
 #include "physics/contacts/pair_contacts.hpp"
 #include "physics/contacts/plane_contacts.hpp"
-#include "physics/contacts/round_contacts.hpp"
 
 namespace energymargin {
 namespace {
@@ -24,9 +22,7 @@ btDefaultCollisionConstructionInfo small_pools() {
 
 ContactDispatcher::ContactDispatcher() : configuration_(small_pools()), dispatcher_(&configuration_) {
   use_plane_contacts(dispatcher_);
-  use_box_contacts(dispatcher_);
-  hull_contacts_.use_in(dispatcher_);
-  use_round_contacts(dispatcher_);
+  solid_contacts_.use_in(dispatcher_);
 }
 
 }  // namespace energymargin

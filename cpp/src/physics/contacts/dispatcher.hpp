@@ -3,11 +3,11 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "physics/contacts/hull_contacts.hpp"
+#include "physics/contacts/solid_contacts.hpp"
 
 namespace energymargin {
 
-//! Bullet's dispatcher with the contacts of this library: solids on planes, boxes, hulls and round solids.
+//! Bullet's dispatcher with the contacts of this library: solids on planes and on each other.
 class ContactDispatcher {
  public:
   ContactDispatcher();
@@ -21,20 +21,20 @@ class ContactDispatcher {
   //! While this lives, new pairs get the closest points alone.
   class SinglePoints {
    public:
-    explicit SinglePoints(ContactDispatcher& dispatcher) : hulls_(dispatcher.hull_contacts_) {
-      hulls_.with_faces = false;
+    explicit SinglePoints(ContactDispatcher& dispatcher) : solids_(dispatcher.solid_contacts_) {
+      solids_.with_faces = false;
     }
-    ~SinglePoints() { hulls_.with_faces = true; }
+    ~SinglePoints() { solids_.with_faces = true; }
     SinglePoints(const SinglePoints&) = delete;
     SinglePoints& operator=(const SinglePoints&) = delete;
 
    private:
-    HullContacts& hulls_;
+    SolidContacts& solids_;
   };
 
  private:
   btDefaultCollisionConfiguration configuration_;
-  HullContacts hull_contacts_;
+  SolidContacts solid_contacts_;
   btCollisionDispatcher dispatcher_;
 };
 

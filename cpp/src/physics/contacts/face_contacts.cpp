@@ -207,13 +207,17 @@ double height_at(const Face& face, const Corner& point) {
 
 }  // namespace
 
-int FaceContacts::add(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                      const btVector3& normal, double depth, double reach, GjkResult& result) {
+const std::vector<FacePoint>& FaceContacts::find(const SolidPair& solids, const btTransform& pose_a,
+                                                 const btTransform& pose_b, const btVector3& normal, double depth,
+                                                 double reach) {
+  points_.clear();
   ContactPlane plane{pose_b.getOrigin(), {}, {}, normal};
   btPlaneSpace1(normal, plane.x, plane.y);
   find_face(solids.core_a(), pose_a, plane, -1.0, solids.margin_a(), depth, a_, scratch_);
   find_face(solids.core_b(), pose_b, plane, 1.0, solids.margin_b(), depth, b_, scratch_);
-  if (a_.size() < 2 || b_.size() < 2) return 0;
+  if (a_.size() < 2 || b_.size() < 2) return points_;
+  const bool round = a_.size() == corners_of_a_rim && solids.core_a().kind() == CYLINDER_SHAPE_PROXYTYPE;
+  const bool other_round = b_.size() == corners_of_a_rim && solids.core_b().kind() == CYLINDER_SHAPE_PROXYTYPE;
   const bool cuts_b = b_.size() == 2 && a_.size() > 2;  // a line is cut by a face
   shared_ = cuts_b ? b_ : a_;
   const Face& other = cuts_b ? a_ : b_;
@@ -222,7 +226,6 @@ int FaceContacts::add(const SolidPair& solids, const btTransform& pose_a, const 
   } else {
     for (std::size_t i = 0; i < other.size(); ++i) cut(shared_, scratch_, other[i], other[(i + 1) % other.size()]);
   }
-  int added = 0;
   const double same = same_point * depth * same_point * depth;
   for (std::size_t i = 0; i < shared_.size(); ++i) {
     const Corner& corner = shared_[i];
@@ -231,11 +234,17 @@ int FaceContacts::add(const SolidPair& solids, const btTransform& pose_a, const 
     const double height_a = cuts_b ? height_at(a_, corner) : corner.height;
     const double height_b = cuts_b ? corner.height : height_at(b_, corner);
     if (height_a - height_b > reach) continue;
-    result.addContactPoint(normal, plane.origin + plane.x * corner.x + plane.y * corner.y + normal * height_b,
-                           height_a - height_b);
-    ++added;
+    const btVector3 on_b = plane.origin + plane.x * corner.x + plane.y * corner.y + normal * height_b;
+    points_.push_back({on_b, on_b, height_a - height_b});
   }
-  return added;
+  if ((round || other_round) && points_.size() > 2) move_grips();
+  return points_;
+}
+
+void FaceContacts::move_grips() {
+  btVector3 center(0, 0, 0);
+  for (const FacePoint& point : points_) center += point.on_b / static_cast<double>(points_.size());
+  for (FacePoint& point : points_) point.grip = center + (point.on_b - center) * grip_share;
 }
 
 }  // namespace energymargin

@@ -5,18 +5,28 @@
 
 #include <vector>
 
-#include "physics/contacts/gjk.hpp"
 #include "physics/contacts/solid_pair.hpp"
 
 namespace energymargin {
 
+//! Round faces carry their load at the rim and rub at this share of its radius, as if pressed evenly: their torsion is
+//! 2/3 friction * load * radius.
+inline constexpr double grip_share = 2.0 / 3.0;
+
+//! A corner of what two faces share.
+struct FacePoint {
+  btVector3 on_b;
+  btVector3 grip;   // where its friction acts
+  double distance;  // [m]
+};
+
 //! The corners of what two faces share, or the ends of what two lines or a line and a face do.
 class FaceContacts {
  public:
-  //! Adds those that are within `reach` [m] to `result`. `normal` is the unit vector from b to a. Of each solid those
-  //! corners count that are within `depth` [m] of its farthest point along the normal. Returns how many it added.
-  int add(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b, const btVector3& normal,
-          double depth, double reach, GjkResult& result);
+  //! Those that are within `reach` [m]. `normal` is the unit vector from b to a. Of each solid those corners count that
+  //! are within `depth` [m] of its farthest point along the normal.
+  const std::vector<FacePoint>& find(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
+                                     const btVector3& normal, double depth, double reach);
 
   //! A corner, in the plane of contact and along its normal [m].
   struct Corner {
@@ -27,7 +37,10 @@ class FaceContacts {
   using Face = std::vector<Corner>;
 
  private:
+  void move_grips();
+
   Face a_, b_, shared_, scratch_;
+  std::vector<FacePoint> points_;
 };
 
 }  // namespace energymargin

@@ -3,22 +3,31 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <vector>
+
+#include "physics/contacts/contact_point.hpp"
+
 namespace energymargin {
 
-//! As Bullet's btManifoldResult, with a coefficient of friction of the pair. A point that was there before it moves,
-//! with its impulses and its friction, instead of making it anew.
+//! Collects the points of a pair of bodies. Bullet would keep at most four of them, with what it remembers of the last
+//! step; here all count, as they stand.
 class FoundContacts : public btManifoldResult {
  public:
-  FoundContacts(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, double friction)
-      : btManifoldResult(a, b), friction_(friction) {}
+  //! Adds to `points`, which outlives this. `friction` is the pair's coefficient.
+  FoundContacts(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b, double friction,
+                std::vector<ContactPoint>& points)
+      : btManifoldResult(a, b), friction_(friction), points_(points) {}
 
-  void addContactPoint(const btVector3& normal, const btVector3& on_b, btScalar distance) override;
+  void addContactPoint(const btVector3& normal, const btVector3& on_b, btScalar distance) override {
+    add(normal, on_b, distance, on_b);
+  }
+
+  //! A point whose friction acts at `grip`.
+  void add(const btVector3& normal, const btVector3& on_b, double distance, const btVector3& grip);
 
  private:
-  btManifoldPoint* known(const btVector3& in_a) const;
-  void set_friction();
-
   double friction_;
+  std::vector<ContactPoint>& points_;
 };
 
 }  // namespace energymargin

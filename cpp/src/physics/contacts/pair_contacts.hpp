@@ -12,7 +12,7 @@ inline const btConvexShape& convex_shape(const btCollisionObjectWrapper& object)
   return static_cast<const btConvexShape&>(*object.getCollisionShape());
 }
 
-//! Keeps the contact points of two bodies.
+//! Knows which two bodies it is for. Its manifold says so, and holds no points.
 class PairContacts : public btCollisionAlgorithm {
  public:
   PairContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& first,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/contacts/face_contacts.hpp"
+#include "physics/contacts/found_contacts.hpp"
 #include "physics/contacts/pair_contacts.hpp"
 
 namespace energymargin {
@@ -55,72 +57,6 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
   }
 }
 
-// The support points of a hull on a plane, at most four, which is what Bullet keeps: the ends of its longest way along
-// one direction and the outermost points to both sides of that; and the lowest point, in place of the nearest of these.
-// Of more points at one height, rounding errors would say which are kept.
-class SupportPoints {
- public:
-  // `reach`: of a contact [m].
-  SupportPoints(const btVector3& down, double reach)
-      : down_(down), tie_(tie_share * reach), depth_(depth_share * reach) {
-    const btVector3 axis = std::abs(down.x()) < steep_x ? btVector3(1.0, 0.0, 0.0) : btVector3(0.0, 1.0, 0.0);
-    const btVector3 first = (axis - down * down.dot(axis)).normalized();
-    along_ = first * std::cos(off_axis) + down.cross(first) * std::sin(off_axis);
-  }
-
-  void add(const btVector3& point) { points_.push_back(point); }
-
-  template <typename Visit>
-  void for_each(const Visit& visit) const {
-    if (points_.size() == 0) return;
-    const btVector3& front = farthest(along_);
-    const btVector3& back = farthest(-along_);
-    const btVector3 across = down_.cross(front - back).normalized();
-    btVector3 support[] = {front, back, farthest(across), farthest(-across)};
-    include_lowest(support);
-    for (int i = 0; i < 4; ++i) {
-      if (std::find(support, support + i, support[i]) == support + i) visit(support[i]);
-    }
-  }
-
- private:
-  // Shares of the reach. Two points are equally far if they differ by less than the first, which is far above
-  // rounding errors. The lowest point replaces another where it is deeper by the second: a corner that is
-  // less deep hardly carries anything.
-  static constexpr double tie_share = 1e-3;
-  static constexpr double depth_share = 0.01;
-
-  // The first direction is off the axis by an angle that is no simple part of a turn [rad]: along the axis, to which
-  // many hulls have an edge at right angles, both ends of that edge would be outermost.
-  static constexpr double off_axis = 0.46;
-
-  // Above this |x| of `down`, which is about cos 45 degrees, the y axis replaces the x axis.
-  static constexpr double steep_x = 0.7;
-
-  // The first of those that are farthest along a direction.
-  const btVector3& farthest(const btVector3& direction) const {
-    int best = 0;
-    for (int i = 1; i < points_.size(); ++i) {
-      if (direction.dot(points_[i]) > direction.dot(points_[best]) + tie_) best = i;
-    }
-    return points_[best];
-  }
-
-  void include_lowest(btVector3 (&support)[4]) const {
-    const btVector3& lowest = farthest(down_);
-    const auto higher = [&](const btVector3& a, const btVector3& b) { return down_.dot(a) < down_.dot(b); };
-    if (!(down_.dot(lowest) > down_.dot(*std::max_element(support, support + 4, higher)) + depth_)) return;
-    const auto nearer = [&](const btVector3& a, const btVector3& b) {
-      return a.distance2(lowest) < b.distance2(lowest);
-    };
-    *std::min_element(support, support + 4, nearer) = lowest;
-  }
-
-  btVector3 down_, along_;
-  double tie_, depth_;  // [m]
-  btAlignedObjectArray<btVector3> points_;
-};
-
 bool is_hull(const btCollisionShape& shape) { return shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE; }
 
 // Half way from a solid's top to its lowest point, along `down`. A hull may have its frame anywhere.
@@ -133,6 +69,11 @@ double half_way(const btCollisionShape& shape, const btVector3& down) {
     low = std::max(low, down.dot(point));
   });
   return 0.5 * (top + low);
+}
+
+// Whether it is a cylinder on its round face.
+bool stands(const btCollisionShape& shape, const btVector3& down) {
+  return shape.getShapeType() == CYLINDER_SHAPE_PROXYTYPE && down.x() * down.x() + down.y() * down.y() <= upright;
 }
 
 bool is_plane(const btCollisionObjectWrapper& object) {
@@ -155,46 +96,22 @@ class PlaneContacts : public PairContacts {
     const btVector3 normal = ground.getWorldTransform().getBasis() * plane.getPlaneNormal();
     const double offset = plane.getPlaneConstant() + normal.dot(ground.getWorldTransform().getOrigin());
     const double reach = manifold_->getContactBreakingThreshold() + result->m_closestPointDistanceThreshold;
-    const bool fresh = manifold_->getNumContacts() == 0;
     result->setPersistentManifold(manifold_);
     const btTransform& pose = solid.getWorldTransform();
     const btVector3 down = -normal * pose.getBasis();
-    const double middle = half_way(*solid.getCollisionShape(), down);
-    const auto add = [&](const btVector3& point) {
+    const btCollisionShape& shape = *solid.getCollisionShape();
+    auto* const found = stands(shape, down) ? dynamic_cast<FoundContacts*>(result) : nullptr;
+    const double middle = half_way(shape, down);
+    for_each_low_point(shape, down, [&](const btVector3& point) {
+      if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
       const btVector3 on_solid = pose * point;
       const double distance = normal.dot(on_solid) - offset;
-      result->addContactPoint(normal, on_solid - normal * distance, distance);
-    };
-    const auto for_each_in_reach = [&](const auto& visit) {
-      for_each_low_point(*solid.getCollisionShape(), down, [&](const btVector3& point) {
-        if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
-        if (normal.dot(pose * point) - offset < reach) visit(point);
-      });
-    };
-    // Who asks how far it is to the ground asks for the lowest point of all.
-    if (is_hull(*solid.getCollisionShape()) && result->m_closestPointDistanceThreshold == 0.0) {
-      SupportPoints support(down, reach);
-      for_each_in_reach([&](const btVector3& point) { support.add(point); });
-      support.for_each(add);
-    } else {
-      for_each_in_reach(add);
-    }
-    result->refreshContactPoints();
-    if (fresh) share_load(*solid.getCollisionObject(), normal);
-  }
-
- private:
-  // The solver starts from an even share of the load. A body that cannot tilt leaves the shares open, and a solver that
-  // starts from nothing would stand it on its first corner.
-  void share_load(const btCollisionObject& solid, const btVector3& normal) {
-    const btRigidBody* body = btRigidBody::upcast(&solid);
-    if (!body || body->getInvMass() == 0.0 || body->getCollisionShape()->isCompound()) return;
-    const double approach = -normal.dot(body->getLinearVelocity());
-    if (approach <= 0.0) return;
-    const int count = manifold_->getNumContacts();
-    for (int i = 0; i < count; ++i) {
-      manifold_->getContactPoint(i).m_appliedImpulse = approach / body->getInvMass() / count;
-    }
+      if (distance >= reach) return;
+      const btVector3 on_ground = on_solid - normal * distance;
+      if (!found) return result->addContactPoint(normal, on_ground, distance);
+      const btVector3 grip = pose * btVector3(grip_share * point.x(), grip_share * point.y(), point.z());
+      found->add(normal, on_ground, distance, grip - normal * distance);
+    });
   }
 };
 

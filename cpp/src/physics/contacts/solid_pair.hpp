@@ -3,10 +3,18 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <optional>
+
 #include "physics/contacts/core_distance.hpp"
-#include "physics/contacts/gjk.hpp"
 
 namespace energymargin {
+
+//! Where two solids are closest.
+struct ClosestContact {
+  btVector3 normal;  // unit vector, from b to a
+  btVector3 on_b;
+  double distance;  // negative in penetration [m]
+};
 
 //! Bullet asks first whether the solids without their margins overlap, then how far apart they are, and then looks back
 //! whether the normal is the wrong way round. Where they are found apart, as they nearly always are, that answers all
@@ -20,9 +28,8 @@ class SolidPair {
   double margin_a() const { return a_.getMarginNonVirtual(); }
   double margin_b() const { return b_.getMarginNonVirtual(); }
 
-  //! Adds the closest points to `result`, if they are within `reach` of each other [m]. Returns the unit vector from b
-  //! to a, or 0 if they are not.
-  btVector3 add_closest(const btTransform& pose_a, const btTransform& pose_b, double reach, GjkResult& result);
+  //! None if they are farther than `reach` from each other [m].
+  std::optional<ClosestContact> closest(const btTransform& pose_a, const btTransform& pose_b, double reach);
 
  private:
   const btConvexShape &a_, &b_;

@@ -4,7 +4,6 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "energymargin/scene.hpp"
@@ -16,7 +15,7 @@
 
 namespace energymargin {
 
-//! As Stepper has them, for these bodies alone. The user index of each is that of its body in the scene.
+//! As MovingBodies has them, for these bodies alone. The user index of each is that of its body in the scene.
 class RigidBodies {
  public:
   //! `shapes` are those of the scene's bodies, and outlive this.
@@ -31,36 +30,44 @@ class RigidBodies {
   void read(State& state) const;
   void read(std::vector<Velocity>& velocities) const;
   void read(Motion& motion) const;
-  void accelerate(double duration);
-  void save();
-  void undo();
-  void undo_split_impulses();
+
+  //! A wrench on the body with this index in the scene, until `clear_loads`, beside gravity and its constant force.
+  void apply(const Load& load);
+  void clear_loads();
+
+  //! Change of the i-th moving body's velocities by its loads, per second [m/s^2]; and its torque [N m].
+  btVector3 acceleration(std::size_t i) const;
+  const btVector3& torque(std::size_t i) const { return loads_[i].torque; }
+
+  //! How the i-th moving body goes in this part; without contacts, and with no turn to speak of, at its velocities.
+  void set_way(std::size_t i, const Velocity& way) { ways_[i] = way; }
+  void read_ways(std::vector<Velocity>& velocities) const;
+
+  //! Moves all on their ways, for a share of `duration` [s]. A kinematic body loses no time.
   void move(double duration, double share);
+
+  //! Moment of inertia of the i-th moving body in the world [kg m^2], and its principal moments.
+  btMatrix3x3 inertia(std::size_t i) const;
+  const btVector3& moments(std::size_t i) const { return free_[i].moments; }
 
  private:
   struct Free {
     int offset;  // in a state
     Inertial inertial;
-    btVector3 acceleration;           // of gravity and the body's constant force [m/s^2]
-    std::optional<int> turning_axis;  // the only axis of the world about which it can turn, if it is one
+    btVector3 moments;       // principal [kg m^2]
+    btVector3 acceleration;  // of gravity and the body's constant force [m/s^2]
   };
-  struct Snapshot {
-    btTransform pose;
-    Velocity velocity;
-  };
-
   void add(const Scene& scene, std::size_t index, btCollisionShape& shape);
   static void make_kinematic(btRigidBody& rigid);
-  void set_moment(std::size_t free);
 
   StateLayout layout_;
   std::vector<std::unique_ptr<btRigidBody>> all_;
   std::vector<btRigidBody*> moving_, objects_;
   std::vector<Free> free_;  // of each that moves
-  std::vector<Snapshot> snapshots_;
+  std::vector<Load> loads_;  // of each that moves
+  std::vector<Velocity> ways_;
+  std::vector<int> slots_;  // among those that move, by the index in the scene; -1: none
 };
-
-void apply_load(btRigidBody& body, const Load& load, double duration);
 
 //! Whether no impulse changes how a body moves, that is not fixed.
 inline bool is_kinematic(const btRigidBody& body) { return body.getInvMass() == 0.0 && !body.isStaticObject(); }

@@ -1,19 +1,14 @@
-#include "physics/articulated/articulated_bodies.hpp"
+#include "physics/bodies/moving_bodies.hpp"
 
 #include <stdexcept>
 
 namespace energymargin {
 
-ArticulatedBodies::ArticulatedBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
-    : scene_(scene), rigids_(scene, shapes), tree_of_(scene.bodies().size()) {
-  colliders_.resize(scene.bodies().size());
+MovingBodies::MovingBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
+    : scene_(scene), rigids_(scene, shapes), colliders_(scene.bodies().size()), tree_of_(scene.bodies().size()) {
   for (const auto& body : rigids_.all()) colliders_[body_index(*body)] = body.get();
   add_trees(shapes);
   add_mimics();
-  std::vector<Articulation*> trees;
-  for (const auto& tree : trees_) trees.push_back(tree.get());
-  solver_.emplace(rigids_.moving(), trees, mimics_, impulses_);
-  saved_velocities_.resize(trees_.size());
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Vector3& force = scene.bodies()[i].force;
     if (tree_of_[i] && !force.isZero(0.0)) link_loads_.push_back({i, to_bullet(force), btVector3(0, 0, 0)});
@@ -22,7 +17,7 @@ ArticulatedBodies::ArticulatedBodies(const Scene& scene, const std::vector<Colli
 
 // What hangs on a free body is one tree; on a fixed body each child starts a tree of its own, so that two robots on one
 // table know nothing of each other.
-void ArticulatedBodies::add_trees(const std::vector<CollisionShape>& shapes) {
+void MovingBodies::add_trees(const std::vector<CollisionShape>& shapes) {
   const auto add = [&](std::size_t base, std::optional<std::size_t> first) {
     trees_.push_back(std::make_unique<Articulation>(scene_, shapes, base, first));
     for (const auto& collider : trees_.back()->colliders()) {
@@ -42,7 +37,7 @@ void ArticulatedBodies::add_trees(const std::vector<CollisionShape>& shapes) {
 }
 
 // A joint and the one that it follows may be on two trees.
-void ArticulatedBodies::add_mimics() {
+void MovingBodies::add_mimics() {
   const auto end = [this](std::size_t joint) -> MimicConstraint::End {
     for (std::size_t tree = 0; tree < trees_.size(); ++tree) {
       if (const auto link = trees_[tree]->link_on(joint)) return {tree, *link};
@@ -58,58 +53,61 @@ void ArticulatedBodies::add_mimics() {
   }
 }
 
-btRigidBody& ArticulatedBodies::rigid(std::size_t body) const { return static_cast<btRigidBody&>(*colliders_[body]); }
-
-void ArticulatedBodies::restore(const State& state) {
+void MovingBodies::restore(const State& state) {
   rigids_.restore(state);
   for (const auto& tree : trees_) tree->restore(state);
-  for (MimicConstraint& mimic : mimics_) mimic.impulse = 0.0;
 }
 
-void ArticulatedBodies::read(State& state) const {
+void MovingBodies::read(State& state) const {
   rigids_.read(state);
   for (const auto& tree : trees_) tree->read(state);
 }
 
-void ArticulatedBodies::read(std::vector<Velocity>& velocities) const {
+void MovingBodies::read(std::vector<Velocity>& velocities) const {
   rigids_.read(velocities);
-  for (const auto& tree : trees_) tree->read(velocities);
+  for (const auto& tree : trees_) tree->read(tree->velocities(), velocities);
 }
 
-void ArticulatedBodies::read(Motion& motion) const {
+void MovingBodies::read_ways(std::vector<Velocity>& velocities) const {
+  rigids_.read_ways(velocities);
+  for (const auto& tree : trees_) tree->read(tree->ways(), velocities);
+}
+
+void MovingBodies::read(Motion& motion) const {
   rigids_.read(motion);
   motion.trees.clear();
   for (const auto& tree : trees_) motion.trees.push_back(tree->velocities());
 }
 
-btVector3 ArticulatedBodies::velocity(std::size_t body, const btVector3& point) const {
-  return tree_of_[body] ? articulation(body).velocity(*colliders_[body], point) : velocity_at(rigid(body), point);
+btVector3 MovingBodies::velocity(std::size_t body, const btVector3& point) const {
+  if (tree_of_[body]) return trees_[*tree_of_[body]]->velocity(*colliders_[body], point);
+  return velocity_at(static_cast<const btRigidBody&>(*colliders_[body]), point);
 }
 
-void ArticulatedBodies::apply(const Load& load, double duration) {
+void MovingBodies::clear_loads() {
+  rigids_.clear_loads();
+  for (const auto& tree : trees_) tree->clear_loads();
+  for (const Load& load : link_loads_) apply(load);
+}
+
+void MovingBodies::apply(const Load& load) {
   if (tree_of_[load.body]) {
-    articulation(load.body).apply(*colliders_[load.body], load.force, load.torque);
+    trees_[*tree_of_[load.body]]->apply(*colliders_[load.body], load.force, load.torque);
   } else {
-    apply_load(rigid(load.body), load, duration);
+    rigids_.apply(load);
   }
 }
 
-// The trees' gravity comes with `solve`.
-void ArticulatedBodies::accelerate(double duration) {
-  rigids_.accelerate(duration);
-  for (const Load& load : link_loads_) apply(load, duration);
-}
-
-void ArticulatedBodies::set_target(std::size_t joint, double target) {
+void MovingBodies::set_target(std::size_t joint, double target) {
   if (JointControl* control = control_of(joint)) control->target = target;
 }
 
-double ArticulatedBodies::target(std::size_t joint) const {
+double MovingBodies::target(std::size_t joint) const {
   const JointControl* control = control_of(joint);
   return control ? control->target : scene_.joints()[joint].target;
 }
 
-JointControl* ArticulatedBodies::control_of(std::size_t joint) const {
+JointControl* MovingBodies::control_of(std::size_t joint) const {
   for (const auto& tree : trees_) {
     for (JointControl& control : tree->controls()) {
       if (control.joint == &scene_.joints()[joint]) return &control;
@@ -118,22 +116,7 @@ JointControl* ArticulatedBodies::control_of(std::size_t joint) const {
   return nullptr;
 }
 
-void ArticulatedBodies::save() {
-  rigids_.save();
-  for (std::size_t i = 0; i < trees_.size(); ++i) saved_velocities_[i] = trees_[i]->velocities();
-}
-
-void ArticulatedBodies::undo() {
-  rigids_.undo();
-  for (std::size_t i = 0; i < trees_.size(); ++i) {
-    trees_[i]->velocities() = saved_velocities_[i];
-    trees_[i]->clear_loads();
-  }
-}
-
-void ArticulatedBodies::solve(const StepPart& part) { solver_->solve(part, to_bullet(scene_.gravity())); }
-
-void ArticulatedBodies::move(double duration, double share) {
+void MovingBodies::move(double duration, double share) {
   rigids_.move(duration, share);
   for (const auto& tree : trees_) tree->move(duration, share);
 }

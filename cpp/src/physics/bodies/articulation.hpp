@@ -9,8 +9,8 @@
 
 #include "energymargin/scene.hpp"
 #include "energymargin/state.hpp"
-#include "physics/articulated/joint_control.hpp"
-#include "physics/articulated/spatial.hpp"
+#include "physics/bodies/joint_control.hpp"
+#include "physics/bodies/spatial.hpp"
 #include "physics/load.hpp"
 #include "physics/shapes.hpp"
 #include "physics/velocity.hpp"
@@ -81,24 +81,39 @@ class Articulation {
   //! The velocity above another one in the tree; -1 above the first ones.
   int above(int velocity) const { return above_[static_cast<std::size_t>(velocity)]; }
 
-  //! Motion of each link with the velocities as they are.
-  const std::vector<SpatialVector>& link_motions() const;
+  //! Motion of each link at these velocities of the tree.
+  const std::vector<SpatialVector>& link_motions(const std::vector<double>& velocities) const;
 
   void restore(const State& state);
   void read(State& state) const;
 
-  //! Velocities of the links and of a free base, each at the index of its body in the scene.
-  void read(std::vector<Velocity>& velocities) const;
+  //! What these velocities of the tree are for the links and a free base, each at the index of its body in the scene.
+  void read(const std::vector<double>& from, std::vector<Velocity>& velocities) const;
 
   //! Velocity of the point of a body of the tree that is at `point` in the world.
-  btVector3 velocity(const btCollisionObject& body, const btVector3& point) const;
+  btVector3 velocity(const btCollisionObject& body, const btVector3& point) const {
+    return velocity(body, point, velocities_);
+  }
+
+  //! The same if these were the tree's velocities.
+  btVector3 velocity(const btCollisionObject& body, const btVector3& point,
+                     const std::vector<double>& velocities) const;
 
   //! A wrench in the next part of a step, at the centre of mass of a body of the tree.
   void apply(const btCollisionObject& body, const btVector3& force, const btVector3& torque);
   void clear_loads();
 
-  //! Moves all with the velocities as they are, for a share of `duration` [s]; a kinematic base loses no time.
+  //! The velocities at which it goes in this part.
+  std::vector<double>& ways() { return ways_; }
+  const std::vector<double>& ways() const { return ways_; }
+
+  //! Moves all on their ways, for a share of `duration` [s]; a kinematic base loses no time.
   void move(double duration, double share);
+
+  //! Puts the links, but for what collides, a way off from where they are [m, rad], until `put_back`: along each
+  //! velocity, and for a free base by a turn about an axis that stays.
+  void put_off(const std::vector<double>& way);
+  void put_back();
 
  private:
   void add_links(std::size_t parent, int parent_link, std::optional<std::size_t> only);
@@ -106,6 +121,7 @@ class Articulation {
   bool rigid(const Joint& joint) const;
   void add_velocity(Link& link);
   void add_collider(btCollisionShape& shape, int link);
+  void place_colliders();
   void place_links();
   void set_motions();
 
@@ -116,7 +132,9 @@ class Articulation {
   std::vector<Link> links_;
   std::vector<JointControl> controls_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
-  std::vector<double> velocities_;
+  std::vector<double> velocities_, ways_;
+  btTransform base_pose_;          // while the links are put off
+  std::vector<double> positions_;  // of all links, then
   std::vector<int> above_;
   std::vector<SpatialVector> motions_;
   mutable std::vector<SpatialVector> link_motions_;

@@ -1,6 +1,7 @@
-#include "physics/contacts/hull_contacts.hpp"
+#include "physics/contacts/solid_contacts.hpp"
 
 #include "physics/contacts/face_contacts.hpp"
+#include "physics/contacts/found_contacts.hpp"
 #include "physics/contacts/pair_contacts.hpp"
 #include "physics/contacts/solid_pair.hpp"
 
@@ -20,9 +21,17 @@ class Contacts : public PairContacts {
     const double reach = threshold + result->m_closestPointDistanceThreshold;
     const btTransform& pose_a = a->getWorldTransform();
     const btTransform& pose_b = b->getWorldTransform();
-    const btVector3 normal = solids_.add_closest(pose_a, pose_b, reach, *result);
-    if (with_faces_ && !normal.isZero()) faces_.add(solids_, pose_a, pose_b, normal, threshold, reach, *result);
-    result->refreshContactPoints();
+    const auto closest = solids_.closest(pose_a, pose_b, reach);
+    if (!closest) return;
+    if (with_faces_) {
+      const auto& points = faces_.find(solids_, pose_a, pose_b, closest->normal, threshold, reach);
+      if (points.size() > 1) {
+        auto& found = static_cast<FoundContacts&>(*result);
+        for (const FacePoint& point : points) found.add(closest->normal, point.on_b, point.distance, point.grip);
+        return;
+      }
+    }
+    result->addContactPoint(closest->normal, closest->on_b, closest->distance);
   }
 
  private:
@@ -33,20 +42,19 @@ class Contacts : public PairContacts {
 
 }  // namespace
 
-btCollisionAlgorithm* HullContacts::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                             const btCollisionObjectWrapper* a,
-                                                             const btCollisionObjectWrapper* b) {
+btCollisionAlgorithm* SolidContacts::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                              const btCollisionObjectWrapper* a,
+                                                              const btCollisionObjectWrapper* b) {
   static_assert(sizeof(Contacts) <= contacts_size);
   void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(Contacts));
   return new (memory) Contacts(info, *a, *b, with_faces);
 }
 
-void HullContacts::use_in(btCollisionDispatcher& dispatcher) {
-  const int hull = CONVEX_HULL_SHAPE_PROXYTYPE, cylinder = CYLINDER_SHAPE_PROXYTYPE, box = BOX_SHAPE_PROXYTYPE;
-  for (const int other :
-       {hull, cylinder, box, static_cast<int>(CAPSULE_SHAPE_PROXYTYPE), static_cast<int>(SPHERE_SHAPE_PROXYTYPE)}) {
-    dispatcher.registerCollisionCreateFunc(hull, other, this);
-    dispatcher.registerCollisionCreateFunc(other, hull, this);
+void SolidContacts::use_in(btCollisionDispatcher& dispatcher) {
+  const int solids[] = {CONVEX_HULL_SHAPE_PROXYTYPE, CYLINDER_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,
+                        CAPSULE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE};
+  for (const int a : solids) {
+    for (const int b : solids) dispatcher.registerCollisionCreateFunc(a, b, this);
   }
 }
 

@@ -6,6 +6,8 @@
 
 namespace energymargin {
 
+inline btVector3 vector(const double* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
+
 //! A motion: angular velocity, and the velocity of what is at the common point. Or a force: the moment about the common
 //! point, and the force.
 struct SpatialVector {

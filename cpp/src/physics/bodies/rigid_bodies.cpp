@@ -1,24 +1,11 @@
-#include "physics/rigid_bodies.hpp"
+#include "physics/bodies/rigid_bodies.hpp"
 
 #include "energymargin/kinematics.hpp"
 #include "physics/sweep.hpp"
 
 namespace energymargin {
-namespace {
-
-// An axis this close to a principal one is that one: 1 - cosine.
-constexpr double principal_slack = 1e-12;
-
-// The only axis about which a body is free to turn.
-std::optional<int> only_axis(const Vector3& angular_factor) {
-  int axis = 0;
-  if (angular_factor.sum() != 1.0 || angular_factor.maxCoeff(&axis) != 1.0) return std::nullopt;
-  return axis;
-}
-
-}  // namespace
-
-RigidBodies::RigidBodies(const Scene& scene, const std::vector<CollisionShape>& shapes) : layout_(scene) {
+RigidBodies::RigidBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
+    : layout_(scene), slots_(scene.bodies().size(), -1) {
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (scene.bodies()[i].fixed() || !scene.jointed(i)) add(scene, i, *shapes[i].shape);
   }
@@ -35,39 +22,24 @@ void RigidBodies::add(const Scene& scene, std::size_t index, btCollisionShape& s
   rigid.setLinearFactor(to_bullet(body.linear_factor));
   rigid.setAngularFactor(to_bullet(body.angular_factor));
   rigid.setFlags(rigid.getFlags() | BT_DISABLE_WORLD_GRAVITY);  // `accelerate` brings it
-  if (body.angular_factor != Vector3::Ones()) {
-    // Bullet's gyroscopic term would turn the body about its locked axes.
-    rigid.setFlags(rigid.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
-  }
   rigid.setUserIndex(static_cast<int>(index));
   if (body.fixed()) return;
   if (body.kinematic) make_kinematic(rigid);
   rigid.setActivationState(DISABLE_DEACTIVATION);
+  slots_[index] = static_cast<int>(moving_.size());
   moving_.push_back(&rigid);
+  loads_.push_back({index, btVector3(0, 0, 0), btVector3(0, 0, 0)});
+  ways_.push_back({});
   if (body.role == Role::object) objects_.push_back(&rigid);
   Vector3 acceleration = (scene.gravity() + body.force / body.mass).cwiseProduct(body.linear_factor);
   if (body.kinematic) acceleration.setZero();
-  free_.push_back({layout_.offset(index), inertial, to_bullet(acceleration),
-                   body.kinematic ? std::nullopt : only_axis(body.angular_factor)});
+  free_.push_back({layout_.offset(index), inertial, to_bullet(inertial.moments), to_bullet(acceleration)});
 }
 
 // Bullet takes what has no inverse mass for fixed; this one moves.
 void RigidBodies::make_kinematic(btRigidBody& rigid) {
   rigid.setMassProps(0.0, btVector3(0, 0, 0));
   rigid.setCollisionFlags(rigid.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT);
-  rigid.setFlags(rigid.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
-}
-
-// About its only free axis a body turns by its moment about that axis. Bullet would take the inverse inertia's part,
-// which is another number where the axis is none of the principal ones.
-void RigidBodies::set_moment(std::size_t free) {
-  btRigidBody& rigid = *moving_[free];
-  const Vector3 axis = from_bullet(rigid.getWorldTransform().getBasis()[*free_[free].turning_axis]);
-  const bool principal = axis.cwiseAbs().maxCoeff() > 1.0 - principal_slack;
-  const Vector3& moments = free_[free].inertial.moments;
-  const Vector3 acting = principal ? moments : Vector3::Constant(moments.dot(axis.cwiseAbs2()));
-  rigid.setInvInertiaDiagLocal(to_bullet(Vector3(acting.cwiseInverse())));
-  rigid.updateInertiaTensor();
 }
 
 void RigidBodies::restore(const State& state) {
@@ -83,7 +55,6 @@ void RigidBodies::restore(const State& state) {
     rigid.setInterpolationLinearVelocity(rigid.getLinearVelocity());
     rigid.setAngularVelocity(to_bullet(center.angular_velocity));
     rigid.setInterpolationAngularVelocity(rigid.getAngularVelocity());
-    if (free_[i].turning_axis) set_moment(i);
     rigid.clearForces();
   }
 }
@@ -115,49 +86,35 @@ void RigidBodies::read(Motion& motion) const {
   }
 }
 
-void RigidBodies::accelerate(double duration) {
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    moving_[i]->setLinearVelocity(moving_[i]->getLinearVelocity() + free_[i].acceleration * duration);
-  }
+void RigidBodies::apply(const Load& load) {
+  const auto i = static_cast<std::size_t>(slots_[load.body]);
+  loads_[i].force += load.force;
+  loads_[i].torque += load.torque;
 }
 
-void RigidBodies::save() {
-  snapshots_.resize(moving_.size());
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    snapshots_[i] = {moving_[i]->getWorldTransform(),
-                     {moving_[i]->getLinearVelocity(), moving_[i]->getAngularVelocity()}};
-  }
+void RigidBodies::clear_loads() {
+  for (Load& load : loads_) load.force = load.torque = btVector3(0, 0, 0);
 }
 
-void RigidBodies::undo() {
-  undo_split_impulses();
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    moving_[i]->setLinearVelocity(snapshots_[i].velocity.linear);
-    moving_[i]->setAngularVelocity(snapshots_[i].velocity.angular);
-  }
+btVector3 RigidBodies::acceleration(std::size_t i) const {
+  return free_[i].acceleration + loads_[i].force * moving_[i]->getInvMass() * moving_[i]->getLinearFactor();
 }
 
-void RigidBodies::undo_split_impulses() {
-  for (std::size_t i = 0; i < moving_.size(); ++i) moving_[i]->setWorldTransform(snapshots_[i].pose);
+void RigidBodies::read_ways(std::vector<Velocity>& velocities) const {
+  for (std::size_t i = 0; i < moving_.size(); ++i) velocities[body_index(*moving_[i])] = ways_[i];
 }
 
-// A kinematic body loses no time.
 void RigidBodies::move(double duration, double share) {
-  for (btRigidBody* body : moving_) {
-    btTransform pose;
-    if (share == 1.0 || is_kinematic(*body)) {
-      body->predictIntegratedTransform(duration, pose);
-    } else {
-      pose = integrated_pose(body->getWorldTransform(), body->getLinearVelocity() * duration,
-                             integrated_turn(body->getAngularVelocity() * duration), share);
-    }
-    body->proceedToTransform(pose);
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    btRigidBody& body = *moving_[i];
+    const double moved = is_kinematic(body) ? duration : share * duration;
+    body.setCenterOfMassTransform(moved_pose(body.getWorldTransform(), ways_[i].linear * moved, ways_[i].angular * moved));
   }
 }
 
-void apply_load(btRigidBody& body, const Load& load, double duration) {
-  body.applyCentralImpulse(load.force * duration);
-  body.applyTorqueImpulse(load.torque * duration);
+btMatrix3x3 RigidBodies::inertia(std::size_t i) const {
+  const btMatrix3x3& axes = moving_[i]->getWorldTransform().getBasis();
+  return axes.scaled(free_[i].moments).timesTranspose(axes);
 }
 
 void set_velocities(btRigidBody& body, const Motor& motor) {

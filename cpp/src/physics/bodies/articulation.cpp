@@ -1,6 +1,7 @@
-#include "physics/articulated/articulation.hpp"
+#include "physics/bodies/articulation.hpp"
 
 #include "energymargin/kinematics.hpp"
+#include "physics/sweep.hpp"
 
 namespace energymargin {
 
@@ -17,6 +18,7 @@ Articulation::Articulation(const Scene& scene, const std::vector<CollisionShape>
   links_.push_back(made);
   add_links(base, 0, first);
   motions_.resize(velocities_.size());
+  ways_.resize(velocities_.size());
   if (free_) add_collider(*shapes[base].shape, 0);
   for (int i = 1; i < static_cast<int>(links_.size()); ++i) {
     const Link& on = links_[static_cast<std::size_t>(i)];
@@ -98,9 +100,10 @@ void Articulation::restore(const State& state) {
     links_[i].position = at.position;
     if (links_[i].velocity >= 0) velocities_[static_cast<std::size_t>(links_[i].velocity)] = at.velocity;
   }
-  for (JointControl& control : controls_) control.forget();
+  for (JointControl& control : controls_) control.target = control.joint->target;
   clear_loads();
   place_links();
+  place_colliders();
 }
 
 void Articulation::read(State& state) const {
@@ -136,10 +139,13 @@ void Articulation::place_links() {
     }
     link.pose = btTransform(axes, link.hinge + axes * arm);
   }
+  set_motions();
+}
+
+void Articulation::place_colliders() {
   for (const auto& collider : colliders_) {
     collider->setWorldTransform(links_[static_cast<std::size_t>(link_of(*collider))].pose);
   }
-  set_motions();
 }
 
 void Articulation::set_motions() {
@@ -156,31 +162,32 @@ void Articulation::set_motions() {
   }
 }
 
-const std::vector<SpatialVector>& Articulation::link_motions() const {
+const std::vector<SpatialVector>& Articulation::link_motions(const std::vector<double>& velocities) const {
   link_motions_.assign(links_.size(), {});
   if (free_) {
-    const double* base = velocities_.data();
+    const double* base = velocities.data();
     link_motions_[0] = {btVector3(base[3], base[4], base[5]), btVector3(base[0], base[1], base[2])};
   }
   for (std::size_t i = 1; i < links_.size(); ++i) {
     link_motions_[i] = link_motions_[static_cast<std::size_t>(links_[i].parent)];
     if (links_[i].velocity < 0) continue;
     const auto velocity = static_cast<std::size_t>(links_[i].velocity);
-    link_motions_[i] += motions_[velocity] * velocities_[velocity];
+    link_motions_[i] += motions_[velocity] * velocities[velocity];
   }
   return link_motions_;
 }
 
-void Articulation::read(std::vector<Velocity>& velocities) const {
-  const std::vector<SpatialVector>& motions = link_motions();
+void Articulation::read(const std::vector<double>& from, std::vector<Velocity>& velocities) const {
+  const std::vector<SpatialVector>& motions = link_motions(from);
   for (std::size_t i = free_ ? 0 : 1; i < links_.size(); ++i) {
     const btVector3 arm = links_[i].pose.getOrigin() - origin();
     velocities[links_[i].body] = {motions[i].linear + motions[i].angular.cross(arm), motions[i].angular};
   }
 }
 
-btVector3 Articulation::velocity(const btCollisionObject& body, const btVector3& point) const {
-  const SpatialVector& motion = link_motions()[static_cast<std::size_t>(link_of(body))];
+btVector3 Articulation::velocity(const btCollisionObject& body, const btVector3& point,
+                                 const std::vector<double>& velocities) const {
+  const SpatialVector& motion = link_motions(velocities)[static_cast<std::size_t>(link_of(body))];
   return motion.linear + motion.angular.cross(point - origin());
 }
 
@@ -197,17 +204,39 @@ void Articulation::clear_loads() {
 void Articulation::move(double duration, double share) {
   if (free_) {
     const double moved = kinematic() ? duration : share * duration;
-    const double* base = velocities_.data();
+    const double* base = ways_.data();
     btTransform& pose = links_.front().pose;
-    btTransformUtil::integrateTransform(btTransform(pose), btVector3(base[0], base[1], base[2]),
-                                        btVector3(base[3], base[4], base[5]), moved, pose);
+    pose = moved_pose(pose, btVector3(base[0], base[1], base[2]) * moved, btVector3(base[3], base[4], base[5]) * moved);
   }
   for (Link& link : links_) {
     if (link.joint && link.velocity >= 0) {
-      link.position += share * duration * velocities_[static_cast<std::size_t>(link.velocity)];
+      link.position += share * duration * ways_[static_cast<std::size_t>(link.velocity)];
     }
   }
-  clear_loads();
+  place_links();
+  place_colliders();
+}
+
+void Articulation::put_off(const std::vector<double>& way) {
+  if (positions_.empty()) {
+    base_pose_ = links_.front().pose;
+    for (const Link& link : links_) positions_.push_back(link.position);
+  }
+  if (free_) {
+    links_.front().pose =
+        moved_pose(base_pose_, btVector3(way[0], way[1], way[2]), btVector3(way[3], way[4], way[5]));
+  }
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    if (links_[i].velocity < 0) continue;
+    links_[i].position = positions_[i] + way[static_cast<std::size_t>(links_[i].velocity)];
+  }
+  place_links();
+}
+
+void Articulation::put_back() {
+  links_.front().pose = base_pose_;
+  for (std::size_t i = 1; i < links_.size(); ++i) links_[i].position = positions_[i];
+  positions_.clear();
   place_links();
 }
 

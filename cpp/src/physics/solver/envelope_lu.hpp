@@ -1,0 +1,33 @@
+#pragma once
+// Linear equations whose matrix is zero outside of an envelope around its diagonal.
+
+#include <cstddef>
+#include <vector>
+
+namespace energymargin {
+
+//! LU factors of a matrix with a symmetric pattern, without pivots: it is an inertia and what constraints add to it.
+//! Row i has entries from column first[i] on; the factors stay within the envelope of these rows and of the same
+//! columns (George and Liu 1981, chapter 4).
+class EnvelopeLu {
+ public:
+  //! Sets the pattern, and all entries to zero. first[i] <= i.
+  void reset(const std::vector<int>& first);
+
+  //! Entry (i, j) is row(i)[j].
+  double* row(int i) { return values_.data() + begins_[static_cast<std::size_t>(i)]; }
+  const double* row(int i) const { return values_.data() + begins_[static_cast<std::size_t>(i)]; }
+
+  //! Puts the factors in the place of the entries. False where a pivot is next to nothing: the factors are of no use.
+  bool factor();
+
+  //! Replaces the right-hand side by the solution.
+  void solve(double* x) const;
+
+ private:
+  std::vector<double> values_;
+  std::vector<std::ptrdiff_t> begins_;  // of the rows, as if they had a column 0
+  std::vector<int> first_, last_;       // columns of each row
+};
+
+}  // namespace energymargin

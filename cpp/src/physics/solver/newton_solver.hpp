@@ -1,0 +1,135 @@
+#pragma once
+// The velocities at the end of a step, under Coulomb friction and limited impulses, by Newton's method.
+
+#include <cstddef>
+#include <vector>
+
+#include "physics/solver/envelope_lu.hpp"
+#include "physics/solver/friction_law.hpp"
+
+namespace energymargin {
+
+//! Some of all velocities, and what acts on them: `a` and `b` are movers, -1: none. Jacobians are in the solver's
+//! numbers, row by row, as many columns as the mover has velocities.
+struct RowSides {
+  int a = -1, b = -1;
+  std::size_t of_a = 0, of_b = 0;
+};
+
+//! A contact point: three rows, two along the plane of contact and one along its normal.
+struct ContactRows : RowSides {
+  FrictionLaw law;
+  ContactVector target{};  // of the velocities along the rows [m/s]
+  double recovery = 0.0;   // by how much more the bodies are to be moved apart, and not sped up [m/s]
+  ContactVector impulse{};
+};
+
+//! A row whose impulse is (target - velocity) / softness within its limits: a stop, a drive, a mimic, a servo.
+struct LimitedRow : RowSides {
+  double target = 0.0;
+  double softness = 0.0;
+  double low = 0.0, high = 0.0;
+  double recovery = 0.0;
+  double impulse = 0.0;
+};
+
+//! Finds velocities v with A (v - v_free) = sum of J' impulse(J v). Movers are groups of velocities with an inertia A
+//! of their own; those that constraints connect are an island, and each island is solved on its own.
+//!
+//! Newton's method on Coulomb's law converges in one to three iterations from a good guess. Where an iteration brings
+//! the error down by too little, the convex law takes over: it has a cost that a line search brings down from anywhere
+//! (Castro, Permenter and Han 2022). Coulomb's law then goes on from there.
+class NewtonSolver {
+ public:
+  void clear();
+
+  //! A mover of so many velocities. Its inertia is zero, and it starts at rest.
+  int add_mover(int count);
+  int begin(int mover) const { return movers_[static_cast<std::size_t>(mover)].begin; }
+  int count(int mover) const { return movers_[static_cast<std::size_t>(mover)].count; }
+  double* inertia(int mover) { return inertias_.data() + movers_[static_cast<std::size_t>(mover)].inertia; }
+  double* free(int mover) { return free_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
+
+  //! The guess before `solve`, and what it found.
+  double* velocities(int mover) { return velocities_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
+  const double* velocities(int mover) const {
+    return velocities_.data() + movers_[static_cast<std::size_t>(mover)].begin;
+  }
+
+  //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing overlaps.
+  const double* recovery(int mover) const {
+    return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin;
+  }
+
+  //! Rows between two movers, with Jacobians of zero; all movers come first. References hold until the next one.
+  ContactRows& add_contact(int a, int b);
+  LimitedRow& add_limited(int a, int b);
+  double* numbers(std::size_t begin) { return numbers_.data() + begin; }
+  const double* numbers(std::size_t begin) const { return numbers_.data() + begin; }
+
+  //! 1 / inverse effective mass along a row, but for what the inertia has beside its diagonal.
+  double inverse_mass(const RowSides& sides, int row) const;
+
+  //! Velocity along a row if these were all velocities, in the movers' order.
+  double speed(const RowSides& sides, int row, const std::vector<double>& velocities) const;
+
+  //! Whether all islands converged: the error of each velocity is at most `tolerance` of the impulses on its mover.
+  bool solve(int iterations, double tolerance);
+
+  const std::vector<ContactRows>& contacts() const { return contacts_; }
+  const std::vector<LimitedRow>& limited() const { return limited_; }
+  const std::vector<double>& all_velocities() const { return velocities_; }
+
+  //! Iterations of the last `solve`, of all islands.
+  int iterations() const { return iterations_; }
+
+ private:
+  struct Mover {
+    int begin, count;
+    std::size_t inertia;
+    int island;
+    int local;  // first row in the island's matrix
+  };
+  struct Island {
+    std::vector<int> movers, contacts, limited;
+  };
+
+  void add_sides(RowSides& sides, int a, int b, int rows);
+  int root(int mover);
+  void join(const RowSides& sides);
+  void find_islands();
+  void order(Island& island);
+  bool solve(Island& island, int iterations, double tolerance);
+  template <typename Respond>
+  double evaluate(const Island& island, const Respond& respond);
+  double coulomb_error(const Island& island);
+  double convex_error(const Island& island);
+  double error(const Island& island) const;
+  void freeze_shifts(const Island& island);
+  bool convex_descent(const Island& island, int& left, double tolerance);
+  bool find_direction(const Island& island);
+  void assemble(const Island& island);
+  void add_block(const RowSides& sides, int rows, const double* slope);
+  double line_search(const Island& island);
+  void add_step(const Island& island, double length);
+  void recover(const Island& island);
+
+  std::vector<Mover> movers_;
+  std::vector<double> inertias_, free_, velocities_, recovery_, numbers_;
+  std::vector<ContactRows> contacts_;
+  std::vector<LimitedRow> limited_;
+  std::vector<Island> islands_;
+  std::size_t island_count_ = 0;
+  std::vector<int> parents_, first_;
+
+  std::vector<ContactVector> misses_, miss_changes_;  // of the contacts, and along the direction
+  std::vector<double> limited_misses_, limited_changes_;
+  std::vector<ContactResponse> responses_;
+  std::vector<double> shifts_;
+  std::vector<double> limited_slopes_;
+  std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
+  EnvelopeLu matrix_;
+  int iterations_ = 0;
+};
+
+}  // namespace energymargin

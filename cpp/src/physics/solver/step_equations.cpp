@@ -1,0 +1,525 @@
+#include "physics/solver/step_equations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "physics/sweep.hpp"
+
+namespace energymargin {
+namespace {
+
+// How soft contacts and motors are, as a share of what a unit impulse changes along a row: a body that rests sinks by a
+// hundred-thousandth of what it would fall in a step, and one that is held creeps as slowly.
+constexpr double softness_share = 1e-5;
+
+// Mimics hold more tightly.
+constexpr double mimic_softness = 1e-7;
+
+// Of an overlap, or another error of the positions, this share is put right in a whole step; Bullet's own value.
+constexpr double error_share = 0.2;
+
+// Up to this speed errors are put right by the velocities, which no one can tell from rest; beyond, beside them [m/s].
+constexpr double slow = 1e-4;
+
+constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
+constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get there in so many steps
+
+// A body whose spin changes by less than this share of itself coasts as it is.
+constexpr double steady_spin = 1e-9;
+constexpr int midpoint_rounds = 4;
+
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+btMatrix3x3 outer_inverse(const btMatrix3x3& axes, const btVector3& moments) {
+  return axes.scaled(btVector3(1.0 / moments.x(), 1.0 / moments.y(), 1.0 / moments.z())).timesTranspose(axes);
+}
+
+}  // namespace
+
+StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAudit& audit)
+    : bodies_(bodies), audit_(audit), gravity_(to_bullet(scene.gravity())), rigid_of_(scene.bodies().size(), -1) {
+  find_axes(scene);
+  for (const auto& tree : bodies.trees()) trees_.emplace_back(*tree);
+  tree_movers_.resize(trees_.size(), -1);
+}
+
+void StepEquations::find_axes(const Scene& scene) {
+  for (const btRigidBody* body : bodies_.rigids().moving()) {
+    RigidMover made;
+    const Body& of_scene = scene.bodies()[body_index(*body)];
+    for (int axis = 0; axis < 6 && !of_scene.kinematic; ++axis) {
+      const double factor = axis < 3 ? of_scene.linear_factor[axis] : of_scene.angular_factor[axis - 3];
+      if (factor != 0.0) made.axes.push_back(axis);
+    }
+    rigid_of_[body_index(*body)] = static_cast<int>(rigids_.size());
+    rigids_.push_back(made);
+  }
+}
+
+bool StepEquations::solve(const StepPart& part) {
+  solver_.clear();
+  kinds_.clear();
+  contact_points_.clear();
+  for (TreeDynamics& tree : trees_) tree.keep_base();
+  for (const Motor& motor : part.motors) drive_kinematic(motor);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) add_rigid(i, part.duration);
+  for (std::size_t i = 0; i < trees_.size(); ++i) add_tree(i, part);
+  for (const Motor& motor : part.motors) add_motor(motor, part.duration);
+  for (const MimicConstraint& mimic : bodies_.mimics()) add_mimic(mimic, part);
+  for (std::size_t i = 0; i < part.contacts.size(); ++i) {
+    const ContactPoint& point = part.contacts[i];
+    if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
+    add_contact(point, part);
+    contact_points_.push_back(i);
+  }
+  const bool converged = solver_.solve(part.iterations, part.tolerance);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i);
+  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i);
+  return converged;
+}
+
+int StepEquations::mover_of(std::size_t body) const {
+  const auto& tree = bodies_.tree_of(body);
+  if (tree) return tree_movers_[*tree];
+  return rigid_of_[body] < 0 ? -1 : rigids_[static_cast<std::size_t>(rigid_of_[body])].mover;
+}
+
+// A kinematic body has the velocities of its motor from now on.
+void StepEquations::drive_kinematic(const Motor& motor) {
+  if (const auto& tree = bodies_.tree_of(motor.body)) {
+    if (trees_[*tree].tree().kinematic()) trees_[*tree].drive_base(motor.linear, motor.angular);
+    return;
+  }
+  btRigidBody& body = *bodies_.rigids().moving()[static_cast<std::size_t>(rigid_of_[motor.body])];
+  if (is_kinematic(body)) set_velocities(body, motor);
+}
+
+void StepEquations::add_rigid(std::size_t i, double duration) {
+  RigidMover& rigid = rigids_[i];
+  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  rigid.surplus.setZero();
+  if (is_kinematic(body)) return;
+  const int count = static_cast<int>(rigid.axes.size());
+  rigid.mover = solver_.add_mover(count);
+  const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
+  const double mass = 1.0 / body.getInvMass();
+  double* const numbers = solver_.inertia(rigid.mover);
+  double* const velocities = solver_.velocities(rigid.mover);
+  for (int row = 0; row < count; ++row) {
+    const int axis = rigid.axes[static_cast<std::size_t>(row)];
+    velocities[row] = axis < 3 ? body.getLinearVelocity()[axis] : body.getAngularVelocity()[axis - 3];
+    if (axis < 3) {
+      numbers[row * count + row] = mass;
+      continue;
+    }
+    for (int column = 0; column < count; ++column) {
+      const int other = rigid.axes[static_cast<std::size_t>(column)];
+      if (other >= 3) numbers[row * count + column] = inertia[axis - 3][other - 3];
+    }
+  }
+  kick(i, duration, solver_.free(rigid.mover));
+  if (count == 6) coast(i, duration, solver_.free(rigid.mover));
+}
+
+// Velocities after the loads of the part.
+void StepEquations::kick(std::size_t i, double duration, double* free) const {
+  const RigidMover& rigid = rigids_[i];
+  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  const btVector3 linear = bodies_.rigids().acceleration(i) * duration;
+  const btVector3 twist = bodies_.rigids().torque(i) * duration;
+  const btMatrix3x3 inertia = bodies_.rigids().inertia(i);
+  int turns[3] = {0, 0, 0};
+  int count = 0;
+  for (const int axis : rigid.axes) {
+    if (axis >= 3) turns[count++] = axis - 3;
+  }
+  btVector3 change(0, 0, 0);
+  if (!twist.isZero()) {
+    if (count == 3) {
+      change = outer_inverse(body.getWorldTransform().getBasis(), bodies_.rigids().moments(i)) * twist;
+    } else if (count == 1) {
+      change[turns[0]] = twist[turns[0]] / inertia[turns[0]][turns[0]];
+    } else if (count == 2) {
+      const int x = turns[0], y = turns[1];
+      const double determinant = inertia[x][x] * inertia[y][y] - inertia[x][y] * inertia[y][x];
+      change[x] = (inertia[y][y] * twist[x] - inertia[x][y] * twist[y]) / determinant;
+      change[y] = (inertia[x][x] * twist[y] - inertia[y][x] * twist[x]) / determinant;
+    }
+  }
+  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+    const int axis = rigid.axes[row];
+    free[row] = axis < 3 ? body.getLinearVelocity()[axis] + linear[axis]
+                         : body.getAngularVelocity()[axis - 3] + change[axis - 3];
+  }
+}
+
+// A body that turns freely keeps its angular momentum, and by the midpoint rule its energy (Simo and Wong 1991).
+void StepEquations::coast(std::size_t i, double duration, double* free) {
+  const btTransform& pose = bodies_.rigids().moving()[i]->getWorldTransform();
+  const btVector3& moments = bodies_.rigids().moments(i);
+  const btVector3 spin = vector(free + 3);
+  const btVector3 local = spin * pose.getBasis();
+  const btVector3 change = local.cross(moments * local) / moments * duration;
+  if (change.length2() <= steady_spin * steady_spin * spin.length2()) return;
+  const btVector3 momentum = bodies_.rigids().inertia(i) * spin;
+  const auto spin_after = [&](const btVector3& turn) {
+    return outer_inverse(moved_pose(pose, btVector3(0, 0, 0), turn).getBasis(), moments) * momentum;
+  };
+  btVector3 mean = spin;
+  for (int round = 0; round < midpoint_rounds; ++round) mean = spin_after(mean * (0.5 * duration));
+  const btVector3 end = spin_after(mean * duration);
+  rigids_[i].surplus = end - mean;
+  for (int axis = 0; axis < 3; ++axis) free[3 + axis] = end[axis];
+}
+
+// A joint that hits its stop speeds up its neighbours within the same step.
+void StepEquations::add_tree(std::size_t i, const StepPart& part) {
+  TreeDynamics& dynamics = trees_[i];
+  Articulation& tree = dynamics.tree();
+  dynamics.prepare(part.duration, gravity_);
+  const std::size_t skipped = dynamics.prescribed();
+  const std::size_t count = dynamics.count() - skipped;
+  tree_movers_[i] = -1;
+  if (count == 0) return;
+  const int mover = tree_movers_[i] = solver_.add_mover(static_cast<int>(count));
+  for (std::size_t row = 0; row < count; ++row) {
+    std::copy_n(dynamics.inertia_row(skipped + row) + skipped, count, solver_.inertia(mover) + row * count);
+    solver_.free(mover)[row] = dynamics.free()[skipped + row];
+    solver_.velocities(mover)[row] = tree.velocities()[skipped + row];
+  }
+  double fastest = 0.0;
+  for (const JointControl& control : tree.controls()) {
+    const auto velocity = static_cast<std::size_t>(control.velocity);
+    fastest = std::max({fastest, std::abs(dynamics.free()[velocity]), std::abs(tree.velocities()[velocity])});
+  }
+  const double reach = std::max(stop_reach, stop_steps * part.duration * fastest);
+  for (const JointControl& control : tree.controls()) {
+    const double position = tree.links()[static_cast<std::size_t>(control.link)].position;
+    const double lower = position - control.joint->lower;
+    const double upper = control.joint->upper - position;
+    if (control.drives() && control.limited()) add_drive(i, control, position, part.duration);
+    if (lower < reach) add_stop(i, control, 1.0, lower, part);
+    if (upper < reach) add_stop(i, control, -1.0, upper, part);
+  }
+}
+
+LimitedRow& StepEquations::add_limited(Kind kind, int a, int b) {
+  kinds_.push_back(kind);
+  LimitedRow& row = solver_.add_limited(a, b);
+  row.low = -no_limit;
+  row.high = no_limit;
+  return row;
+}
+
+// impulse = pull - resistance * speed, within the limit.
+void StepEquations::add_drive(std::size_t tree, const JointControl& control, double position, double duration) {
+  const TreeDynamics& dynamics = trees_[tree];
+  LimitedRow& row = add_limited(Kind::drive, tree_movers_[tree], -1);
+  solver_.numbers(row.of_a)[static_cast<std::size_t>(control.velocity) - dynamics.prescribed()] = 1.0;
+  row.softness = 1.0 / control.resistance(duration);
+  row.target = control.pull(duration, position) * row.softness;
+  row.high = control.impulse_limit(duration);
+  row.low = -row.high;
+}
+
+// Speed that puts a share of an error right, and how much of that is to be done beside the velocities.
+void StepEquations::share_error(double error, const StepPart& part, double& target, double& recovery) const {
+  const double speed = error_share * error / part.whole;
+  target = std::clamp(speed, -slow, slow);
+  recovery = speed - target;
+}
+
+// The joint may not cross its stop in this step; beyond it, it is brought back.
+void StepEquations::add_stop(std::size_t tree, const JointControl& control, double direction, double gap,
+                             const StepPart& part) {
+  const TreeDynamics& dynamics = trees_[tree];
+  const auto velocity = static_cast<std::size_t>(control.velocity);
+  LimitedRow& row = add_limited(Kind::stop, tree_movers_[tree], -1);
+  solver_.numbers(row.of_a)[velocity - dynamics.prescribed()] = direction;
+  row.low = 0.0;
+  row.softness = softness_share * solver_.inverse_mass(row, 0);
+  row.target = -gap / part.duration;
+  if (gap <= 0.0) share_error(-gap, part, row.target, row.recovery);
+  row.target += direction * dynamics.surplus()[velocity];
+}
+
+void StepEquations::add_mimic(const MimicConstraint& mimic, const StepPart& part) {
+  const auto link = [this](const MimicConstraint::End& end) -> const Articulation::Link& {
+    return trees_[end.tree].tree().links()[static_cast<std::size_t>(end.link)];
+  };
+  const Articulation::Link& follower = link(mimic.follower);
+  const Articulation::Link& followed = link(mimic.followed);
+  const double multiplier = mimic.mimic.multiplier;
+  const std::size_t tree_a = mimic.follower.tree, tree_b = mimic.followed.tree;
+  LimitedRow& row = add_limited(Kind::mimic, tree_movers_[tree_a], tree_movers_[tree_b]);
+  const auto column = [&](std::size_t tree, const Articulation::Link& of) {
+    return static_cast<std::size_t>(of.velocity) - trees_[tree].prescribed();
+  };
+  solver_.numbers(row.of_a)[column(tree_a, follower)] += 1.0;
+  solver_.numbers(row.b < 0 ? row.of_a : row.of_b)[column(tree_b, followed)] -= multiplier;
+  const double error = follower.position - multiplier * followed.position - mimic.mimic.offset;
+  row.softness = mimic_softness * solver_.inverse_mass(row, 0);
+  share_error(-error, part, row.target, row.recovery);
+  row.target += trees_[tree_a].surplus()[static_cast<std::size_t>(follower.velocity)] -
+                multiplier * trees_[tree_b].surplus()[static_cast<std::size_t>(followed.velocity)];
+}
+
+// A row along and about each axis that is not locked.
+void StepEquations::add_motor(const Motor& motor, double duration) {
+  const int mover = mover_of(motor.body);
+  const auto& tree = bodies_.tree_of(motor.body);
+  if (mover < 0 || (tree && trees_[*tree].prescribed() > 0)) return;
+  const int count = tree ? velocities_of_free_body : solver_.count(mover);
+  for (int column = 0; column < count; ++column) {
+    const int axis = tree ? column
+                          : rigids_[static_cast<std::size_t>(rigid_of_[motor.body])].axes[static_cast<std::size_t>(column)];
+    LimitedRow& row = add_limited(Kind::motor, mover, -1);
+    solver_.numbers(row.of_a)[column] = 1.0;
+    row.softness = softness_share * solver_.inverse_mass(row, 0);
+    row.target = axis < 3 ? motor.linear[axis] : motor.angular[axis - 3];
+    row.high = (axis < 3 ? motor.force : motor.torque) * duration;
+    row.low = -row.high;
+  }
+}
+
+void StepEquations::add_contact(const ContactPoint& point, const StepPart& part) {
+  Frame frame;
+  frame.axes[2] = point.normal;
+  btPlaneSpace1(frame.axes[2], frame.axes[0], frame.axes[1]);
+  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b));
+  if (point.distance > 0.0) {
+    rows.target[2] = -point.distance / part.duration;  // up to the touch it may close
+  } else {
+    share_error(-point.distance, part, rows.target[2], rows.recovery);
+  }
+  add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, part.duration);
+  add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
+  rows.law.friction = point.friction;
+  rows.law.normal_softness = softness_share * solver_.inverse_mass(rows, 2);
+  rows.law.tangential_softness =
+      0.5 * softness_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
+  // What cannot move along the plane of contact has no friction.
+  if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
+}
+
+void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  if (bodies_.tree_of(end.body)) return add_tree_end(rows, end, frame, duration);
+  if (rigid_of_[end.body] >= 0) add_rigid_end(rows, end, frame, duration);
+}
+
+// The velocity of a point that a kinematic body has goes to the target; so does what the way of a free one bends by.
+void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  const RigidMover& rigid = rigids_[static_cast<std::size_t>(rigid_of_[end.body])];
+  const btRigidBody& body = *bodies_.rigids().moving()[static_cast<std::size_t>(rigid_of_[end.body])];
+  const btVector3& spin = body.getAngularVelocity();
+  const btVector3 arm = end.point - body.getCenterOfMassPosition();
+  const btVector3 grip = end.grip - body.getCenterOfMassPosition();
+  const btVector3 bend = spin.cross(spin.cross(grip)) * (0.5 * duration);
+  if (rigid.mover < 0) {
+    const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
+    const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
+    for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame.axes[i].dot(i < 2 ? at_grip : at_point);
+    return;
+  }
+  const btVector3 less = rigid.surplus.cross(grip) - bend;
+  const auto count = rigid.axes.size();
+  double* const jacobian = solver_.numbers(rows.a == rigid.mover ? rows.of_a : rows.of_b);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const btVector3 along = frame.axes[i] * end.sign;
+    const btVector3 about = (i < 2 ? grip : arm).cross(along);
+    double* const row = jacobian + i * count;
+    if (count == 6) {
+      for (int axis = 0; axis < 3; ++axis) {
+        row[axis] = along[axis];
+        row[3 + axis] = about[axis];
+      }
+    } else {
+      for (std::size_t column = 0; column < count; ++column) {
+        const int axis = rigid.axes[column];
+        row[column] = axis < 3 ? along[axis] : about[axis - 3];
+      }
+    }
+    rows.target[i] += along.dot(i < 2 ? less : rigid.surplus.cross(arm));
+  }
+}
+
+void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
+  const std::size_t index = *bodies_.tree_of(end.body);
+  const TreeDynamics& dynamics = trees_[index];
+  const Articulation& tree = dynamics.tree();
+  const int link = tree.link_of(*bodies_.colliders()[end.body]);
+  const std::size_t skipped = dynamics.prescribed();
+  const std::size_t count = dynamics.count() - skipped;
+  const int mover = tree_movers_[index];
+  const btVector3 bend = dynamics.bend(link, end.grip) * (0.5 * duration);
+  std::vector<double> whole(dynamics.count());
+  for (std::size_t i = 0; i < 3; ++i) {
+    const btVector3 along = frame.axes[i] * end.sign;
+    std::fill(whole.begin(), whole.end(), 0.0);
+    dynamics.add(link, i < 2 ? end.grip : end.point, along, whole.data());
+    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * dynamics.free()[k];
+    for (std::size_t k = skipped; k < dynamics.count(); ++k) rows.target[i] += whole[k] * dynamics.surplus()[k];
+    if (i < 2) rows.target[i] -= along.dot(bend);
+    if (mover < 0) continue;
+    double* const row = solver_.numbers(rows.a == mover ? rows.of_a : rows.of_b) + i * count;
+    for (std::size_t k = 0; k < count; ++k) row[k] += whole[skipped + k];
+  }
+}
+
+void StepEquations::set_rigid(std::size_t i) {
+  const RigidMover& rigid = rigids_[i];
+  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  Velocity way{body.getLinearVelocity(), body.getAngularVelocity()};
+  if (rigid.mover >= 0) {
+    const double* velocities = solver_.velocities(rigid.mover);
+    const double* recovery = solver_.recovery(rigid.mover);
+    for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+      const int axis = rigid.axes[row];
+      (axis < 3 ? way.linear[axis] : way.angular[axis - 3]) = velocities[row] + recovery[row];
+    }
+    way.angular -= rigid.surplus;
+  }
+  bodies_.rigids().set_way(i, way);
+}
+
+void StepEquations::set_tree(std::size_t i) {
+  TreeDynamics& dynamics = trees_[i];
+  std::vector<double>& ways = dynamics.tree().ways();
+  const std::size_t skipped = dynamics.prescribed();
+  std::copy_n(dynamics.free().begin(), skipped, ways.begin());
+  if (tree_movers_[i] < 0) return;
+  const double* velocities = solver_.velocities(tree_movers_[i]);
+  const double* recovery = solver_.recovery(tree_movers_[i]);
+  for (std::size_t k = skipped; k < dynamics.count(); ++k) {
+    ways[k] = velocities[k - skipped] + recovery[k - skipped] - dynamics.surplus()[k];
+  }
+}
+
+void StepEquations::commit(const StepPart& part) {
+  write_contacts(part.contacts);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) {
+    if (rigids_[i].mover < 0) continue;
+    btRigidBody& body = *bodies_.rigids().moving()[i];
+    btVector3 linear(0, 0, 0), angular(0, 0, 0);
+    const double* velocities = solver_.velocities(rigids_[i].mover);
+    for (std::size_t row = 0; row < rigids_[i].axes.size(); ++row) {
+      const int axis = rigids_[i].axes[row];
+      (axis < 3 ? linear[axis] : angular[axis - 3]) = velocities[row];
+    }
+    body.setLinearVelocity(linear);
+    body.setAngularVelocity(angular);
+  }
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    std::vector<double>& velocities = trees_[i].tree().velocities();
+    const std::size_t skipped = trees_[i].prescribed();
+    std::copy_n(trees_[i].free().begin(), skipped, velocities.begin());
+    if (tree_movers_[i] < 0) continue;
+    std::copy_n(solver_.velocities(tree_movers_[i]), velocities.size() - skipped,
+                velocities.begin() + static_cast<std::ptrdiff_t>(skipped));
+  }
+  if (audit_.before) add_work(part);
+}
+
+void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
+  for (std::size_t k = 0; k < contact_points_.size(); ++k) {
+    const ContactRows& rows = solver_.contacts()[k];
+    ContactPoint& point = points[contact_points_[k]];
+    btVector3 x, y;
+    btPlaneSpace1(point.normal, x, y);
+    point.normal_impulse = rows.impulse[2];
+    point.friction_impulse = x * rows.impulse[0] + y * rows.impulse[1];
+  }
+}
+
+void StepEquations::add_work(const StepPart& part) {
+  for (const std::size_t k : contact_points_) add_contact_work(part.contacts[k]);
+  add_limited_work();
+  add_recovery_work(part.duration);
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    if (trees_[i].prescribed() == 0) continue;
+    audit_.work.motors +=
+        trees_[i].work_on_base(part.duration, audit_.before->trees[i].data(), trees_[i].tree().velocities().data());
+  }
+}
+
+// Each impulse times the mean of the velocities before the part and after it. A kinematic body keeps none of it: what
+// stands against the impulse is its drive.
+void StepEquations::add_contact_work(const ContactPoint& point) {
+  const btVector3 normal = point.normal * point.normal_impulse;
+  const btVector3& friction = point.friction_impulse;
+  audit_.work.contacts += normal.dot(mean_velocity(point.a, point.on_a) - mean_velocity(point.b, point.on_b));
+  audit_.work.friction += friction.dot(mean_velocity(point.a, point.grip) - mean_velocity(point.b, point.grip));
+  audit_.work.motors -=
+      normal.dot(prescribed_velocity(point.a, point.on_a) - prescribed_velocity(point.b, point.on_b)) +
+      friction.dot(prescribed_velocity(point.a, point.grip) - prescribed_velocity(point.b, point.grip));
+}
+
+btVector3 StepEquations::mean_velocity(std::size_t body, const btVector3& point) const {
+  if (const auto& tree = bodies_.tree_of(body)) {
+    const Articulation& of = *bodies_.trees()[*tree];
+    const btCollisionObject& collider = *bodies_.colliders()[body];
+    return 0.5 * (of.velocity(collider, point, audit_.before->trees[*tree]) +
+                  of.velocity(collider, point, of.velocities()));
+  }
+  if (rigid_of_[body] < 0) return {0, 0, 0};
+  const Motion::OfBody& before = audit_.before->bodies[body];
+  const btVector3 arm = point - bodies_.colliders()[body]->getWorldTransform().getOrigin();
+  return 0.5 * (before.linear + before.angular.cross(arm) + bodies_.velocity(body, point));
+}
+
+// What of it a kinematic body, or the kinematic base of its tree, has.
+btVector3 StepEquations::prescribed_velocity(std::size_t body, const btVector3& point) const {
+  const auto& tree = bodies_.tree_of(body);
+  if (!tree) {
+    return rigid_of_[body] >= 0 && rigids_[static_cast<std::size_t>(rigid_of_[body])].mover < 0
+               ? mean_velocity(body, point)
+               : btVector3(0, 0, 0);
+  }
+  if (trees_[*tree].prescribed() == 0) return {0, 0, 0};
+  const Articulation& of = *bodies_.trees()[*tree];
+  const double* before = audit_.before->trees[*tree].data();
+  const double* after = of.velocities().data();
+  return 0.5 * (vector(before) + vector(after) + (vector(before + 3) + vector(after + 3)).cross(point - of.origin()));
+}
+
+void StepEquations::add_limited_work() {
+  if (kinds_.empty()) return;
+  std::vector<double> sums = solver_.all_velocities();
+  for (std::size_t i = 0; i < rigids_.size(); ++i) {
+    if (rigids_[i].mover < 0) continue;
+    const Motion::OfBody& before = audit_.before->bodies[body_index(*bodies_.rigids().moving()[i])];
+    double* const sum = sums.data() + solver_.begin(rigids_[i].mover);
+    for (std::size_t row = 0; row < rigids_[i].axes.size(); ++row) {
+      const int axis = rigids_[i].axes[row];
+      sum[row] += axis < 3 ? before.linear[axis] : before.angular[axis - 3];
+    }
+  }
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    if (tree_movers_[i] < 0) continue;
+    const std::vector<double>& before = audit_.before->trees[i];
+    double* const sum = sums.data() + solver_.begin(tree_movers_[i]);
+    for (std::size_t k = trees_[i].prescribed(); k < before.size(); ++k) sum[k - trees_[i].prescribed()] += before[k];
+  }
+  for (std::size_t k = 0; k < kinds_.size(); ++k) {
+    const LimitedRow& row = solver_.limited()[k];
+    const double work = 0.5 * row.impulse * solver_.speed(row, 0, sums);
+    if (kinds_[k] == Kind::motor) audit_.work.motors += work;
+    if (kinds_[k] == Kind::stop || kinds_[k] == Kind::mimic) audit_.work.joints += work;
+  }
+}
+
+// Recovery moves bodies and leaves their velocities alone.
+void StepEquations::add_recovery_work(double duration) {
+  for (std::size_t i = 0; i < rigids_.size(); ++i) {
+    if (rigids_[i].mover < 0) continue;
+    const Motion::OfBody& loaded = audit_.before->bodies[body_index(*bodies_.rigids().moving()[i])];
+    const double* recovery = solver_.recovery(rigids_[i].mover);
+    for (std::size_t row = 0; row < rigids_[i].axes.size(); ++row) {
+      const int axis = rigids_[i].axes[row];
+      audit_.work.overlap -= (axis < 3 ? loaded.force[axis] : loaded.torque[axis - 3]) * recovery[row] * duration;
+    }
+  }
+}
+
+}  // namespace energymargin

@@ -1,0 +1,95 @@
+#pragma once
+// The equations of a part of a step: from bodies, contacts, joints and motors to velocities, and back.
+
+#include <vector>
+
+#include "physics/bodies/moving_bodies.hpp"
+#include "physics/bodies/tree_dynamics.hpp"
+#include "physics/contacts/contact_point.hpp"
+#include "physics/impulse_work.hpp"
+#include "physics/solver/newton_solver.hpp"
+
+namespace energymargin {
+
+//! What a part of a step is solved with.
+struct StepPart {
+  double duration;  // [s]
+  double whole;     // of a step [s]
+  std::vector<ContactPoint>& contacts;
+  const std::vector<Motor>& motors;
+  int iterations;
+  double tolerance;
+};
+
+//! Bodies and trees are alike for it: each is a mover with some of all velocities. Contacts, stops, limited drives,
+//! mimics and motors are rows over these.
+//!
+//! Rows ask for velocities at the end of the part, and speak of the way: a body that turns or a linkage that swings does
+//! not end where its last velocity points. What velocity is more than way is the mover's surplus.
+class StepEquations {
+ public:
+  //! `bodies` and `audit` outlive this. Adds to the work of `audit` while that is on.
+  StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAudit& audit);
+
+  //! Finds the velocities at the end of the part, and the bodies' ways. Whether the solver converged.
+  bool solve(const StepPart& part);
+
+  //! The bodies have these velocities from now on, and the contacts their impulses.
+  void commit(const StepPart& part);
+
+ private:
+  enum class Kind { motor, drive, stop, mimic };
+  struct RigidMover {
+    int mover = -1;                         // of the solver; -1: kinematic
+    std::vector<int> axes{};                // that are not locked: 0..2 linear, 3..5 angular
+    btVector3 surplus = btVector3(0, 0, 0);  // of the angular velocity [rad/s]
+  };
+  struct Frame {
+    btVector3 axes[3];  // two along the plane of contact, and the normal
+  };
+  struct End {
+    std::size_t body;
+    btVector3 point, grip;
+    double sign;
+  };
+
+  void find_axes(const Scene& scene);
+  void add_rigid(std::size_t i, double duration);
+  void kick(std::size_t i, double duration, double* free) const;
+  void coast(std::size_t i, double duration, double* free);
+  void add_tree(std::size_t i, const StepPart& part);
+  LimitedRow& add_limited(Kind kind, int a, int b);
+  void add_motor(const Motor& motor, double duration);
+  void drive_kinematic(const Motor& motor);
+  void add_stop(std::size_t tree, const JointControl& control, double direction, double gap, const StepPart& part);
+  void add_drive(std::size_t tree, const JointControl& control, double position, double duration);
+  void add_mimic(const MimicConstraint& mimic, const StepPart& part);
+  void add_contact(const ContactPoint& point, const StepPart& part);
+  void add_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
+  void add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
+  void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
+  void share_error(double error, const StepPart& part, double& target, double& recovery) const;
+  void write_contacts(std::vector<ContactPoint>& points) const;
+  void set_rigid(std::size_t i);
+  void set_tree(std::size_t i);
+  int mover_of(std::size_t body) const;
+  btVector3 mean_velocity(std::size_t body, const btVector3& point) const;
+  btVector3 prescribed_velocity(std::size_t body, const btVector3& point) const;
+  void add_work(const StepPart& part);
+  void add_contact_work(const ContactPoint& point);
+  void add_limited_work();
+  void add_recovery_work(double duration);
+
+  MovingBodies& bodies_;
+  ImpulseAudit& audit_;
+  btVector3 gravity_;
+  std::vector<RigidMover> rigids_;
+  std::vector<int> rigid_of_;  // by the index in the scene; -1: in a tree, or fixed
+  std::vector<TreeDynamics> trees_;
+  std::vector<int> tree_movers_;
+  NewtonSolver solver_;
+  std::vector<Kind> kinds_;                  // of the solver's limited rows
+  std::vector<std::size_t> contact_points_;  // of the solver's contacts
+};
+
+}  // namespace energymargin
