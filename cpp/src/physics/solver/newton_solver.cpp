@@ -5,14 +5,30 @@
 #include <limits>
 #include <numeric>
 
+#ifdef DEV_COUNT
+long g_newton[4];
+#define COUNT(i,n) g_newton[i]+=(n)
+#include <cstdio>
+bool g_trace=false;
+#define TRACE(...) if(g_trace) std::printf(__VA_ARGS__)
+#else
+#define COUNT(i,n)
+#define TRACE(...)
+#endif
 namespace energymargin {
 namespace {
 
-// An iteration on Coulomb's law has to leave less than this share of the error.
+// So many iterations on Coulomb's law have to leave less than this share of the error.
 constexpr double enough = 0.5;
+constexpr int patience = 3;
 
 // The convex law is solved to this error before Coulomb's is tried again.
 constexpr double convex_tolerance = 1e-3;
+
+// Contacts are softer by these factors, one after the other, while a start for Coulomb's law is looked for; and what is
+// good enough on the way.
+constexpr double softenings[] = {1.0};
+constexpr double soft_tolerance = 0.1;
 
 // A line search ends where this share of the slope is left.
 constexpr double flat_share = 0.1;
@@ -223,7 +239,7 @@ void NewtonSolver::order(Island& island) {
 }
 
 bool NewtonSolver::solve(int iterations, double tolerance) {
-  find_islands();
+  COUNT(3,(long)contacts_.size()); find_islands();
   const std::size_t size = velocities_.size();
   for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_}) numbers->resize(size);
   misses_.resize(contacts_.size());
@@ -258,23 +274,30 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
 bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   int left = iterations;
   double error = coulomb_error(island);
+  TRACE("start %g |", error);
   while (error > tolerance && left > 0) {
     saved_ = velocities_;
-    if (find_direction(island)) {
-      add_step(island, 1.0);
+    double next = error;
+    int tries = 0;
+    while (tries < patience && left > 0 && find_direction(island)) {
+      COUNT(0,1); add_step(island, 1.0);
       --left;
-      const double next = coulomb_error(island);
-      if (next < enough * error || next <= tolerance) {
-        error = next;
-        continue;
-      }
-      velocities_.swap(saved_);
-      coulomb_error(island);
+      ++tries;
+      next = coulomb_error(island);
+      TRACE(" C%.1e", next);
+      if (next < enough * error || next <= tolerance) break;
     }
-    if (!convex_descent(island, left, std::max(convex_tolerance, tolerance))) break;
+    if (next < enough * error || next <= tolerance) {
+      error = next;
+      continue;
+    }
+    velocities_.swap(saved_);
+    coulomb_error(island);
+    if (!find_start(island, left, tolerance)) break;
     error = coulomb_error(island);
   }
   iterations_ += iterations - left;
+  TRACE("\n");
   return error <= tolerance;
 }
 
@@ -342,7 +365,7 @@ double NewtonSolver::coulomb_error(const Island& island) {
 }
 
 double NewtonSolver::convex_error(const Island& island) {
-  return evaluate(island, [this](std::size_t k) { convex(contacts_[k].law, misses_[k], shifts_[k], responses_[k]); });
+  return evaluate(island, [this](std::size_t k) { convex(softened(contacts_[k].law), misses_[k], shifts_[k], responses_[k]); });
 }
 
 // The largest residual of a mover as a share of what is turned over there, in units of its inertia.
@@ -365,6 +388,22 @@ double NewtonSolver::error(const Island& island) const {
   return std::isnan(worst) ? std::numeric_limits<double>::infinity() : std::sqrt(worst);
 }
 
+FrictionLaw NewtonSolver::softened(const FrictionLaw& law) const {
+  return {law.friction, softening_ * law.tangential_softness, softening_ * law.normal_softness};
+}
+
+// Softer contacts have a cost of fewer kinks: so they are stiffened one after the other.
+bool NewtonSolver::find_start(const Island& island, int& left, double tolerance) {
+  bool moved = false;
+  for (const double softening : softenings) {
+    softening_ = softening;
+    const double to = softening > 1.0 ? soft_tolerance : std::max(convex_tolerance, tolerance);
+    moved = convex_descent(island, left, to) || moved;
+  }
+  softening_ = 1.0;
+  return moved;
+}
+
 void NewtonSolver::freeze_shifts(const Island& island) {
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
@@ -374,16 +413,17 @@ void NewtonSolver::freeze_shifts(const Island& island) {
 
 // Newton's method with a line search on the convex law. False where it gets no further.
 bool NewtonSolver::convex_descent(const Island& island, int& left, double tolerance) {
-  freeze_shifts(island);
+  COUNT(2,1); freeze_shifts(island);
   double error = convex_error(island);
   bool moved = false;
   while (error > tolerance && left > 0) {
     if (!find_direction(island)) return moved;
     const double length = line_search(island);
     if (length == 0.0) return moved;
-    add_step(island, length);
+    COUNT(1,1); add_step(island, length);
     --left;
     error = convex_error(island);
+    TRACE(" x%.1e(%.2g)", error, length);
     moved = true;
   }
   return moved;
@@ -489,7 +529,7 @@ double NewtonSolver::line_search(const Island& island) {
       const ContactVector& change = miss_changes_[k];
       ContactVector miss = misses_[k];
       for (std::size_t row = 0; row < 3; ++row) miss[row] += length * change[row];
-      convex(contacts_[k].law, miss, shifts_[k], response);
+      convex(softened(contacts_[k].law), miss, shifts_[k], response);
       if (response.open) continue;
       for (std::size_t row = 0; row < 3; ++row) {
         sum += response.impulse[row] * change[row];

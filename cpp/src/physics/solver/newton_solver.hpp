@@ -106,7 +106,9 @@ class NewtonSolver {
   double convex_error(const Island& island);
   double error(const Island& island) const;
   void freeze_shifts(const Island& island);
+  bool find_start(const Island& island, int& left, double tolerance);
   bool convex_descent(const Island& island, int& left, double tolerance);
+  FrictionLaw softened(const FrictionLaw& law) const;
   bool find_direction(const Island& island);
   void assemble(const Island& island);
   void add_block(const RowSides& sides, int rows, const double* slope);
@@ -129,6 +131,7 @@ class NewtonSolver {
   std::vector<double> limited_slopes_;
   std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
   EnvelopeLu matrix_;
+  double softening_ = 1.0;  // of all contacts, while a start is looked for
   int iterations_ = 0;
 };
 
