@@ -166,6 +166,7 @@ Problem with_state(const Problem& problem, const ArrayLike& state) {
   copy.state = vector("state", state, -1);
   copy.contacts.reset();
   validate(copy);
+  warn(implausible_joints(copy.scene, copy.state), copy.scene);
   return copy;
 }
 
@@ -277,7 +278,8 @@ void def_copies(ProblemClass& type) {
              "keywords. Raises as the constructor does, and TypeError on other keywords.");
   }
   type.def("with_state", &with_state, py::arg("state"),
-           "The same question about another state, shape (n,). The copy has no measured contacts.")
+           "The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint that "
+           "is beyond its limits.")
       .def(
           "edge_start", &edge_start, py::arg("node"),
           "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "

@@ -537,7 +537,7 @@ class Scene:
         """
     def pack(self, *, joints: dict[str, typing.Any] | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values.
+        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values. Warns of a joint that is beyond its limits.
         """
     def set_friction(self, body_a: str, body_b: str, friction: float) -> None:
         """
@@ -895,8 +895,8 @@ class World:
         Applies a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects.
         
         duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
-        time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Raises TimeoutError, or
-        Cancelled.
+        time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Warns of a joint that starts
+        beyond its limits. Raises TimeoutError, or Cancelled.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
@@ -904,8 +904,8 @@ class World:
         
         drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
         Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
-        start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Raises TimeoutError, or
-        Cancelled.
+        start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Warns of a joint that starts
+        beyond its limits, and of bodies deep in each other. Raises TimeoutError, or Cancelled.
         """
     @property
     def scene(self) -> Scene:
@@ -1037,7 +1037,7 @@ class Problem:
         """
     def with_state(self, state: numpy.typing.ArrayLike) -> Problem:
         """
-        The same question about another state, shape (n,). The copy has no measured contacts.
+        The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint that is beyond its limits.
         """
     @property
     def captured(self) -> Region:
