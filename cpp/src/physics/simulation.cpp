@@ -42,7 +42,7 @@ btContactSolverInfo solver_settings(const Scene& scene) {
   btContactSolverInfo info;
   info.m_numIterations = stepping.iterations;
   info.m_leastSquaresResidualThreshold = stepping.tolerance;
-  if (stepping.friction_directions == 2) info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   info.m_solverMode |= SOLVER_USE_ARTICULATED_WARMSTARTING;
   info.m_articulatedWarmstartingFactor = 1.0;
   info.m_warmstartingFactor = 1.0;

@@ -464,16 +464,15 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None, friction_rule: str = 'product') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-06, margin: float | None = None, friction_rule: str = 'product') -> None:
         """
         An empty scene.
         
-        gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most, 1 to 10000; the solver stops early
-        below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
-        also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
-        where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
-        extent. friction_rule: what two bodies' coefficients make of their contact's, 'product' (as in Bullet) or 'max' (as in
-        MuJoCo); set_friction says it for a pair.
+        gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iterations of the contact solver in a step, at most,
+        1 to 10000. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
+        impulses that act in it (relative, without a unit), above 0 and at most 0.01. margin [m]: of collision shapes, by default a
+        twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
+        'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair.
         """
     def __repr__(self) -> str:
         ...
@@ -577,11 +576,6 @@ class Scene:
         Pairs of bodies.
         """
     @property
-    def friction_directions(self) -> int:
-        """
-        Of a contact: 1, along its sliding, or 2.
-        """
-    @property
     def friction_rule(self) -> str:
         """
         What two bodies' coefficients make of their contact's: 'product' or 'max'.
@@ -609,12 +603,12 @@ class Scene:
     @property
     def solver_iterations(self) -> int:
         """
-        Most iterations of the contact solver a step.
+        Newton iterations of the contact solver in a step, at most.
         """
     @property
     def solver_tolerance(self) -> float:
         """
-        Squared change of speed at which the contact solver stops [m^2/s^2].
+        A step has converged when the residual of the equations of motion is below this share of its impulses.
         """
     @property
     def springs(self) -> list[Spring]:
@@ -998,7 +992,7 @@ class Problem:
     @staticmethod
     def load(path: typing.Any, *, start_outside: bool = False) -> Problem:
         """
-        Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected. Warns as the constructor does.
+        Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected. Warns as the constructor does, and of friction along one direction, which files of version 0.13 may ask for.
         """
     @staticmethod
     def schema() -> dict[str, typing.Any]:
