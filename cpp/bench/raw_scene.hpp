@@ -100,7 +100,6 @@ inline void RawScene::configure() {
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0.0;
   info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-  if (scene_.stepping().friction_directions == 1) info.m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS;
 }
 
 inline void RawScene::add_rigid(std::size_t index) {

@@ -166,6 +166,7 @@ Problem with_state(const Problem& problem, const ArrayLike& state) {
   copy.state = vector("state", state, -1);
   copy.contacts.reset();
   validate(copy);
+  warn(implausible_joints(copy.scene, copy.state), copy.scene);
   return copy;
 }
 
@@ -180,13 +181,18 @@ void save_file(const Problem& problem, const py::object& path, const std::string
 }
 
 Problem load_file(const py::object& path, bool start_outside) {
-  Problem problem = load(file_path(path));
+  std::vector<Doubt> doubts;
+  Problem problem = load(file_path(path), &doubts);
+  warn(doubts, problem.scene);
   warn(implausible(problem, start_outside), problem.scene);
   return problem;
 }
 
 Problem problem_from_json(const std::string& text, const py::object& folder) {
-  return from_json(text, folder.is_none() ? "" : file_path(folder));
+  std::vector<Doubt> doubts;
+  Problem problem = from_json(text, folder.is_none() ? "" : file_path(folder), &doubts);
+  warn(doubts, problem.scene);
+  return problem;
 }
 
 std::string repr_of(const Problem& problem) {
@@ -276,8 +282,10 @@ void def_copies(ProblemClass& type) {
              "replace(self, **changes: typing.Any) -> Problem\n\nA copy with other values of some of the constructor's "
              "keywords. Raises as the constructor does, and TypeError on other keywords.");
   }
-  type.def("with_state", &with_state, py::arg("state"),
-           "The same question about another state, shape (n,). The copy has no measured contacts.")
+  type.def(
+          "with_state", &with_state, py::arg("state"),
+          "The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint that "
+          "is beyond its limits.")
       .def(
           "edge_start", &edge_start, py::arg("node"),
           "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at "
@@ -288,7 +296,8 @@ void def_files(ProblemClass& type) {
   type.def("save", &save_file, py::arg("path"), py::arg("meshes") = "embedded", save_doc)
       .def_static("load", &load_file, py::arg("path"), py::kw_only(), py::arg("start_outside") = false,
                   "Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the "
-                  "place in it and what was expected. Warns as the constructor does.")
+                  "place in it and what was expected. Warns as the constructor does, and of friction along one "
+                  "direction, which files of version 0.13 may ask for.")
       .def_static("schema", &schema, "The JSON Schema (draft-07) of problem files.")
       .def(
           "to_json", [](const Problem& problem) { return to_json(problem); }, "The problem as JSON text.")

@@ -13,20 +13,18 @@ namespace {
 
 constexpr const char* scene_doc = R"(An empty scene.
 
-gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most, 1 to 10000; the solver stops early
-below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
-also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
-where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
-extent. friction_rule: what two bodies' coefficients make of their contact's, 'product' (as in Bullet) or 'max' (as in
-MuJoCo); set_friction says it for a pair.)";
+gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iterations of the contact solver in a step, at most,
+1 to 10000. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
+impulses that act in it (relative, without a unit), above 0 and at most 0.01. margin [m]: of collision shapes, by default a
+twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
+'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair.)";
 
 Scene make_scene(const ArrayLike& gravity, const Number& step, const WholeNumber& solver_iterations,
-                 const Number& solver_tolerance, const WholeNumber& friction_directions,
-                 const std::optional<Number>& margin, const std::string& friction_rule) {
+                 const Number& solver_tolerance, const std::optional<Number>& margin,
+                 const std::string& friction_rule) {
   return Scene(vector3("gravity", gravity),
                Stepping{real("step", step), count("solver_iterations", solver_iterations),
-                        real("solver_tolerance", solver_tolerance), count("friction_directions", friction_directions),
-                        real("margin", margin)},
+                        real("solver_tolerance", solver_tolerance), real("margin", margin)},
                value_of<FrictionRule>("friction_rule", friction_rule));
 }
 
@@ -99,13 +97,10 @@ void bind_stepping(py::class_<Scene>& scene) {
           "step", [](const Scene& of) { return of.stepping().step; }, "[s]")
       .def_property_readonly(
           "solver_iterations", [](const Scene& of) { return of.stepping().iterations; },
-          "Most iterations of the contact solver a step.")
-      .def_property_readonly(
-          "friction_directions", [](const Scene& of) { return of.stepping().friction_directions; },
-          "Of a contact: 1, along its sliding, or 2.")
+          "Newton iterations of the contact solver in a step, at most.")
       .def_property_readonly(
           "solver_tolerance", [](const Scene& of) { return of.stepping().tolerance; },
-          "Squared change of speed at which the contact solver stops [m^2/s^2].")
+          "A step has converged when the residual of the equations of motion is below this share of its impulses.")
       .def_property_readonly("margin", [](const Scene& of) { return of.stepping().margin; }, "[m]");
 }
 
@@ -116,8 +111,7 @@ void bind_scene(py::module_& module) {
                           "Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.");
   scene.def(py::init(&make_scene), py::arg("gravity") = py::make_tuple(0.0, 0.0, -9.81),
             py::arg("step") = Stepping{}.step, py::arg("solver_iterations") = Stepping{}.iterations,
-            py::arg("solver_tolerance") = Stepping{}.tolerance,
-            py::arg("friction_directions") = Stepping{}.friction_directions, py::arg("margin") = py::none(),
+            py::arg("solver_tolerance") = Stepping{}.tolerance, py::arg("margin") = py::none(),
             py::arg("friction_rule") = word_of(FrictionRule::product), scene_doc);
   scene.def("__repr__", &shown_scene);
   bind_parts(scene);

@@ -4,6 +4,7 @@
 
 #include "convert.hpp"
 #include "scene.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -69,7 +70,9 @@ State pack_dicts(const Scene& scene, const std::optional<py::typing::Dict<py::st
     const std::string name = word("joint", item.first);
     joints[name] = joint_state("joint '" + name + "'", item.second, scene.joints()[scene.joint_index(name)].state);
   }
-  return pack(scene, bodies, joints);
+  State state = pack(scene, bodies, joints);
+  if (!joints.empty()) warn(implausible_joints(scene, state), scene);
+  return state;
 }
 
 BodyDicts unpack_dicts(const Scene& scene, const ArrayLike& state) {
@@ -118,7 +121,7 @@ void bind_state(py::class_<Scene>& scene) {
       .def("pack", &pack_dicts, py::kw_only(), py::arg("joints") = py::none(),
            "State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, "
            "ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on "
-           "unknown bodies, joints or keys and bad values.")
+           "unknown bodies, joints or keys and bad values. Warns of a joint that is beyond its limits.")
       .def("unpack", &unpack_dicts, py::arg("state"),
            "Dict of dicts by body, links included: position (3,), orientation (4,), velocity (3,), angular_velocity "
            "(3,), yaw; and, if there are joints, under 'joints' a dict of dicts by joint: position, velocity.")

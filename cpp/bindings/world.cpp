@@ -132,10 +132,12 @@ Rollout roll_out(SharedWorld& shared, const ArrayLike& state, const ArrayLike& w
   const Disturbance disturbance = wrenches("wrench", wrench, scene.with_role(Role::object).size());
   const double seconds = real("duration", duration);
   const double plan_time = real("time", time);
-  return run_simulation(seconds / scene.stepping().step, call_limit, [&](const Limit& limit) {
+  Rollout rollout = run_simulation(seconds / scene.stepping().step, call_limit, [&](const Limit& limit) {
     return shared.ask_until(
         limit, [&](World& world) { return world.rollout(start, disturbance, seconds, audit, limit, plan_time); });
   });
+  warn(implausible_joints(scene, start), scene);
+  return rollout;
 }
 
 double energy_at(SharedWorld& shared, const ArrayLike& state) {
@@ -197,16 +199,16 @@ constexpr const char* rollout_doc =
     R"(Applies a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects.
 
 duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
-time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Raises TimeoutError, or
-Cancelled.)";
+time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Warns of a joint that starts
+beyond its limits. Raises TimeoutError, or Cancelled.)";
 
 constexpr const char* simulate_doc =
     R"(One unbroken simulation of a number of steps.
 
 drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
 Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
-start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Raises TimeoutError, or
-Cancelled.)";
+start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Warns of a joint that starts
+beyond its limits, and of bodies deep in each other. Raises TimeoutError, or Cancelled.)";
 
 void def_simulations(WorldClass& type) {
   type.def("rollout", &roll_out, py::arg("state"), py::arg("wrench"), py::arg("duration"), py::kw_only(),

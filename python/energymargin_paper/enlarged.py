@@ -41,7 +41,7 @@ class Variant:
     step: float = STEP
     """At true scale [s]."""
     tolerance: float = TOLERANCE
-    """At true scale [m^2/s^2]."""
+    """The solver's, relative."""
 
 
 VARIANTS = (
@@ -50,7 +50,7 @@ VARIANTS = (
     Variant("16 times as large: it rounds alike", scale=16),
     Variant("1.001 times as large: rounding alone", scale=1.001),
     Variant("half the step", step=STEP / 2),
-    Variant("the World's own tolerance, 1e-7", tolerance=1e-7),
+    Variant("a thousandth of the tolerance", tolerance=TOLERANCE / 1000),
 )
 
 

@@ -456,11 +456,11 @@ TEST(CompoundContact, DeepestContactIsThatOfTheDeepestPartWithItsPlaceAndNormal)
 }
 
 TEST(CompoundContact, StartDeepInOnePartOfABodyIsRejected) {
-  const Scene scene = on(Ground::plane, small_table(), {0.0, 0.0, -0.004});
+  const Scene scene = on(Ground::plane, small_table(), {0.0, 0.0, -0.006});
   Problem problem = problem_of(scene, {1.0, 0.0, 0.0}, Vector3::Zero(), 0.5, regions::Ball{"object"});
-  // A quarter of the smallest half extent of the most solid part: 1 cm.
-  EXPECT_TRUE(rejects([&] { validate(problem); }, {"'object'", "'table'", "0.004 m", "at most 0.0025 m"}));
-  problem.state[2] = -0.002;
+  // Half of the smallest half extent of the most solid part: 1 cm.
+  EXPECT_TRUE(rejects([&] { validate(problem); }, {"'object'", "'table'", "0.006 m", "at most 0.005 m"}));
+  problem.state[2] = -0.004;
   EXPECT_NO_THROW(validate(problem));
 }
 

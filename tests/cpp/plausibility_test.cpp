@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "expect.hpp"
-#include "scenes.hpp"
+#include "mechanisms.hpp"
 
 namespace energymargin {
 namespace {
@@ -54,6 +54,24 @@ TEST(Plausibility, StartOutsideIsDoubtedUnlessItIsMeant) {
   outside.captured = regions::Disc{"box", {1.0, 0.0}, 0.1};
   EXPECT_EQ(abouts(implausible(outside)), std::vector<std::string>{"state"});
   EXPECT_TRUE(implausible(outside, true).empty());
+}
+
+TEST(Plausibility, JointBeyondItsLimitsIsDoubtedByItsNameTheAmountAndTheLimit) {
+  Scene scene = two_boxes_on_a_hinge();
+  Joint made = joint("rail", JointType::prismatic, "arm", "tool", Vector3::UnitX());
+  made.lower = -0.1;
+  scene.add_body(body("tool", Box{{0.1, 0.1, 0.1}}, 0.5, Vector3::Zero()));
+  scene.add_joint(made);
+  const auto doubts_at = [&](double position) {
+    return implausible_joints(scene, pack(scene, {}, {{"rail", {position, 0.0}}}));
+  };
+  EXPECT_TRUE(doubts_at(5.0).empty());
+  EXPECT_TRUE(doubts_at(-0.1 - 0.9 * plausible::stop_length).empty());
+  const std::vector<Doubt> doubts = doubts_at(-0.25);
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_EQ(doubts[0].about, "state: joint 'rail': position");
+  EXPECT_NE(doubts[0].text.find("is -0.25 m, 0.15 m beyond its lower limit of -0.1 m"), std::string::npos)
+      << doubts[0].text;
 }
 
 TEST(Plausibility, MassOfABodyWhoseForceHoldsItStandsForAMachine) {

@@ -56,7 +56,7 @@ inline Compound mug() {
 
 //! Free bodies of every shape, two objects, regions of every type, and numbers that have many digits.
 inline Problem everything() {
-  Scene scene(Vector3(0.1, 0.2, -9.7), Stepping{1.0 / 300.0, 60, 1e-8, 2, 0.001}, FrictionRule::max);
+  Scene scene(Vector3(0.1, 0.2, -9.7), Stepping{1.0 / 300.0, 60, 1e-8, 0.001}, FrictionRule::max);
   scene.add_body(fixed("plane", Plane{Vector3(1.0, 2.0, 3.0).normalized(), -10.0 / 3.0}));
   Compound tool;
   tool.parts.push_back({Capsule{0.1, 0.2}, {{0.1, 0.0, 1.0 / 3.0}, turn(0.7, Vector3::UnitY())}});

@@ -80,15 +80,32 @@ TEST(ProblemSchema, FieldsOfEachStructAreThoseOfTheCode) {
 }
 
 TEST(ProblemSchema, KeyThatTheReaderMissesTheSchemaMissesToo) {
-  const std::set<std::string> optional{"succeeded",      "within",     "captured_any",
-                                       "succeeded_any",  "margin",     "joints",
-                                       "springs",        "contacts",   "disabled_collisions",
-                                       "force_weights",  "inertial",   "friction_directions",
-                                       "mimic",          "frame",      "at",
-                                       "solid",          "horizon",    "check",
-                                       "dwell",          "plan",       "wrenches",
-                                       "targets",        "velocities", "friction_rule",
-                                       "pair_frictions", "kinematic",  "armature"};
+  const std::set<std::string> optional{"succeeded",
+                                       "within",
+                                       "captured_any",
+                                       "succeeded_any",
+                                       "margin",
+                                       "joints",
+                                       "springs",
+                                       "contacts",
+                                       "disabled_collisions",
+                                       "force_weights",
+                                       "inertial",
+                                       "mimic",
+                                       "frame",
+                                       "at",
+                                       "solid",
+                                       "horizon",
+                                       "check",
+                                       "dwell",
+                                       "plan",
+                                       "wrenches",
+                                       "targets",
+                                       "velocities",
+                                       "friction_rule",
+                                       "pair_frictions",
+                                       "kinematic",
+                                       "armature"};
   std::set<std::string> left_out;
   for (const Json& file : full_files()) {
     for (const Pointer& place : Places(file).all) {

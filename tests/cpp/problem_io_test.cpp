@@ -66,7 +66,6 @@ TEST(ProblemIo, RoundTripKeepsEveryNumberOfJointsSpringsForcesAndWeights) {
   const Problem given = articulated();
   const Problem read = from_json(to_json(given));
   EXPECT_TRUE(same_bits(read.state, given.state));
-  EXPECT_EQ(read.scene.stepping().friction_directions, 2);
   ASSERT_EQ(read.scene.joints().size(), given.scene.joints().size());
   const Joint& rail = read.scene.joints()[read.scene.joint_index("rail")];
   const Joint& own = given.scene.joints()[given.scene.joint_index("rail")];
@@ -167,43 +166,24 @@ TEST(ProblemIo, PackedRowsAreBase64OfLittleEndianDoubles) {
   EXPECT_EQ(Json::parse(to_json(problem))["plan"]["targets"][0]["rows"], "AAAAAAAA8D8AAAAAAAAAwJqZmZmZmbk/");
 }
 
-TEST(ProblemIo, VersionIsFourOnlyWithAClockSoThatOlderProgramsReadTheRest) {
-  const auto version = [](const Problem& problem) { return Json::parse(to_json(problem))["version"].get<int>(); };
-  EXPECT_EQ(version(push()), 3);
-  EXPECT_EQ(version(planned()), 4);
-  const auto changed = [&](const auto& change) {
-    Problem problem = push(Effector::coast);
-    change(problem);
-    EXPECT_EQ(to_json(from_json(to_json(problem))), to_json(problem));
-    return version(problem);
-  };
-  EXPECT_EQ(changed([](Problem& problem) { problem.horizon = 0.5; }), 4);
-  EXPECT_EQ(changed([](Problem& problem) { problem.check = 0.1; }), 4);
-  EXPECT_EQ(changed([](Problem& problem) { problem.dwell = 0.1; }), 4);
-  EXPECT_EQ(changed([](Problem& problem) { problem.plan = hold(problem.scene, problem.state, 0.1); }), 4);
-  EXPECT_EQ(changed([](Problem&) {}), 3);
+TEST(ProblemIo, EveryFileIsWrittenAsVersion6) {
+  for (const Problem& problem : {push(), planned(), everything()}) {
+    EXPECT_EQ(Json::parse(to_json(problem))["version"], problem_format_version);
+  }
+  EXPECT_EQ(problem_format_version, 6);
 }
 
-TEST(ProblemIo, VersionIsFiveWithAFrictionRuleFrictionOfPairsOrAKinematicBody) {
-  const auto version = [](const Problem& problem) { return Json::parse(to_json(problem))["version"].get<int>(); };
-  EXPECT_EQ(version(everything()), 5);
-  for (Problem problem : {push(), planned()}) {
-    problem.scene.set_friction("object", problem.scene.bodies().front().name, 0.1);
-    EXPECT_EQ(version(problem), 5);
-    EXPECT_EQ(to_json(from_json(to_json(problem))), to_json(problem));
-  }
+TEST(ProblemIo, RoundTripKeepsAKinematicBody) {
   Problem problem = push(Effector::coast);
   Body hand = body("hand", Sphere{0.1}, 1.0, {9.0, 0.0, 1.0}, Role::effector);
   hand.kinematic = true;
   problem.scene.add_body(hand);
   problem.state = pack(problem.scene);
-  EXPECT_EQ(version(problem), 5);
   EXPECT_TRUE(from_json(to_json(problem)).scene.body("hand").kinematic);
 }
 
-TEST(ProblemIo, VersionIsFiveWithAnArmatureWhichTheRoundTripKeeps) {
+TEST(ProblemIo, RoundTripKeepsAnArmatureWhichOtherJointsDoNotWrite) {
   Problem problem = articulated();
-  EXPECT_EQ(Json::parse(to_json(problem))["version"], 3);
   Scene geared(problem.scene.gravity(), problem.scene.stepping());
   for (const Body& body : problem.scene.bodies()) geared.add_body(body);
   for (Joint joint : problem.scene.joints()) {
@@ -212,7 +192,6 @@ TEST(ProblemIo, VersionIsFiveWithAnArmatureWhichTheRoundTripKeeps) {
   }
   problem.scene = geared;
   const Json json = Json::parse(to_json(problem));
-  EXPECT_EQ(json["version"], 5);
   for (const Json& joint : json["scene"]["joints"]) EXPECT_EQ(joint.contains("armature"), joint["name"] == "rail");
   const Scene read = from_json(to_json(problem)).scene;
   EXPECT_EQ(read.joints()[read.joint_index("rail")].armature, 1.0 / 3.0);
@@ -284,39 +263,67 @@ TEST(ProblemIo, FailedSaveLeavesTheOldFilesAndNothingElse) {
   EXPECT_TRUE(std::filesystem::exists(folder / "old-body_5.obj.part"));
 }
 
-// What version 1 wrote of a problem without joints.
-Json as_version_1(const Problem& problem) {
-  Json json = Json::parse(to_json(problem));
-  json["version"] = 1;
-  json.erase("force_weights");
-  for (const char* key : {"joints", "springs", "friction_directions"}) json["scene"].erase(key);
-  for (Json& body : json["scene"]["bodies"]) body.erase("force");
-  return json;
+// A file that version 0.13 wrote, and the doubts of reading it.
+std::pair<Problem, std::vector<Doubt>> read_older(int version) {
+  std::vector<Doubt> doubts;
+  const auto tests = std::filesystem::path(__FILE__).parent_path().parent_path();
+  const std::string name = "version-" + std::to_string(version) + ".json";
+  Problem problem = load((tests / "older_problem_files" / name).string(), &doubts);
+  return {problem, doubts};
 }
 
-TEST(ProblemIo, FileOfVersion1IsReadWithItsOneFrictionDirectionAndTheUsualWeights) {
-  const Problem given = push();
-  const Problem read = from_json(as_version_1(given).dump());
-  EXPECT_TRUE(same_bits(read.state, given.state));
-  EXPECT_EQ(read.scene.stepping().friction_directions, 1);
-  EXPECT_TRUE(read.scene.joints().empty());
-  EXPECT_TRUE(read.scene.springs().empty());
-  EXPECT_EQ(read.scene.body("object").force, Vector3::Zero());
-  EXPECT_EQ(read.force_weights.engage, ForceWeights().engage);
-  EXPECT_EQ(read.force_weights.distance, ForceWeights().distance);
-  EXPECT_EQ(read.force_weights.ground_engage, 0.0);
+TEST(ProblemIo, FilesThatVersion13WroteAreReadWithAllThatTheyHold) {
+  const Problem of_3 = read_older(3).first;
+  EXPECT_EQ(of_3.state.size(), 26);
+  EXPECT_FALSE(of_3.horizon);
+  const Problem of_4 = read_older(4).first;
+  EXPECT_EQ(of_4.plan->rows(), 60);
+  EXPECT_EQ(of_4.dwell, of_4.scene.stepping().step);
+  const Problem of_5 = read_older(5).first;
+  EXPECT_EQ(of_5.scene.joints().front().armature, 0.001);
+  EXPECT_EQ(of_5.scene.friction_rule(), FrictionRule::max);
+  EXPECT_EQ(of_5.scene.pair_frictions().front().friction, 0.25);
+  for (const Problem& problem : {of_3, of_4, of_5}) {
+    const std::string text = to_json(problem);
+    EXPECT_EQ(Json::parse(text)["version"], 6);
+    EXPECT_EQ(to_json(from_json(text)), text);
+  }
 }
 
-TEST(ProblemIo, FileOfVersion2IsRead) {
+TEST(ProblemIo, OlderFileWithOneFrictionDirectionIsDoubtedAndOneWithTwoIsNot) {
+  for (const int version : {3, 4}) {
+    const std::vector<Doubt> doubts = read_older(version).second;
+    ASSERT_EQ(doubts.size(), 1u);
+    EXPECT_NE(doubts[0].text.find("every direction of the contact plane"), std::string::npos);
+    EXPECT_NE(doubts[0].text.find("scores may differ"), std::string::npos);
+  }
+  EXPECT_TRUE(read_older(5).second.empty());
   Json json = Json::parse(to_json(push()));
-  json["version"] = 2;
-  EXPECT_EQ(to_json(from_json(json.dump())), to_json(push()));
+  json["version"] = 3;
+  json["scene"]["friction_directions"] = 3;
+  EXPECT_TRUE(rejects([&] { from_json(json.dump()); }, {"scene.friction_directions is 3", "1 or 2"}));
 }
 
-TEST(ProblemIo, NewFileThatDoesNotSayHasTwoFrictionDirections) {
-  Json json = as_version_1(push());
-  json["version"] = 3;
-  EXPECT_EQ(from_json(json.dump()).scene.stepping().friction_directions, 2);
+TEST(ProblemIo, OlderFileIsReadWithTheUsualSettingsOfTodaysSolver) {
+  Json json = Json::parse(to_json(push()));
+  for (const int version : {3, 4, 5}) {
+    json["version"] = version;
+    json["scene"]["solver_iterations"] = 3000;
+    json["scene"]["solver_tolerance"] = 0.0;  // the solver of that time never stopped early
+    const Stepping stepping = from_json(json.dump()).scene.stepping();
+    EXPECT_EQ(stepping.iterations, Stepping{}.iterations);
+    EXPECT_EQ(stepping.tolerance, Stepping{}.tolerance);
+    json["scene"]["solver_tolerance"] = "none";
+    EXPECT_TRUE(rejects([&] { from_json(json.dump()); }, {"scene.solver_tolerance is \"none\"", "a number"}));
+  }
+}
+
+TEST(ProblemIo, FileOfVersion6WithFrictionDirectionsIsRejected) {
+  for (const int directions : {1, 2}) {
+    Json json = Json::parse(to_json(push()));
+    json["scene"]["friction_directions"] = directions;
+    EXPECT_TRUE(rejects([&] { from_json(json.dump()); }, {"scene has an unknown \"friction_directions\""}));
+  }
 }
 
 TEST(ProblemIo, FileMaySayWhereAnEditorFindsTheSchema) {

@@ -84,7 +84,7 @@ TEST(Problem, UnderDriveAnEdgeStartsWithTheEffectorsVelocityAtTheStartAndUnderCo
 
 TEST(Problem, StartInDeepPenetrationIsRejectedWithTheBodiesAndTheDepthAndAGrazeIsNot) {
   const auto sunk = [](double depth) { return validating([depth](Problem& p) { p.state[2] = 0.05 - depth; }); };
-  EXPECT_TRUE(rejects(sunk(0.03), {"state", "'object'", "'table'", "0.03 m", "at most 0.0125 m"}));
+  EXPECT_TRUE(rejects(sunk(0.03), {"state", "'object'", "'table'", "0.03 m", "at most 0.025 m"}));
   EXPECT_NO_THROW(sunk(0.012)());
 }
 

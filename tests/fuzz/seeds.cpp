@@ -40,6 +40,14 @@ Problem held() {
   return problem;
 }
 
+// As version 0.13 wrote it, with one friction direction.
+std::string of_version_3() {
+  auto json = problem_io::OrderedJson::parse(to_json(scenes::push()));
+  json["version"] = 3;
+  json["scene"]["friction_directions"] = 1;
+  return json.dump();
+}
+
 // Bytes for a generator, of many lengths.
 std::string bytes(int count) {
   std::string text;
@@ -53,6 +61,7 @@ void write_all(const std::filesystem::path& corpus) {
   write(corpus / "problem" / "planned.json", in_one_line(scenes::planned()));
   write(corpus / "problem" / "listed_rows.json", scenes::with_listed_rows(held()));
   write(corpus / "problem" / "push.json", in_one_line(scenes::push()));
+  write(corpus / "problem" / "version_3.json", of_version_3());
   write(corpus / "problem" / "lift.json", in_one_line(scenes::lift(0.1)));
   write(corpus / "problem" / "drift.json", in_one_line(scenes::drift()));
   write(corpus / "problem" / "meshes.json", in_one_line(with_meshes()));

@@ -97,8 +97,8 @@ BROKEN = {
         'it has no "format": "energymargin-problem", so it is no problem file',
     ),
     "newer version": (
-        with_value(("version",), 6),
-        "version is 6, expected at most 5; a newer energymargin wrote this file",
+        with_value(("version",), 7),
+        "version is 7, expected at most 6; a newer energymargin wrote this file",
     ),
     "unknown key": (
         with_value((*CUP, "shape", "parts", 0, "posiiton"), 1),

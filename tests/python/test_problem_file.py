@@ -5,6 +5,8 @@ import copy
 import itertools
 import json
 import pickle
+import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ def problem():
     return full_problem()
 
 
+OLDER = Path(__file__).parents[1] / "older_problem_files"
 SEED, SEARCH = ("--seed", 7), ("--seed", 7, "--nodes", 80)
 
 
@@ -161,24 +164,52 @@ def version(problem):
     return json.loads(problem.to_json())["version"]
 
 
-def test_only_a_problem_with_a_clock_needs_version_4():
+def older_file(version):
+    """A file that version 0.13 wrote."""
+    return OLDER / f"version-{version}.json"
+
+
+def test_every_problem_is_written_as_version_6(problem):
     trajectory = em.tasks.make("push").rollout(0)
-    problem = em.tasks.make("push").problem(trajectory.states[0], trajectory.params)
-    assert version(problem) == 3
-    assert version(problem.replace(effector="coast", horizon=0.5)) == 4
-    assert version(problem.replace(dwell=0.1)) == 4
+    pushed = em.tasks.make("push").problem(trajectory.states[0], trajectory.params)
+    assert version(pushed) == version(problem) == version(planned_problem()) == 6
 
 
-def test_only_a_scene_with_a_friction_rule_or_friction_of_pairs_needs_version_5(problem):
-    assert version(problem) == version(planned_problem()) == 5
+@pytest.mark.parametrize("older", [3, 4])
+def test_an_older_file_with_one_friction_direction_warns_that_scores_may_differ(older, tmp_path):
+    # A scene warns once, so each has a name of its own.
+    text = older_file(older).read_text().replace('"table"', f'"table {older}"')
+    file = tmp_path / "older.json"
+    file.write_text(text)
+    with pytest.warns(em.PlausibilityWarning, match="every direction of the .* scores may differ"):
+        read = em.Problem.load(file)
+    assert version(read) == 6
+    assert "friction_directions" not in json.loads(read.to_json())["scene"]
+
+
+def test_an_older_file_with_two_friction_directions_is_read_without_a_word():
+    assert json.loads(older_file(5).read_text())["scene"]["friction_directions"] == 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read = em.Problem.load(older_file(5))
+    usual = em.Scene()
+    assert read.scene.solver_iterations == usual.solver_iterations
+    assert read.scene.solver_tolerance == usual.solver_tolerance
+
+
+def test_the_executable_warns_in_one_line_of_an_older_file_with_one_friction_direction():
+    outcome = run(older_file(3), "--metric", "force")
+    assert outcome.returncode == 0
+    (line,) = outcome.stderr.splitlines()
+    assert line.startswith('warning: the file has "friction_directions": 1')
+    assert run(older_file(5), "--metric", "force").stderr == ""
+
+
+def test_a_file_of_version_6_with_friction_directions_is_refused(problem):
     fields = json.loads(problem.to_json())
-    for key in ("friction_rule", "pair_frictions"):
-        del fields["scene"][key]
-    fields["version"] = 3
-    older = em.Problem.from_json(json.dumps(fields))
-    assert version(older) == 3
-    assert older.scene.friction_rule == "product"
-    assert older.scene.pair_frictions == {}
+    fields["scene"]["friction_directions"] = 2
+    with pytest.raises(ValueError, match='scene has an unknown "friction_directions"'):
+        em.Problem.from_json(json.dumps(fields))
 
 
 def test_files_and_pickles_keep_the_friction_rule_and_the_friction_of_pairs(problem, tmp_path):

@@ -31,7 +31,9 @@ void warn(const std::vector<energymargin::Doubt>& doubts) {
 
 // Scores or saves the problem, and returns what to print.
 std::string run(const Arguments& arguments) {
-  const energymargin::Problem problem = energymargin::load(arguments.file);
+  std::vector<energymargin::Doubt> outdated;
+  const energymargin::Problem problem = energymargin::load(arguments.file, &outdated);
+  warn(outdated);
   if (!arguments.copy.empty()) {
     energymargin::save(problem, arguments.copy, arguments.meshes);
     return "";

@@ -24,7 +24,10 @@ std::vector<Doubt> implausible(const Scene& scene);
 //! Of a problem, its scene included. `start_outside`: a start outside of the capture set is meant.
 std::vector<Doubt> implausible(const Problem& problem, bool start_outside = false);
 
-//! Of a simulation that starts at a state: bodies deep in each other, which are thrown apart.
+//! Of a state: joints that are further beyond their limits than a simulated one yields at its stop.
+std::vector<Doubt> implausible_joints(const Scene& scene, const State& state);
+
+//! Of a simulation that starts at a state: those joints, and bodies deep in each other, which are thrown apart.
 std::vector<Doubt> implausible_start(World& world, const State& state);
 
 //! Of an angle of a pose. Throws std::invalid_argument on one beyond plausible::refused_angle.

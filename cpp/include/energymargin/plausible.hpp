@@ -10,6 +10,9 @@ namespace plausible {
 constexpr double angle = 6.2832;         //!< of a pose [rad]
 constexpr double joint_angle = 12.5664;  //!< of a joint: wrists of industrial robots turn twice [rad]
 constexpr double refused_angle = 1e4;    //!< 1600 turns: no pose and no joint is told so [rad]
+// A simulated joint yields a little at its stop.
+constexpr double stop_angle = 0.05;    //!< of a state beyond the limit of a revolute joint [rad]
+constexpr double stop_length = 0.002;  //!< of a prismatic one [m]
 // In a step of 0.05 s a body falls 2.5 cm from rest; in one of 1 s it falls 10 m.
 constexpr double step = 0.05;         //!< [s]
 constexpr double refused_step = 1.0;  //!< [s]

@@ -3,15 +3,16 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
 
 namespace energymargin {
 
-//! Newest version of the format; `load` refuses newer ones. `save` writes the oldest one that can say it: 5 if the
-//! scene has a friction rule, coefficients of pairs, kinematic bodies or armatures, 4 if the problem has a horizon,
-//! plan, check or dwell, else 3.
-inline constexpr int problem_format_version = 5;
+//! The version of the format that is written. Files from the oldest version on are read.
+inline constexpr int problem_format_version = 6;
+inline constexpr int oldest_problem_format_version = 3;
 
 //! The JSON Schema (draft-07) of problem files, which every file is checked against when it is read.
 const std::string& problem_schema();
@@ -19,9 +20,10 @@ const std::string& problem_schema();
 //! The problem as JSON text. Throws std::invalid_argument for a region made of a user's own predicate.
 std::string to_json(const Problem& problem);
 
-//! Reads JSON text and validates the problem; paths of meshes are relative to the folder. Throws std::invalid_argument
-//! that names the place and what was expected.
-Problem from_json(const std::string& text, const std::string& folder = "");
+//! Reads JSON text and validates the problem; paths of meshes are relative to the folder. What a file of an older
+//! version asks for and no longer gets is added to `doubts`. Throws std::invalid_argument that names the place and what
+//! was expected.
+Problem from_json(const std::string& text, const std::string& folder = "", std::vector<Doubt>* doubts = nullptr);
 
 //! The plan as JSON text, as it stands in a problem file. Throws std::invalid_argument if it is none.
 std::string to_json(const Plan& plan);
@@ -44,7 +46,7 @@ enum class Meshes {
 void save(const Problem& problem, const std::string& path, Meshes meshes = Meshes::embedded);
 
 //! Throws FileError if the file cannot be opened, std::invalid_argument, naming it, if it is no problem file or names a
-//! mesh that is none.
-Problem load(const std::string& path);
+//! mesh that is none. `doubts` as in from_json.
+Problem load(const std::string& path, std::vector<Doubt>* doubts = nullptr);
 
 }  // namespace energymargin

@@ -114,9 +114,12 @@ struct Spring {
   double damping = 0.0;      //!< along the spring [N s/m]
 };
 
-//! Far beyond where rounds of the solver still change a digit, and few enough that a step of a hundred stacked boxes
-//! ends in a second: a timeout or Ctrl-C is seen between steps.
+//! Far more than a step takes to converge, and few enough that one of a hundred stacked boxes ends in a second: a
+//! timeout or Ctrl-C is seen between steps.
 inline constexpr int most_solver_iterations = 10'000;
+
+//! A residual of one part in a hundred is as coarse as friction is known.
+inline constexpr double most_solver_tolerance = 1e-2;
 
 //! How the coefficients of two bodies make that of their contact.
 enum class FrictionRule {
@@ -133,11 +136,10 @@ struct PairFriction {
 //! How the physics is stepped.
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
-  int iterations = 50;        //!< solver iterations a step, at most; 1..most_solver_iterations
+  int iterations = 50;        //!< Newton iterations of the contact solver in a step, at most; 1..most_solver_iterations
+  //! A step has converged when the residual of the equations of motion is below this share of the impulses that act in
+  //! it: relative, without a unit; above 0, at most most_solver_tolerance.
   double tolerance = 1e-6;
-  //! 2: friction holds in any direction of the contact plane, also against loads that come through other contacts. 1:
-  //! it acts along the velocity alone, which is right, and cheaper, where bodies slide. Joints need 2.
-  int friction_directions = 2;
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
 

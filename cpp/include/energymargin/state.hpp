@@ -62,13 +62,14 @@ struct Unpacked {
 Unpacked unpack(const Scene& scene, const State& state);
 
 //! Throws std::invalid_argument unless `state` has the scene's dimension, is finite, has unit quaternions, no
-//! velocity along locked axes or of held joints, and joints within their limits. `name` is what the error calls it.
+//! velocity along locked axes or of held joints. A joint may be beyond its limits, which push it back in a simulation:
+//! implausible_joints tells. `name` is what the error calls it.
 void validate(const Scene& scene, const State& state, const std::string& name = "state");
 
 //! The checks of one body's state.
 void validate(const Body& body, const BodyState& state, const std::string& name);
 
-//! The checks of one joint's state. A joint may be a little beyond its limit, as a simulated one is at its stop.
+//! The checks of one joint's state.
 void validate(const Joint& joint, const JointState& state, const std::string& name);
 
 }  // namespace energymargin

@@ -10,6 +10,7 @@
 #include "energymargin/kinematics.hpp"
 #include "energymargin/membership.hpp"
 #include "problem/penetration.hpp"
+#include "scene/scene_checks.hpp"
 
 namespace energymargin {
 namespace {
@@ -204,15 +205,36 @@ std::vector<Doubt> implausible(const Problem& problem, bool start_outside) {
     doubt_orientation(doubts, "state: " + of_body(body, "orientation"),
                       StateLayout::read(problem.state.data() + layout.offset(i)).orientation);
   }
+  for (Doubt& joint : implausible_joints(problem.scene, problem.state)) doubts.push_back(std::move(joint));
   doubt_floating(doubts, problem);
   if (!start_outside) doubt_outside(doubts, problem);
   return doubts;
 }
 
-std::vector<Doubt> implausible_start(World& world, const State& state) {
-  validate(world.scene(), state);
-  const Contact contact = world.deepest_contact(state);
+std::vector<Doubt> implausible_joints(const Scene& scene, const State& state) {
+  validate(scene, state);
   Doubts doubts;
+  const StateLayout layout(scene);
+  for (std::size_t i = 0; i < scene.joints().size(); ++i) {
+    const Joint& joint = scene.joints()[i];
+    if (!joint.moves()) continue;
+    const double position = layout.joint(state.data(), i).position;
+    const double beyond = beyond_limits(joint, position);
+    if (beyond == 0.0) continue;
+    const bool revolute = joint.type == JointType::revolute;
+    const std::string unit = revolute ? " rad" : " m";
+    const bool low = position < joint.lower;
+    doubt(doubts, "state: joint '" + joint.name + "': position", text(position) + unit,
+          text(beyond) + unit + " beyond its " + (low ? "lower" : "upper") + " limit of " +
+              text(low ? joint.lower : joint.upper) + unit + ", which pushes it back in a simulation" +
+              (revolute ? ": was it meant in degrees?" : ": was it meant in millimetres?"));
+  }
+  return doubts;
+}
+
+std::vector<Doubt> implausible_start(World& world, const State& state) {
+  Doubts doubts = implausible_joints(world.scene(), state);
+  const Contact contact = world.deepest_contact(state);
   if (contact.distance == 0.0) return doubts;
   const double most = plausible::overlap * smaller_half_extent(world.scene(), contact);
   if (-contact.distance <= most) return doubts;

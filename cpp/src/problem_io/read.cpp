@@ -17,7 +17,10 @@ int read_version(const JsonNode& node) {
     node["version"].fail("at most " + std::to_string(problem_format_version) +
                          "; a newer energymargin wrote this file");
   }
-  if (version < 1) node["version"].fail("a whole number from 1 to " + std::to_string(problem_format_version));
+  if (version < oldest_problem_format_version) {
+    node["version"].fail("a whole number from " + std::to_string(oldest_problem_format_version) + " to " +
+                         std::to_string(problem_format_version));
+  }
   return version;
 }
 

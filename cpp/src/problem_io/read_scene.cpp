@@ -22,14 +22,11 @@ FrictionRule read_friction_rule(const JsonNode& node) {
   return node.has("friction_rule") ? node["friction_rule"].one_of<FrictionRule>() : FrictionRule::product;
 }
 
-Stepping read_stepping(const JsonNode& node, int version) {
+Stepping read_stepping(const JsonNode& node) {
   Stepping stepping;
   stepping.step = node["step"].number();
   stepping.iterations = node["solver_iterations"].integer();
   stepping.tolerance = node["solver_tolerance"].number();
-  // Files of version 1 come from simulations with one.
-  if (version == 1) stepping.friction_directions = 1;
-  if (node.has("friction_directions")) stepping.friction_directions = node["friction_directions"].integer();
   if (node.has("margin")) stepping.margin = node["margin"].number();
   return stepping;
 }
@@ -47,13 +44,13 @@ std::string read_body_name(const JsonNode& node, const Scene& scene) {
 }
 
 Scene read_scene(const JsonNode& node, int version, const std::string& folder) {
-  node.allow_keys({"gravity", "step", "solver_iterations", "solver_tolerance", "friction_directions", "margin",
-                   "friction_rule", "bodies", "joints", "springs", "disabled_collisions", "pair_frictions"});
+  node.allow_keys({"gravity", "step", "solver_iterations", "solver_tolerance", "margin", "friction_rule", "bodies",
+                   "joints", "springs", "disabled_collisions", "pair_frictions"});
   for (const char* key : {"friction_rule", "pair_frictions"}) {
     require_version(node, key, version_with_friction_rule, version);
   }
   Scene scene = with_path(node, [&](const JsonNode& at) {
-    return Scene(at["gravity"].vector3(), read_stepping(at, version), read_friction_rule(at));
+    return Scene(at["gravity"].vector3(), read_stepping(at), read_friction_rule(at));
   });
   if (node["bodies"].items().empty()) node["bodies"].fail("a list of at least one body");
   const RecordReader records(&scene, folder);

@@ -1,7 +1,5 @@
 // A Problem as JSON.
 
-#include <algorithm>
-
 #include "energymargin/problem_io.hpp"
 #include "problem/records.hpp"
 #include "problem_io/format.hpp"
@@ -36,8 +34,7 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
   OrderedJson json = {{"gravity", write(scene.gravity())},
                       {"step", stepping.step},
                       {"solver_iterations", stepping.iterations},
-                      {"solver_tolerance", stepping.tolerance},
-                      {"friction_directions", stepping.friction_directions}};
+                      {"solver_tolerance", stepping.tolerance}};
   if (stepping.margin) json["margin"] = *stepping.margin;
   if (scene.friction_rule() != FrictionRule::product) json["friction_rule"] = word_of(scene.friction_rule());
   json["bodies"] = OrderedJson::array();
@@ -49,24 +46,10 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
   return json;
 }
 
-// The oldest version that can say it: what has no clock, programs read that know no clock.
-int version_of(const Problem& problem) {
-  const Scene& scene = problem.scene;
-  const auto is_kinematic = [](const Body& body) { return body.kinematic; };
-  const auto has_armature = [](const Joint& joint) { return joint.armature != 0.0; };
-  if (scene.friction_rule() != FrictionRule::product || !scene.pair_frictions().empty() ||
-      std::any_of(scene.bodies().begin(), scene.bodies().end(), is_kinematic) ||
-      std::any_of(scene.joints().begin(), scene.joints().end(), has_armature)) {
-    return version_with_friction_rule;
-  }
-  const bool clock = problem.horizon || problem.plan || problem.check || problem.dwell != 0.0;
-  return clock ? version_with_clock : version_without_clock;
-}
-
 }  // namespace
 
 OrderedJson write_problem(const Problem& problem, const MeshFiles& meshes) {
-  OrderedJson json = {{"format", format_name}, {"version", version_of(problem)}};
+  OrderedJson json = {{"format", format_name}, {"version", problem_format_version}};
   json["scene"] = write_scene(problem.scene, meshes);
   json["state"] = std::vector<double>(problem.state.begin(), problem.state.end());
   json["force"] = write(problem.force);

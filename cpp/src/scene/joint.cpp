@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "base/check.hpp"
@@ -27,6 +28,12 @@ void validate_mimic(const Joint& joint) {
 
 }  // namespace
 
+double beyond_limits(const Joint& joint, double position) {
+  const double slack = joint.type == JointType::revolute ? plausible::stop_angle : plausible::stop_length;
+  const double beyond = std::max(joint.lower - position, position - joint.upper);
+  return beyond > slack ? beyond : 0.0;
+}
+
 void validate_joint(const Joint& joint) {
   if (joint.name.empty()) reject("name", "empty", "a name that no other joint has");
   for (const auto& [name, pose] : {std::pair{"in_parent", joint.in_parent}, {"in_child", joint.in_child}}) {
@@ -48,6 +55,9 @@ void validate_joint(const Joint& joint) {
     reject("stiffness, damping or held", "given", "none of them: the joint is fixed");
   }
   validate(joint, joint.state, "");
+  if (beyond_limits(joint, joint.state.position) > 0.0) {
+    reject("position", text(joint.state.position), "from " + text(joint.lower) + " to " + text(joint.upper));
+  }
   for (const double limit : {joint.lower, joint.upper}) {
     if (joint.type != JointType::revolute || !std::isfinite(limit)) continue;
     if (std::abs(limit) > plausible::refused_angle) {

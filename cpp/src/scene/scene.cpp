@@ -36,9 +36,8 @@ void validate(const Stepping& stepping) {
     reject("solver_iterations", std::to_string(stepping.iterations),
            "a whole number from 1 to " + std::to_string(most_solver_iterations));
   }
-  require_not_negative("solver_tolerance", stepping.tolerance);
-  if (stepping.friction_directions != 1 && stepping.friction_directions != 2) {
-    reject("friction_directions", std::to_string(stepping.friction_directions), "1 or 2");
+  if (!(stepping.tolerance > 0.0 && stepping.tolerance <= most_solver_tolerance)) {
+    reject("solver_tolerance", text(stepping.tolerance), "a number above 0, at most " + text(most_solver_tolerance));
   }
   if (stepping.margin) require_positive("margin", *stepping.margin);
 }
@@ -95,8 +94,6 @@ std::size_t Scene::add_joint(Joint joint) {
   std::size_t child = 0;
   try {
     validate_joint(joint);
-    if (stepping_.friction_directions != 2)
-      reject("friction_directions of the scene", "1", "2 for a scene with joints");
     if (joint_indices_.count(joint.name)) reject("name", "'" + joint.name + "'", "a name that no other joint has");
     parent = index(joint.parent);
     child = index(joint.child);

@@ -11,6 +11,9 @@ void validate_body(const Body& body);
 
 void validate_joint(const Joint& joint);
 
+//! How far a position is beyond a limit of the joint [rad] or [m]; 0 if that is no more than a simulated joint yields.
+double beyond_limits(const Joint& joint, double position);
+
 //! A spring between `a` and `b`, beside `others`, is soft enough for steps of this length [s].
 void validate_spring(const Spring& spring, const Body& a, const Body& b, const std::vector<Spring>& others,
                      double step);

@@ -4,14 +4,6 @@
 #include "energymargin/kinematics.hpp"
 
 namespace energymargin {
-namespace {
-
-// A simulated joint yields a little at its stop: this much is no mistake.
-constexpr double stop_slack_revolute = 0.05;    // [rad]
-constexpr double stop_slack_prismatic = 0.002;  // [m]
-
-}  // namespace
-
 StateLayout::StateLayout(const Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const bool free = !scene.bodies()[i].fixed() && !scene.joint_to(i);
@@ -132,10 +124,6 @@ void validate(const Body& body, const BodyState& state, const std::string& name)
 void validate(const Joint& joint, const JointState& state, const std::string& name) {
   require_finite(name + "position", state.position);
   require_finite(name + "velocity", state.velocity);
-  const double slack = joint.type == JointType::revolute ? stop_slack_revolute : stop_slack_prismatic;
-  if (state.position < joint.lower - slack || state.position > joint.upper + slack) {
-    reject(name + "position", text(state.position), "from " + text(joint.lower) + " to " + text(joint.upper));
-  }
   if (joint.held && state.velocity != 0.0) reject(name + "velocity", text(state.velocity), "0: the joint is held");
 }
 

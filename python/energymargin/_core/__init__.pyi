@@ -464,16 +464,15 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None, friction_rule: str = 'product') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-06, margin: float | None = None, friction_rule: str = 'product') -> None:
         """
         An empty scene.
         
-        gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most, 1 to 10000; the solver stops early
-        below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
-        also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
-        where bodies slide. Joints need 2. margin [m]: of collision shapes, by default a twentieth of each one's smallest half
-        extent. friction_rule: what two bodies' coefficients make of their contact's, 'product' (as in Bullet) or 'max' (as in
-        MuJoCo); set_friction says it for a pair.
+        gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iterations of the contact solver in a step, at most,
+        1 to 10000. solver_tolerance: a step has converged when the residual of the equations of motion is below this share of the
+        impulses that act in it (relative, without a unit), above 0 and at most 0.01. margin [m]: of collision shapes, by default a
+        twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
+        'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair.
         """
     def __repr__(self) -> str:
         ...
@@ -537,7 +536,7 @@ class Scene:
         """
     def pack(self, *, joints: dict[str, typing.Any] | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values.
+        State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values. Warns of a joint that is beyond its limits.
         """
     def set_friction(self, body_a: str, body_b: str, friction: float) -> None:
         """
@@ -577,11 +576,6 @@ class Scene:
         Pairs of bodies.
         """
     @property
-    def friction_directions(self) -> int:
-        """
-        Of a contact: 1, along its sliding, or 2.
-        """
-    @property
     def friction_rule(self) -> str:
         """
         What two bodies' coefficients make of their contact's: 'product' or 'max'.
@@ -609,12 +603,12 @@ class Scene:
     @property
     def solver_iterations(self) -> int:
         """
-        Most iterations of the contact solver a step.
+        Newton iterations of the contact solver in a step, at most.
         """
     @property
     def solver_tolerance(self) -> float:
         """
-        Squared change of speed at which the contact solver stops [m^2/s^2].
+        A step has converged when the residual of the equations of motion is below this share of its impulses.
         """
     @property
     def springs(self) -> list[Spring]:
@@ -895,8 +889,8 @@ class World:
         Applies a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects.
         
         duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
-        time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Raises TimeoutError, or
-        Cancelled.
+        time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Warns of a joint that starts
+        beyond its limits. Raises TimeoutError, or Cancelled.
         """
     def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
@@ -904,8 +898,8 @@ class World:
         
         drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
         Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
-        start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Raises TimeoutError, or
-        Cancelled.
+        start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Warns of a joint that starts
+        beyond its limits, and of bodies deep in each other. Raises TimeoutError, or Cancelled.
         """
     @property
     def scene(self) -> Scene:
@@ -998,7 +992,7 @@ class Problem:
     @staticmethod
     def load(path: typing.Any, *, start_outside: bool = False) -> Problem:
         """
-        Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected. Warns as the constructor does.
+        Reads a JSON file. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected. Warns as the constructor does, and of friction along one direction, which files of version 0.13 may ask for.
         """
     @staticmethod
     def schema() -> dict[str, typing.Any]:
@@ -1037,7 +1031,7 @@ class Problem:
         """
     def with_state(self, state: numpy.typing.ArrayLike) -> Problem:
         """
-        The same question about another state, shape (n,). The copy has no measured contacts.
+        The same question about another state, shape (n,). The copy has no measured contacts. Warns of a joint that is beyond its limits.
         """
     @property
     def captured(self) -> Region:

@@ -47,7 +47,7 @@ class PublishedPush(SweptTask, SimulatedTask):
 
     def scene(self, params: Params) -> Scene:
         """Table, wall, box and pusher."""
-        made = Scene(gravity=GRAVITY, step=STEP, friction_directions=1)
+        made = Scene(gravity=GRAVITY, step=STEP)
         made.add_plane("table", friction=FRICTION)
         made.add_body(
             "wall",

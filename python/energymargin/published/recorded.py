@@ -35,7 +35,6 @@ OVERLAP = 0.004  # m: by so much tags put the tool into the object, in nine fram
 CLEARANCE = 0.001  # m, of the tool above the table: the arm carries it
 WALL_Y = -0.15  # m, its near side; the push goes towards smaller y
 WALL_SIZE = (1.0, 0.1, 0.06)  # m
-TOLERANCE = 1e-9  # m^2/s^2, of the solver, as in push-real
 
 ACCELERATION = 2.5  # m/s^2, of the object
 TURN = 5.0  # rad/s^2; the authors' 0.5 at ten times the length
@@ -76,7 +75,7 @@ class PublishedRecorded(SweptTask):
     @cached_property
     def _scene(self) -> Scene:
         shapes = Path(self.data) / "shapes"
-        made = Scene(gravity=GRAVITY, step=STEP, friction_directions=1, solver_tolerance=TOLERANCE)
+        made = Scene(gravity=GRAVITY, step=STEP)
         made.add_plane("table", friction=FRICTION)
         made.add_body(
             "wall",

@@ -106,7 +106,6 @@ def _empty(scene: Scene) -> Scene:
         scene.step,
         scene.solver_iterations,
         scene.solver_tolerance,
-        scene.friction_directions,
         scene.margin,
         scene.friction_rule,
     )

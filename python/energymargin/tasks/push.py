@@ -204,8 +204,7 @@ def _swept(at: dict[str, Any] | None = None) -> regions.Region:
 
 def scene(friction: float) -> Scene:
     """Table, wall, box and pusher, all of one friction coefficient."""
-    # All contacts slide here: friction acts against the motion.
-    made = Scene(gravity=GRAVITY, step=STEP, friction_directions=1)
+    made = Scene(gravity=GRAVITY, step=STEP)
     made.add_plane("table", friction=friction)
     made.add_body("wall", Box(WALL_SIZE), mass=0, position=WALL_POSITION, friction=friction)
     made.add_body(

@@ -34,7 +34,6 @@ BAR_MASS = 10.0  # kg, with the arm behind it
 BAR_INERTIA = 1.0  # kg m^2, about all axes
 BAR_Z = 0.02  # m, of its middle: the hand carries it above the table
 MARGIN = 0.005  # m, of collisions: it rounds the edges of bar and discs
-TOLERANCE = 1e-6  # of the solver, ten times the default; both save a third of the time
 FREE_AXES = (1.0, 1.0, 0.0)  # x and y
 FREE_TURNS = (0.0, 0.0, 1.0)  # yaw
 FRICTION_RANGE = (0.2, 0.4)  # coefficient of all bodies, one draw a trajectory
@@ -210,14 +209,7 @@ def _swept(disc: str, at: dict[str, Any] | None = None) -> regions.Region:
 
 def scene(friction: float) -> Scene:
     """Table, discs and bar, all of one friction coefficient."""
-    # All contacts slide here: friction acts against the motion.
-    made = Scene(
-        gravity=GRAVITY,
-        step=STEP,
-        friction_directions=1,
-        margin=MARGIN,
-        solver_tolerance=TOLERANCE,
-    )
+    made = Scene(gravity=GRAVITY, step=STEP, margin=MARGIN)
     made.add_plane("table", friction=friction)
     for number, disc in enumerate(DISCS):
         made.add_body(

@@ -34,7 +34,7 @@ FRICTION = 27 / 68  # of the object with all else, measured; a fact
 CLEARANCE = 0.001  # m, of the arm's tool above the table
 ARM_MASS = 5.0  # kg that moves with the printed effector, so that its speed lasts over an edge
 ARM_INERTIA = 0.2  # kg m^2, the same about 0.2 m: the arm all but holds the effector's yaw
-TOLERANCE = 1e-9  # m^2/s^2, of the solver: a speed of 0.03 mm/s; docs/results/table2.md
+TOLERANCE = Scene().solver_tolerance
 
 # The script of simulated pushes: a steady push from behind.
 OBJECT_Y = (0.0, 0.02)  # m
@@ -206,16 +206,11 @@ def scene(
     """Table, wall, object and the arm's tool.
 
     Enlarged by `scale`, what happens is alike: densities and accelerations stay, so that times grow
-    by the square root, and so do speeds. `step` [s] and `tolerance` [m^2/s^2] are those at true
-    scale.
+    by the square root, and so do speeds. `step` [s] is that at true scale; `tolerance` is the
+    solver's, which has no scale.
     """
     body, tool = body.scaled(scale), tool.scaled(scale)
-    made = Scene(
-        gravity=GRAVITY,
-        step=step * math.sqrt(scale),
-        solver_tolerance=tolerance * scale,
-        friction_directions=1,  # all contacts slide here: friction acts against the motion
-    )
+    made = Scene(gravity=GRAVITY, step=step * math.sqrt(scale), solver_tolerance=tolerance)
     made.add_plane("table", friction=FRICTION)
     x, y, z = WALL_SIZE
     made.add_body(
