@@ -38,6 +38,8 @@ struct Rollout {
   double work = 0.0;    //!< the same with its sign [J]
   double energy = 0.0;  //!< mechanical energy at the end, as World::energy [J]
   int steps = 0;
+  int unconverged = 0;           //!< steps whose contact solver did not converge
+  double lost_time = 0.0;        //!< time in which nothing moved, as bodies would have passed through each other [s]
   bool complete = true;          //!< false if it reached its limit
   std::optional<Audit> audit{};  //!< where the energy went, if that was asked for
   std::vector<Moment> recorded{};
@@ -81,6 +83,8 @@ struct Frame {
   double time = 0.0;  //!< [s]
   State state;
   std::vector<Contact> contacts;
+  int unconverged = 0;     //!< steps until then whose contact solver did not converge
+  double lost_time = 0.0;  //!< time until then in which nothing moved [s]
 };
 
 class Engine;

@@ -106,9 +106,16 @@ void Simulation::read(std::vector<Velocity>& velocities) const {
   stepper_->read(velocities);
 }
 
-void Simulation::step() {
+PartResult Simulation::step() {
+  PartResult whole{step_, 0.0, true};
   double left = step_;
-  for (int parts = 0; left > 0.0; ++parts) left -= advance(left, parts).duration;
+  for (int parts = 0; left > 0.0; ++parts) {
+    const PartResult part = advance(left, parts);
+    left -= part.duration;
+    whole.lost += part.lost;
+    whole.converged = whole.converged && part.converged;
+  }
+  return whole;
 }
 
 PartResult Simulation::advance(double duration, int parts) {
@@ -127,7 +134,7 @@ PartResult Simulation::advance_safely(double duration, int parts) {
   for (int tries = 1;; ++tries) {
     accelerate(duration);
     if (tries == 1) pairs_.update();
-    solve(duration);
+    const bool converged = solve(duration);
     // Split impulses know nothing of links.
     if (continuous_ && !scene_.joints().empty() && continuous_->is_squeezed(pairs_)) stepper_->undo_split_impulses();
     const double share = continuous_ ? safe_share(duration) : 1.0;
@@ -139,7 +146,7 @@ PartResult Simulation::advance_safely(double duration, int parts) {
       continue;
     }
     stepper_->move(duration, share);
-    return {duration, (1.0 - share) * duration};
+    return {duration, (1.0 - share) * duration, converged};
   }
 }
 
@@ -152,7 +159,7 @@ void Simulation::accelerate(double duration) {
   for (const Load& load : springs_.loads()) stepper_->apply(load, duration);
 }
 
-void Simulation::solve(double duration) {
+bool Simulation::solve(double duration) {
   // The solver starts from the impulses of the last part. If that was longer, so are they; if it was shorter, they may
   // be of an impact, which does not grow with time.
   solver_.m_warmstartingFactor = last_duration_ > 0.0 ? std::min(1.0, duration / last_duration_) : 1.0;
@@ -161,8 +168,8 @@ void Simulation::solve(double duration) {
   // which would have no bound in short parts.
   solver_.m_erp2 = error_share * (duration / step_);
   solver_.m_timeStep = duration;
-  stepper_->solve({duration, pairs_.touching(), motors_, solver_});
   last_duration_ = duration;
+  return stepper_->solve({duration, pairs_.touching(), motors_, solver_});
 }
 
 double Simulation::safe_share(double duration) {

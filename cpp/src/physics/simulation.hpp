@@ -30,6 +30,7 @@ enum class Detection {
 struct PartResult {
   double duration;  // that it took [s]
   double lost;      // of it, in which nothing moved [s]
+  bool converged;   // whether the contact solver did
 };
 
 //! Bullet's side of a World. What makes rollouts pure functions is `restore`.
@@ -71,8 +72,8 @@ class Simulation {
   //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
   PartResult advance(double duration, int parts);
 
-  //! One step.
-  void step();
+  //! One step: its parts together.
+  PartResult step();
 
   const Springs& springs() const { return springs_; }
 
@@ -99,7 +100,7 @@ class Simulation {
  private:
   PartResult advance_safely(double duration, int parts);
   void accelerate(double duration);
-  void solve(double duration);
+  bool solve(double duration);
   double safe_share(double duration);
 
   Scene scene_;

@@ -67,8 +67,8 @@ class Stepper {
   //! Takes back the split impulses of `solve`; velocities stay.
   virtual void undo_split_impulses() = 0;
 
-  //! Velocities at the end of the part.
-  virtual void solve(const StepPart& part) = 0;
+  //! Velocities at the end of the part; false if the contact solver did not converge to them.
+  virtual bool solve(const StepPart& part) = 0;
 
   //! Moves with these velocities for a share of `duration` [s].
   virtual void move(double duration, double share) = 0;

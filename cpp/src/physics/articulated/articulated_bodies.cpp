@@ -131,7 +131,7 @@ void ArticulatedBodies::undo() {
   }
 }
 
-void ArticulatedBodies::solve(const StepPart& part) { solver_->solve(part, to_bullet(scene_.gravity())); }
+bool ArticulatedBodies::solve(const StepPart& part) { return solver_->solve(part, to_bullet(scene_.gravity())); }
 
 void ArticulatedBodies::move(double duration, double share) {
   rigids_.move(duration, share);

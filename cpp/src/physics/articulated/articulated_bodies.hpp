@@ -34,7 +34,7 @@ class ArticulatedBodies : public Stepper {
   void save() override;
   void undo() override;
   void undo_split_impulses() override { rigids_.undo_split_impulses(); }
-  void solve(const StepPart& part) override;
+  bool solve(const StepPart& part) override;
   void move(double duration, double share) override;
 
  private:

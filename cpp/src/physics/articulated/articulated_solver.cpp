@@ -44,20 +44,22 @@ ArticulatedSolver::ArticulatedSolver(const std::vector<btRigidBody*>& bodies, co
 }
 
 // A drive that would be beyond its torque limit becomes a row, and all is solved again.
-void ArticulatedSolver::solve(const StepPart& part, const btVector3& gravity) {
+bool ArticulatedSolver::solve(const StepPart& part, const btVector3& gravity) {
   const btContactSolverInfo& info = part.solver;
   for (TreeDynamics& tree : trees_) tree.update(gravity);
   for (const Motor& motor : part.motors) drive(motor);
+  bool converged = false;
   do {
     start(info.m_timeStep);
     for (const Motor& motor : part.motors) add_motor(motor, info.m_timeStep);
     for (std::size_t i = 0; i < trees_.size(); ++i) add_controls(i, info);
     for (MimicConstraint& mimic : mimics_) add_mimic(mimic, info);
     for (btPersistentManifold* manifold : part.touching) add_contacts(*manifold, info);
-    rows_.solve(info.m_numIterations, info.m_numNonContactInnerIterations, info.m_leastSquaresResidualThreshold);
+    converged = rows_.solve(info.m_numIterations, info.m_numNonContactInnerIterations, info.m_leastSquaresResidualThreshold);
   } while (update_limits(info.m_timeStep));
   if (audit_.before) add_work(info);
   write_back(info);
+  return converged;
 }
 
 bool ArticulatedSolver::is_kinematic(const Mover& mover) const {

@@ -60,9 +60,15 @@ void VelocityRows::start(VelocityRow& row, double impulse) {
   if (row.impulse != 0.0) push(row, row.impulse, velocities_.data());
 }
 
-void VelocityRows::solve(int rounds, int joint_rounds, double tolerance) {
-  for (int i = 0; !splits.empty() && i < rounds && iterate_splits() > tolerance;) ++i;
-  for (int i = 0; i < rounds && iterate(i, joint_rounds) > tolerance;) ++i;
+bool VelocityRows::solve(int rounds, int joint_rounds, double tolerance) {
+  const auto until_small = [&](const auto& iterate) {
+    for (int i = 0; i < rounds; ++i) {
+      if (iterate(i) <= tolerance) return true;
+    }
+    return false;
+  };
+  const bool apart = splits.empty() || until_small([&](int) { return iterate_splits(); });
+  return until_small([&](int round) { return iterate(round, joint_rounds); }) && apart;
 }
 
 double VelocityRows::iterate_splits() {

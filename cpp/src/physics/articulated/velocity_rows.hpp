@@ -63,7 +63,8 @@ class VelocityRows {
   void start(VelocityRow& row, double impulse);
 
   //! Rounds over all rows, until the largest square of a change of velocity is no more than `tolerance` [m^2/s^2].
-  void solve(int rounds, int joint_rounds, double tolerance);
+  //! False if there are too few rounds for that.
+  bool solve(int rounds, int joint_rounds, double tolerance);
 
   //! Speed along a row if these were all velocities.
   double speed(const VelocityRow& row, const double* velocities) const;

@@ -31,14 +31,15 @@ void set_friction_directions(btManifoldPoint& point, const btVector3& velocity, 
 
 }  // namespace
 
-void ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
+bool ContactSolver::solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
                           const std::vector<Motor>& motors, const btContactSolverInfo& info) {
   add_bodies(bodies, info);
   for (const Motor& motor : motors) add_motor(motor, info);
   for (btPersistentManifold* manifold : manifolds) add_contacts(*manifold, info);
-  iterate(info);
+  const bool converged = iterate(info);
   if (audit_.before) add_work(info);
   write_back(info);
+  return converged;
 }
 
 void ContactSolver::add_bodies(const std::vector<btRigidBody*>& bodies, const btContactSolverInfo& info) {
@@ -173,12 +174,16 @@ btVector3 ContactSolver::velocity(int slot, const btVector3& arm) const {
   return body.rigid->getLinearVelocity() + (body.rigid->getAngularVelocity() + body.gyroscopic).cross(arm);
 }
 
-void ContactSolver::iterate(const btContactSolverInfo& info) {
+// Whether the last iterations changed little.
+bool ContactSolver::iterate(const btContactSolverInfo& info) {
   const auto until_small = [&](auto iterate) {
-    for (int i = 0; i < info.m_numIterations && iterate() > info.m_leastSquaresResidualThreshold;) ++i;
+    for (int i = 0; i < info.m_numIterations; ++i) {
+      if (iterate() <= info.m_leastSquaresResidualThreshold) return true;
+    }
+    return false;
   };
-  until_small([this] { return rows_.iterate_split_impulses(); });
-  until_small([this] { return rows_.iterate(); });
+  const bool apart = until_small([this] { return rows_.iterate_split_impulses(); });
+  return until_small([this] { return rows_.iterate(); }) && apart;
 }
 
 void ContactSolver::write_back(const btContactSolverInfo& info) {

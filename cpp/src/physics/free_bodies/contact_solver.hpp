@@ -19,8 +19,8 @@ class ContactSolver {
   explicit ContactSolver(ImpulseAudit& audit) : audit_(audit) {}
 
   //! Changes the velocities of `bodies`, which can all move, and by split impulses their positions where they overlap.
-  //! `manifolds` have at least one of them each.
-  void solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
+  //! `manifolds` have at least one of them each. Returns whether it converged.
+  bool solve(const std::vector<btRigidBody*>& bodies, const std::vector<btPersistentManifold*>& manifolds,
              const std::vector<Motor>& motors, const btContactSolverInfo& info);
 
  private:
@@ -45,7 +45,7 @@ class ContactSolver {
   double set_side(RowSide& side, int slot, const btVector3& direction, const btVector3& arm) const;
   double asked_before(const ContactRow& row, bool gyroscopic) const;
   btVector3 velocity(int slot, const btVector3& arm) const;
-  void iterate(const btContactSolverInfo& info);
+  bool iterate(const btContactSolverInfo& info);
   void write_back(const btContactSolverInfo& info);
   void add_work(const btContactSolverInfo& info);
   double work_of(const ContactRow& row) const;

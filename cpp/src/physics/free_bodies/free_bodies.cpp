@@ -13,8 +13,8 @@ btVector3 FreeBodies::velocity(std::size_t body, const btVector3& point) const {
 
 void FreeBodies::apply(const Load& load, double duration) { apply_load(*bodies_.all()[load.body], load, duration); }
 
-void FreeBodies::solve(const StepPart& part) {
-  solver_.solve(bodies_.moving(), part.touching, part.motors, part.solver);
+bool FreeBodies::solve(const StepPart& part) {
+  return solver_.solve(bodies_.moving(), part.touching, part.motors, part.solver);
 }
 
 }  // namespace energymargin

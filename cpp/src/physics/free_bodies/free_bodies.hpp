@@ -25,7 +25,7 @@ class FreeBodies : public Stepper {
   void save() override { bodies_.save(); }
   void undo() override { bodies_.undo(); }
   void undo_split_impulses() override { bodies_.undo_split_impulses(); }
-  void solve(const StepPart& part) override;
+  bool solve(const StepPart& part) override;
   void move(double duration, double share) override { bodies_.move(duration, share); }
 
  private:
