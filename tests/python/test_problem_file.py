@@ -213,6 +213,9 @@ def test_the_executable_has_pythons_effort_of_a_horizon_and_a_plan_to_the_last_b
         assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
         assert [(at["nodes"], at["effort"]) for at in printed["history"]] == effort.history
         assert (printed["nodes"], printed["discarded"]) == (effort.nodes, effort.discarded)
+        for name in ("steps", "unconverged", "lost_time"):
+            assert printed[name] == getattr(effort, name)
+        assert printed["warnings"] == list(effort.warnings)
     assert (printed["horizon"], printed["dwell"]) == (problem.horizon, problem.dwell)
     assert printed["check"] == problem.check
     assert printed["plan"] == {
@@ -241,6 +244,8 @@ def test_the_executable_has_pythons_probability_to_the_last_bit(tmp_path):
         p.diverged,
         p.complete,
     )
+    assert (printed["unconverged"], printed["lost_time"]) == (p.unconverged, p.lost_time)
+    assert printed["warnings"] == list(p.warnings)
 
 
 @pytest.mark.parametrize("clock", [False, True], ids=["", "clock"])

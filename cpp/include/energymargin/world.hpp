@@ -45,6 +45,24 @@ struct Rollout {
   std::vector<Moment> recorded{};
 };
 
+//! The simulation steps of a result that is made of rollouts, and how good they were.
+struct StepCounts {
+  long long steps = 0;
+  long long unconverged = 0;  //!< of these, steps whose contact solver did not converge
+  double lost_time = 0.0;     //!< time in which nothing moved, as bodies would have passed through each other [s]
+
+  StepCounts() = default;
+  StepCounts(const Rollout& rollout)
+      : steps(rollout.steps), unconverged(rollout.unconverged), lost_time(rollout.lost_time) {}
+
+  StepCounts& operator+=(const StepCounts& other) {
+    steps += other.steps;
+    unconverged += other.unconverged;
+    lost_time += other.lost_time;
+    return *this;
+  }
+};
+
 //! What is recorded of a rollout, and where it ends early.
 struct Watch {
   double cost = 0.0;                                       //!< before the rollout [J]
