@@ -139,7 +139,8 @@ void bind_batch(py::module_& module) {
       .def("cancel", &Batch::cancel, py::call_guard<py::gil_scoped_release>(),
            "Stops within one rollout. Problems that are not complete give no row.");
   module.def("warn_of_steps", &warn_of_steps, py::arg("steps"), py::arg("unconverged"), py::arg("lost_time"),
-             py::arg("scene"), "Warns if too many steps of a scene did not converge, or too much of their time is lost.");
+             py::arg("scene"),
+             "Warns if too many steps of a scene did not converge, or too much of their time is lost.");
   module.def("stream", &stream_of, py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
 }
 

@@ -68,8 +68,8 @@ struct BoundedEscape : Escape {
 BoundedEscape score_effort(const Problem& problem, const EffortCall& call) {
   const Limit limit = call.call_limit();
   if (call.lower_bound) validate(call.bound_options());
-  BoundedEscape result{
-      run_with_progress(&guarded_escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call, limit)};
+  BoundedEscape result{run_with_progress(&guarded_escape_effort, problem, EffortOptions(call),
+                                         &EffortOptions::node_counter, call, limit)};
   if (call.warn) warn(result.warnings, problem.scene);
   if (!call.lower_bound) return result;
   result.bound = run_interruptible(limit, [&](const Limit& until) {
@@ -117,8 +117,8 @@ void bind_effort(py::module_& module) {
           "proved_cage", [](const BoundedEscape& escape) { return escape.bound && escape.bound->cage(); },
           "Whether the lower bound proves that there is no escape.")
       .def_readonly("bound", &BoundedEscape::bound, "How the lower bound came about; None unless it was asked for.");
-  def_quality(type,
-              "a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; ");
+  def_quality(
+      type, "a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; ");
   def_repr(type, "EscapeEffort", {"effort", "nodes", "complete"});
   def_metric(
       module, "escape_effort", &score_effort, effort_doc,

@@ -32,7 +32,8 @@ void def_quality(py::class_<Result>& type, const std::string& example) {
       .def_property_readonly(
           "warnings", [](const Result& result) { return sentences(result.warnings); },
           ("Sentences that speak against the result: " + example +
-           "more than 1 % of the steps did not converge, or of the time is lost.").c_str());
+           "more than 1 % of the steps did not converge, or of the time is lost.")
+              .c_str());
 }
 
 }  // namespace energymargin::binding

@@ -151,9 +151,9 @@ TEST(Quality, EffortSumsUpTheRolloutsOfItsTree) {
 }
 
 TEST(Quality, StepsThatTellWhetherAnExitLastsCountToo) {
-  Problem problem = with_horizon(problem_of(free_body(), {50.0, 0.0, 0.0}, Vector3::Zero(), 0.1,
-                                            regions::Ball{"object", Vector3::Zero(), 0.01}));
-  problem.dwell = 0.02;
+  Problem problem = with_horizon(
+      problem_of(free_body(), {50.0, 0.0, 0.0}, Vector3::Zero(), 0.1, regions::Ball{"object", Vector3::Zero(), 0.01}));
+  problem.dwell = 6 * step;
   EffortOptions options;
   options.nodes = 30;
   const Escape escape = escape_effort(problem, options);

@@ -24,7 +24,9 @@ def tower(iterations: int, horizon: float | None = None) -> em.Problem:
     for i in range(10):
         role = "object" if i == 9 else "none"
         position = (0.0, 0.0, 0.02 + 0.04 * i)
-        scene.add_body(f"brick {i}", em.Box((0.1, 0.1, 0.04)), mass=0.5, position=position, role=role)
+        scene.add_body(
+            f"brick {i}", em.Box((0.1, 0.1, 0.04)), mass=0.5, position=position, role=role
+        )
     return em.Problem(
         scene,
         scene.pack(),

@@ -78,17 +78,17 @@ Score probability(const Problem& problem, ProbabilityOptions options) {
   options.by_object = problem.captured_any.has_value();
   const CaptureProbability p = capture_probability(problem, options);
   Json json{{"captured", p.all.captured()},
-          {"interval", pair(interval(p.all.captured(), p.effective, 1.0 - 0.05 / p.looks))},
-          {"mean_time", p.all.mean_time},
-          {"success", optional(p.success)},
-          {"captured_any", p.any ? Json(p.any->captured()) : Json(nullptr)},
-          {"undisturbed", p.undisturbed},
-          {"undisturbed_time", p.undisturbed_time},
-          {"times", numbers(p.times)},
-          {"curve", numbers(p.all.curve)},
-          {"rollouts", p.rollouts},
-          {"diverged", p.diverged},
-          {"complete", p.complete}};
+            {"interval", pair(interval(p.all.captured(), p.effective, 1.0 - 0.05 / p.looks))},
+            {"mean_time", p.all.mean_time},
+            {"success", optional(p.success)},
+            {"captured_any", p.any ? Json(p.any->captured()) : Json(nullptr)},
+            {"undisturbed", p.undisturbed},
+            {"undisturbed_time", p.undisturbed_time},
+            {"times", numbers(p.times)},
+            {"curve", numbers(p.all.curve)},
+            {"rollouts", p.rollouts},
+            {"diverged", p.diverged},
+            {"complete", p.complete}};
   add_counts(p, json);
   return with_warnings(json, p.warnings);
 }

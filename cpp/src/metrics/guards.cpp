@@ -63,12 +63,14 @@ std::vector<Warning> implausible(const StepCounts& counts, double time) {
   std::vector<Warning> warnings;
   const double unconverged = static_cast<double>(counts.unconverged) / static_cast<double>(counts.steps);
   if (unconverged > plausible::unconverged) {
-    warnings.push_back({"steps that did not converge", "the contact solver did not converge in " + percent(unconverged) +
-                                                           " of " + std::to_string(counts.steps) + " steps: " + remedy});
+    warnings.push_back({"steps that did not converge", "the contact solver did not converge in " +
+                                                           percent(unconverged) + " of " +
+                                                           std::to_string(counts.steps) + " steps: " + remedy});
   }
   if (counts.lost_time > plausible::lost_time * time) {
-    warnings.push_back({"lost time", "nothing moved in " + percent(counts.lost_time / time) + " of " + text(time) +
-                                         " s of simulation, as bodies would have passed through each other: " + remedy});
+    warnings.push_back(
+        {"lost time", "nothing moved in " + percent(counts.lost_time / time) + " of " + text(time) +
+                          " s of simulation, as bodies would have passed through each other: " + remedy});
   }
   return warnings;
 }
@@ -76,11 +78,12 @@ std::vector<Warning> implausible(const StepCounts& counts, double time) {
 std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem) {
   std::vector<Warning> warnings = of_steps(score, problem);
   if (score.nodes() > 0 && score.resolution > plausible::resolution) {
-    warnings.push_back({"capture_score: resolution",
-                        "the capture score " + text(score.capture.mean) + " has a resolution of " +
-                            text(score.resolution) + ", above " + text(plausible::resolution) +
-                            ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make "
-                            "it finer"});
+    warnings.push_back(
+        {"capture_score: resolution",
+         "the capture score " + text(score.capture.mean) + " has a resolution of " + text(score.resolution) +
+             ", above " + text(plausible::resolution) +
+             ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make "
+             "it finer"});
   }
   if (score.undisturbed_exit) {
     warnings.push_back(

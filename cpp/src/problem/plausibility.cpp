@@ -39,8 +39,8 @@ void check_extent(Warnings& warnings, const Body& body, double least_moving) {
   if (body.fixed() && !(extent >= plausible::extent_ratio * least_moving)) return;
   const std::string beside = body.fixed() ? " beside a body of " + text(least_moving) + " m that moves" : "";
   warn(warnings, of_body(body, "its least extent"), text(extent) + " m",
-        "a building's" + beside +
-            ": sizes are in metres; was it meant in millimetres, or the mesh's scale 1000 times less?");
+       "a building's" + beside +
+           ": sizes are in metres; was it meant in millimetres, or the mesh's scale 1000 times less?");
 }
 
 // A constant force that holds a body's own weight stands for a machine, and so does its mass.
@@ -58,11 +58,11 @@ void check_density(Warnings& warnings, const Scene& scene, std::size_t index) {
   const std::string value = text(body.mass) + " kg";
   if (density > (robot ? plausible::robot_density : plausible::density)) {
     warn(warnings, of_body(body, "mass"), value,
-          "which makes " + text(density) + " kg/m^3, denser than any solid: was it meant in grams?");
+         "which makes " + text(density) + " kg/m^3, denser than any solid: was it meant in grams?");
   } else if (density < plausible::least_implied_density && !robot) {
     warn(warnings, of_body(body, "mass"), value,
-          "which makes " + text(density) +
-              " kg/m^3, lighter than air: was it meant in tonnes, or a size in millimetres?");
+         "which makes " + text(density) +
+             " kg/m^3, lighter than air: was it meant in tonnes, or a size in millimetres?");
   }
 }
 
@@ -72,8 +72,8 @@ bool is_w_first(const Quaternion& orientation) { return orientation.coeffs() == 
 void check_orientation(Warnings& warnings, const std::string& about, const Quaternion& orientation) {
   if (!is_w_first(orientation)) return;
   warn(warnings, about, "(1, 0, 0, 0)",
-        "a half turn about x, since the order is x, y, z, w: no turn is (0, 0, 0, 1), and (-1, 0, 0, 0) says that the "
-        "half turn is meant");
+       "a half turn about x, since the order is x, y, z, w: no turn is (0, 0, 0, 1), and (-1, 0, 0, 0) says that the "
+       "half turn is meant");
 }
 
 void check_joint(Warnings& warnings, const Joint& joint) {
@@ -109,8 +109,8 @@ void check_mass_ratio(Warnings& warnings, const Scene& scene) {
   if (heavy->second < plausible::mass_ratio * light->second) return;
   const auto name = [&](const auto& of) { return "'" + scene.bodies()[of->first].name + "'"; };
   warn(warnings, "the ratio of masses of " + name(heavy) + " and " + name(light),
-        text(heavy->second) + " kg to " + text(light->second) + " kg",
-        "too much for the solver's iterations, and the light one may be pressed through: is one in grams?");
+       text(heavy->second) + " kg to " + text(light->second) + " kg",
+       "too much for the solver's iterations, and the light one may be pressed through: is one in grams?");
 }
 
 // The nearest other body to one, and how far it is: inf if there is none, and the first one that is near enough.
@@ -145,7 +145,7 @@ void check_floating(Warnings& warnings, const Problem& problem) {
     const auto [other, distance] = nearest_body(*world, problem.state, object);
     if (!std::isfinite(distance) || distance < plausible::gap) continue;
     warn(warnings, of_body(object, "its distance to the nearest body, '" + other + "',"), text(distance) + " m",
-          "and it is at rest: nothing holds it, so that it falls before anything disturbs it");
+         "and it is at rest: nothing holds it, so that it falls before anything disturbs it");
   }
 }
 
@@ -164,10 +164,9 @@ void check_outside(Warnings& warnings, const Problem& problem) {
   if (problem.captured_any || !is_outside(problem)) return;
   const std::size_t object = problem.scene.with_role(Role::object).front();
   const BodyState at = Kinematics(problem.scene)(problem.state.data(), object);
-  warn(
-      warnings, "state",
-      "one in which '" + problem.scene.bodies()[object].name + "' at " + text(at.position) + " is outside of captured",
-      "the capture set, so that it has escaped before the search begins: start_outside=True says that it is meant");
+  warn(warnings, "state",
+       "one in which '" + problem.scene.bodies()[object].name + "' at " + text(at.position) + " is outside of captured",
+       "the capture set, so that it has escaped before the search begins: start_outside=True says that it is meant");
 }
 
 }  // namespace
@@ -176,8 +175,8 @@ std::vector<Warning> implausible(const Scene& scene) {
   Warnings warnings;
   if (scene.stepping().step > plausible::step) {
     warn(warnings, "step", text(scene.stepping().step) + " s",
-          "in which a body falls " + text(9.81 * scene.stepping().step * scene.stepping().step) +
-              " m: a step of 1/240 s is usual");
+         "in which a body falls " + text(9.81 * scene.stepping().step * scene.stepping().step) +
+             " m: a step of 1/240 s is usual");
   }
   const double least_moving = least_moving_extent(scene);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
@@ -195,7 +194,7 @@ std::vector<Warning> implausible(const Problem& problem, bool start_outside) {
   Warnings warnings = implausible(problem.scene);
   if (problem.duration > plausible::duration) {
     warn(warnings, "duration", text(problem.duration) + " s",
-          "a long time for one push of a disturbance, the longest edge of the search: was it meant in milliseconds?");
+         "a long time for one push of a disturbance, the longest edge of the search: was it meant in milliseconds?");
   }
   const StateLayout layout(problem.scene);
   for (std::size_t i = 0; i < problem.scene.bodies().size(); ++i) {
@@ -217,8 +216,8 @@ std::vector<Warning> implausible_start(World& world, const State& state) {
   const double most = plausible::overlap * smaller_half_extent(world.scene(), contact);
   if (-contact.distance <= most) return warnings;
   warn(warnings, "the overlap of '" + contact.body_a + "' and '" + contact.body_b + "' at the start",
-        text(-contact.distance) + " m",
-        "more than " + text(most) + " m, half of the thinner one: they are thrown apart by forces that mean nothing");
+       text(-contact.distance) + " m",
+       "more than " + text(most) + " m, half of the thinner one: they are thrown apart by forces that mean nothing");
   return warnings;
 }
 
@@ -228,17 +227,18 @@ std::optional<Warning> implausible_angle(const std::string& name, double angle) 
     reject(name, text(angle), "at most " + text(plausible::refused_angle) + " rad");
   }
   return Warning{name, name + " is " + text(angle) + " rad, beyond a full turn: was it meant in degrees? Then write " +
-                         "math.radians(" + text(angle) + ")"};
+                           "math.radians(" + text(angle) + ")"};
 }
 
 std::optional<Warning> implausible_density(const std::string& name, double density) {
   if (!(density > 0.0 && density < plausible::least_density)) return std::nullopt;
-  return Warning{name, name + " is " + text(density) + " kg/m^3, lighter than foam: was it meant in g/cm^3? Then write " +
-                         text(1000.0 * density)};
+  return Warning{name, name + " is " + text(density) +
+                           " kg/m^3, lighter than foam: was it meant in g/cm^3? Then write " + text(1000.0 * density)};
 }
 
 std::string fingerprint(const Scene& scene) {
-  std::string words = text(scene.stepping().step) + text(scene.gravity());
+  const Stepping& stepping = scene.stepping();
+  std::string words = text(stepping.step) + " " + std::to_string(stepping.iterations) + text(scene.gravity());
   for (const Body& body : scene.bodies()) {
     words += "\n" + body.name + " " + text(body.mass) + " " + text(smallest_half_extent(body.shape));
   }

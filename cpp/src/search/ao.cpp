@@ -159,13 +159,13 @@ class Search {
   Shortening* shortening_;
   Confirm confirm_;
   std::vector<Candidate> candidates_;  // each cheaper than the one before
-  std::size_t first_unconfirmed_ = 0;     // those before it count
+  std::size_t first_unconfirmed_ = 0;  // those before it count
   int futures_ = 0;                    // nodes of the undisturbed future
   int next_confirmation_ = 0;          // nodes
   int discards_ = 0;
   double discarded_effort_ = std::numeric_limits<double>::infinity();  // least of them [J]
   std::optional<int> undisturbed_exit_;                                // node
-  double prune_bound_ = std::numeric_limits<double>::infinity();  // on what is left in the planner [J]
+  double prune_bound_ = std::numeric_limits<double>::infinity();       // on what is left in the planner [J]
   bool ended_ = false;
   bool nothing_left_ = false;
   std::optional<int> last_node_;  // of the result, if the limit was reached while an escape was confirmed

@@ -52,7 +52,7 @@ class ScoreTable:
         return self.scores[metric]
 
     def to_rows(self) -> list[dict[str, float]]:
-        """One dictionary a problem: index, seconds, steps, unconverged, lost_time, and each metric."""
+        """One dictionary a problem: index, seconds, the counts of steps, and each metric."""
         columns = {
             "index": self.index,
             "seconds": self.seconds,

@@ -51,9 +51,9 @@ struct CaptureScore : StepCounts {
   double resolution = 0.0;                //!< likelihood of a tree's heaviest node, mean over the trees
   std::optional<double> undisturbed_exit{};  //!< time of the exit without disturbance [s]: guarded_capture_score
   std::vector<Tree> trees{};
-  Eigen::VectorXd likelihoods{};  //!< of the first tree's nodes, eq. 4, shape (M + 1,); the sum is 1
-  int diverged = 0;               //!< rollouts of all trees that diverged: nodes of infinite cost and no likelihood
-  bool complete = true;           //!< no tree is missing; with a tolerance, the standard errors meet it
+  Eigen::VectorXd likelihoods{};    //!< of the first tree's nodes, eq. 4, shape (M + 1,); the sum is 1
+  int diverged = 0;                 //!< rollouts of all trees that diverged: nodes of infinite cost and no likelihood
+  bool complete = true;             //!< no tree is missing; with a tolerance, the standard errors meet it
   std::vector<Warning> warnings{};  //!< what speaks against the score
 
   //! Of each tree, besides its root.

@@ -55,7 +55,8 @@ bool ArticulatedSolver::solve(const StepPart& part, const btVector3& gravity) {
     for (std::size_t i = 0; i < trees_.size(); ++i) add_controls(i, info);
     for (MimicConstraint& mimic : mimics_) add_mimic(mimic, info);
     for (btPersistentManifold* manifold : part.touching) add_contacts(*manifold, info);
-    converged = rows_.solve(info.m_numIterations, info.m_numNonContactInnerIterations, info.m_leastSquaresResidualThreshold);
+    converged =
+        rows_.solve(info.m_numIterations, info.m_numNonContactInnerIterations, info.m_leastSquaresResidualThreshold);
   } while (update_limits(info.m_timeStep));
   if (audit_.before) add_work(info);
   write_back(info);

@@ -32,8 +32,8 @@ class ArticulatedSolver {
   ArticulatedSolver(const std::vector<btRigidBody*>& bodies, const std::vector<Articulation*>& trees,
                     std::vector<MimicConstraint>& mimics, ImpulseAudit& audit);
 
-  //! Changes the velocities of bodies and trees, and by split impulses the places of bodies that overlap. Returns whether it
-  //! converged.
+  //! Changes the velocities of bodies and trees, and by split impulses the places of bodies that overlap. Returns
+  //! whether it converged.
   bool solve(const StepPart& part, const btVector3& gravity);
 
  private:
