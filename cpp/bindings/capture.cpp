@@ -154,7 +154,9 @@ void bind_capture(py::module_& module) {
   def_set_scores(type);
   def_trees(type);
   def_checks(type);
-  def_repr(type, "CaptureScore", {"capture", "success", "resolution", "undisturbed_exit", "nodes", "complete"});
+  def_repr(type, "CaptureScore",
+           {"capture", "success", "resolution", "undisturbed_exit", "nodes", "steps", "unconverged", "lost_time",
+            "complete"});
   def_metric(module, "capture_score", &score_capture, capture_doc,
              std::tuple_cat(std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
                                        keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),

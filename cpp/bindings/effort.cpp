@@ -119,7 +119,7 @@ void bind_effort(py::module_& module) {
       .def_readonly("bound", &BoundedEscape::bound, "How the lower bound came about; None unless it was asked for.");
   def_quality(
       type, "a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; ");
-  def_repr(type, "EscapeEffort", {"effort", "nodes", "complete"});
+  def_repr(type, "EscapeEffort", {"effort", "nodes", "steps", "unconverged", "lost_time", "complete"});
   def_metric(
       module, "escape_effort", &score_effort, effort_doc,
       std::tuple_cat(

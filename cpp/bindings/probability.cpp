@@ -226,6 +226,9 @@ std::string repr_of(const CaptureProbability& p) {
                                                {"mean_time", py::cast(p.all.mean_time)},
                                                {"undisturbed", py::cast(undisturbed_of(p))},
                                                {"rollouts", py::cast(p.rollouts)},
+                                               {"steps", py::cast(p.steps)},
+                                               {"unconverged", py::cast(p.unconverged)},
+                                               {"lost_time", py::cast(p.lost_time)},
                                                {"complete", py::cast(p.complete)}});
 }
 

@@ -106,10 +106,12 @@ std::vector<Warning> implausible(const Escape& escape, const Problem& problem) {
                             " were discarded): the true effort may be less; search with a shorter step"});
   }
   if (escape.undisturbed_exit && escape.effort > 0.0) {
-    warnings.push_back({"escape_effort: undisturbed",
-                        effort + "without any disturbance the state leaves the capture set after " +
-                            text(*escape.undisturbed_exit) +
-                            " s: ask with a horizon, with which a state that leaves by itself has the effort 0"});
+    warnings.push_back(
+        {"escape_effort: undisturbed",
+         effort + "without any disturbance the state leaves the capture set after " + text(*escape.undisturbed_exit) +
+             " s: " +
+             (timing_of(problem) ? "a simulation with a quarter of the step does not confirm it; take a shorter step"
+                                 : "ask with a horizon, with which a state that leaves by itself has the effort 0")});
   }
   return warnings;
 }

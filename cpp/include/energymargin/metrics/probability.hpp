@@ -48,7 +48,8 @@ struct Splitting {
   int simulated = 0;          //!< rollouts that were simulated: the replicas, and those that branch from them
 };
 
-//! Its steps are those of all rollouts, also the undisturbed one, but for those that diverged.
+//! Its steps are those of all rollouts, also the undisturbed one; one that diverged has none or, where losses are rare,
+//! those up to its last look.
 struct CaptureProbability : StepCounts {
   Eigen::VectorXd times;  //!< of the looks at the sets, from 0 to the horizon, shape (T,) [s]
   Survival all;           //!< of all objects
