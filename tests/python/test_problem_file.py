@@ -35,7 +35,7 @@ CAPTURE = [
     f"{name}{more}"
     for name in ("capture", "success", "capture_any", "success_any")
     for more in ("", "_stderr")
-] + ["complete", "nodes", "resolution", "undisturbed_exit"]
+] + ["complete", "nodes", "resolution", "undisturbed_exit", "steps", "unconverged", "lost_time"]
 
 
 @pytest.mark.parametrize("meshes", ["embedded", "files"])
@@ -53,6 +53,7 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
         else:
             assert tuple(interval) == capture.interval(name)
     assert printed.pop("trees") == len(capture.trees)
+    assert printed.pop("warnings") == list(capture.warnings)
     assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
         effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)

@@ -1,7 +1,6 @@
 """
 The compiled core of energymargin.
 """
-
 from __future__ import annotations
 import collections.abc
 import numpy
@@ -9,71 +8,19 @@ import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-
-__all__: list[str] = [
-    "Audit",
-    "Body",
-    "Box",
-    "Cancel",
-    "Cancelled",
-    "Capsule",
-    "CaptureProbability",
-    "CaptureScore",
-    "Compound",
-    "Contact",
-    "ContactMargins",
-    "ConvexHull",
-    "Cylinder",
-    "EscapeEffort",
-    "EscapeEnergy",
-    "FEWEST_TREES",
-    "ForceScore",
-    "ForceWeights",
-    "Inertial",
-    "Joint",
-    "LowerBound",
-    "MassProperties",
-    "Mimic",
-    "Part",
-    "Plan",
-    "Plane",
-    "Problem",
-    "Region",
-    "Rollout",
-    "Scene",
-    "ScoreRow",
-    "ScoreRun",
-    "Simulation",
-    "Sphere",
-    "Spring",
-    "Survival",
-    "Tree",
-    "World",
-    "capture_probability",
-    "capture_score",
-    "disturbances",
-    "effort_lower_bound",
-    "escape_effort",
-    "escape_energy",
-    "force_score",
-    "interval",
-    "mass_properties",
-    "regions",
-    "stream",
-    "warn_of_steps",
-]
-
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LowerBound', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'warn_of_steps']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
     """
-
 class Cancel:
     """
     Ends the long calls that have it as `cancel`, from any thread. It cannot be reset.
     """
-    def __init__(self) -> None: ...
-    def __repr__(self) -> str: ...
+    def __init__(self) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
     def set(self) -> None:
         """
         Ends these calls, and all later ones.
@@ -83,7 +30,6 @@ class Cancel:
         """
         Whether `set` was called.
         """
-
 class Plane:
     """
     The half space below a plane, {x : normal . x <= offset}; only fixed bodies have it.
@@ -98,7 +44,6 @@ class Plane:
         """
         Of the surface along the normal [m].
         """
-
 class Box:
     """
     A box along the axes of its frame, about its origin.
@@ -112,7 +57,6 @@ class Box:
         """
         Full edge lengths along x, y, z [m]. Shape (3,).
         """
-
 class Sphere:
     """
     A sphere about the origin of its frame.
@@ -126,7 +70,6 @@ class Sphere:
         """
         [m].
         """
-
 class Cylinder:
     """
     A cylinder about its own z axis.
@@ -146,7 +89,6 @@ class Cylinder:
         """
         [m].
         """
-
 class Capsule:
     """
     A capsule about its own z axis.
@@ -166,7 +108,6 @@ class Capsule:
         """
         [m].
         """
-
 class ConvexHull:
     """
     The convex hull of points in the body's frame.
@@ -184,17 +125,12 @@ class ConvexHull:
         """
         In the shape's frame [m]; they span a volume. Shape (n, 3).
         """
-
 class Part:
     """
     A solid at its place in a Compound: position [m] and orientation (x, y, z, w).
     """
-    def __init__(
-        self,
-        shape: Box | Sphere | Cylinder | Capsule | ConvexHull,
-        position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        orientation: numpy.typing.ArrayLike | None = None,
-    ) -> None: ...
+    def __init__(self, shape: Box | Sphere | Cylinder | Capsule | ConvexHull, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None) -> None:
+        ...
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -210,18 +146,12 @@ class Part:
         """
         The solid.
         """
-
 class MassProperties:
     """
     Volume, centre of mass and inertia of a solid of even density.
     """
-    def __init__(
-        self,
-        volume: float,
-        center: numpy.typing.ArrayLike,
-        moments: numpy.typing.ArrayLike,
-        axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0),
-    ) -> None: ...
+    def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
+        ...
     @property
     def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -242,20 +172,16 @@ class MassProperties:
         """
         [m^3].
         """
-
 class Compound:
     """
     Several solids that move as one.
-
+    
     parts: Parts, or solids that stand at the body's frame; without any there is nothing to collide with. solid: the mass
     properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
     together. Raises ValueError on values that no solid can have.
     """
-    def __init__(
-        self,
-        parts: collections.abc.Sequence[Part | Box | Sphere | Cylinder | Capsule | ConvexHull],
-        solid: MassProperties | None = None,
-    ) -> None: ...
+    def __init__(self, parts: collections.abc.Sequence[Part | Box | Sphere | Cylinder | Capsule | ConvexHull], solid: MassProperties | None = None) -> None:
+        ...
     @property
     def parts(self) -> list[Part]:
         """
@@ -266,22 +192,16 @@ class Compound:
         """
         Of the solid that the parts stand for, as of a mesh; unset: those of the parts together.
         """
-
 class Inertial:
     """
     Mass properties of a body, in its frame.
-
+    
     center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
     default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is
     symmetric, positive, and such that a rigid body can have it.
     """
-    def __init__(
-        self,
-        center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        *,
-        inertia: numpy.typing.ArrayLike,
-        axes: numpy.typing.ArrayLike | None = None,
-    ) -> None: ...
+    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
+        ...
     @property
     def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -297,7 +217,6 @@ class Inertial:
         """
         Principal moments about the centre of mass [kg m^2]. Shape (3,).
         """
-
 class Body:
     """
     One body of a scene.
@@ -377,12 +296,12 @@ class Body:
         """
         Of the frame's origin, in the world's axes [m/s]. Shape (3,).
         """
-
 class Mimic:
     """
     A joint follows another: position = multiplier * (that joint's position) + offset, always.
     """
-    def __init__(self, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None: ...
+    def __init__(self, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None:
+        ...
     @property
     def joint(self) -> str:
         """
@@ -398,7 +317,6 @@ class Mimic:
         """
         [rad] or [m].
         """
-
 class Joint:
     """
     A joint of a scene; for a prismatic one read m for rad and N for N m.
@@ -503,7 +421,6 @@ class Joint:
         """
         fixed: the two move as one. revolute: turns about its axis. prismatic: slides along its axis.
         """
-
 class Spring:
     """
     A spring between two bodies.
@@ -543,24 +460,14 @@ class Spring:
         """
         [N/m].
         """
-
 class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(
-        self,
-        gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81),
-        step: float = 0.004166666666666667,
-        solver_iterations: int = 50,
-        solver_tolerance: float = 1e-07,
-        friction_directions: int = 2,
-        margin: float | None = None,
-        friction_rule: str = "product",
-    ) -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-07, friction_directions: int = 2, margin: float | None = None, friction_rule: str = 'product') -> None:
         """
         An empty scene.
-
+        
         gravity [m/s^2]. step [s]: of the simulation. solver_iterations: a step, at most, 1 to 10000; the solver stops early
         below solver_tolerance, a squared residual. friction_directions: with 2, friction holds in any direction of the contact plane,
         also against loads that come through other contacts; with 1 it acts along the velocity alone, which is right, and cheaper,
@@ -568,31 +475,14 @@ class Scene:
         extent. friction_rule: what two bodies' coefficients make of their contact's, 'product' (as in Bullet) or 'max' (as in
         MuJoCo); set_friction says it for a pair.
         """
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
-    def add_body(
-        self,
-        name: str,
-        shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound,
-        *,
-        mass: float | None = None,
-        density: float | None = None,
-        inertial: Inertial | None = None,
-        position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        orientation: numpy.typing.ArrayLike | None = None,
-        yaw: float | None = None,
-        velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        friction: float = 0.5,
-        role: str = "none",
-        linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0),
-        angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0),
-        force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        kinematic: bool = False,
-    ) -> None:
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, inertial: Inertial | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), kinematic: bool = False) -> None:
         """
         Add a body.
-
+        
         position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
         shape's; velocity [m/s], of the frame's origin, and angular_velocity [rad/s] are in the world's axes. Either mass [kg] or
         density [kg/m^3] says how heavy it is; a mass of 0 fixes it. inertial says where the centre of mass is, at which wrenches
@@ -602,74 +492,34 @@ class Scene:
         or a motor does. kinematic: the body goes on as it moves, or has the `velocities` of a plan, whatever it meets, as if its
         mass were infinite. Raises ValueError on bad values.
         """
-    def add_joint(
-        self,
-        name: str,
-        *,
-        parent: str,
-        child: str,
-        type: str = "revolute",
-        origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        orientation: numpy.typing.ArrayLike | None = None,
-        child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        child_orientation: numpy.typing.ArrayLike | None = None,
-        axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0),
-        limits: tuple[float, float] = ...,
-        start: float = 0.0,
-        start_velocity: float = 0.0,
-        held: bool = False,
-        target: float | None = None,
-        target_velocity: float = 0.0,
-        stiffness: float = 0.0,
-        damping: float = 0.0,
-        torque_limit: float = ...,
-        mimic: Mimic | None = None,
-        armature: float = 0.0,
-    ) -> None:
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., start: float = 0.0, start_velocity: float = 0.0, held: bool = False, target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0) -> None:
         """
         Hang the body `child` on the body `parent`, which makes it a link.
-
+        
         type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at
         origin [m] and orientation (unit quaternion x, y, z, w) in the parent's frame, and at child_origin and child_orientation in
         the child's; the two are one at position 0. axis is in the joint's frame. A link stands in no state vector: the joint's
         position and velocity do, and start and start_velocity are theirs where none is given.
-
+        
         mimic: the joint follows another one, as by a linkage without play, and has no limits, no drive, and no numbers in the
         state of its own.
-
+        
         The joint is driven by position control with compliance: by the torque stiffness (target - position) + damping
         (target_velocity - velocity), at most torque_limit [N m]; target is by default the start. held: it keeps the position that
         it has in the state, whatever the load. A joint with neither moves freely. armature: the inertia of the drive's rotor times
         the square of the gear ratio [kg m^2], which resists accelerations of the joint and has no weight.
-
+        
         The parent may be fixed, free or a link itself; a body has one parent, joints make no loops, and bodies on joints have no
         locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
-    def add_plane(
-        self,
-        name: str,
-        *,
-        normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0),
-        offset: float = 0.0,
-        friction: float = 0.5,
-    ) -> None:
+    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5) -> None:
         """
         Add the fixed half space below a plane; by default z <= 0.
         """
-    def add_spring(
-        self,
-        body_a: str,
-        body_b: str,
-        *,
-        stiffness: float,
-        rest_length: float = 0.0,
-        damping: float = 0.0,
-        point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-        point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-    ) -> None:
+    def add_spring(self, body_a: str, body_b: str, *, stiffness: float, rest_length: float = 0.0, damping: float = 0.0, point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
         Add a spring between a point of one body and a point of another, in their frames.
-
+        
         It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
         a spring too stiff for the scene's step.
         """
@@ -685,16 +535,14 @@ class Scene:
         """
         Where a joint's position and velocity stand in a state.
         """
-    def pack(
-        self, *, joints: dict[str, typing.Any] | None = None, **kwargs: dict[str, typing.Any]
-    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def pack(self, *, joints: dict[str, typing.Any] | None = None, **kwargs: dict[str, typing.Any]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         State vector, shape (n,): scene.pack(box=dict(position=..., yaw=..., velocity=...), joints=dict(knee=0.1, ankle=dict(position=..., velocity=...))). What is left out has the scene's own value. Raises ValueError on unknown bodies, joints or keys and bad values.
         """
     def set_friction(self, body_a: str, body_b: str, friction: float) -> None:
         """
         From now on contacts of the two bodies have this coefficient of friction.
-
+        
         It counts instead of what friction_rule makes of the bodies' own. Raises ValueError on unknown bodies, one body given twice, and
         a coefficient that is negative or not finite.
         """
@@ -706,12 +554,10 @@ class Scene:
         """
         Dict of dicts by body, links included: position (3,), orientation (4,), velocity (3,), angular_velocity (3,), yaw; and, if there are joints, under 'joints' a dict of dicts by joint: position, velocity.
         """
-    def with_body(
-        self, name: str, *, friction: float | None = None, mass: float | None = None
-    ) -> Scene:
+    def with_body(self, name: str, *, friction: float | None = None, mass: float | None = None) -> Scene:
         """
         A copy with another friction coefficient or mass [kg] of one body.
-
+        
         Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a fixed body, and a spring that is
         too stiff for a lighter one.
         """
@@ -780,11 +626,10 @@ class Scene:
         """
         [s]
         """
-
 class Plan:
     """
     The robot's actions from a problem's state on: K rows in time, each for `step` [s].
-
+    
     Args:
         step: duration of a row [s].
         wrenches: by free or jointed body, shape (K, 6): force [N] and torque [N m] at its centre of mass, along the world's
@@ -795,7 +640,7 @@ class Plan:
         limits: of the motors, by body of `velocities`: (force [N], torque [N m]), the largest along and about each axis of the
             world. By default twice what holds the body and its links against gravity, and that at the body's radius. A kinematic
             body has none.
-
+    
     After the last row motors and wrenches are off, joints keep their targets, and kinematic bodies their velocities. Raises ValueError on rows of unequal number,
     or that are not finite.
     """
@@ -809,18 +654,16 @@ class Plan:
         """
         The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
-    def __getstate__(self) -> str: ...
-    def __init__(
-        self,
-        step: float,
-        wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {},
-        targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {},
-        velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {},
-        limits: collections.abc.Mapping[str, tuple[float, float]] = {},
-    ) -> None: ...
-    def __repr__(self) -> str: ...
-    def __setstate__(self, arg0: str) -> None: ...
-    def _repr_html_(self) -> str: ...
+    def __getstate__(self) -> str:
+        ...
+    def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: str) -> None:
+        ...
+    def _repr_html_(self) -> str:
+        ...
     def to_json(self) -> str:
         """
         The plan as JSON text, as it stands in a problem file.
@@ -860,16 +703,16 @@ class Plan:
         """
         By body, shape (K, 6) [N, N m].
         """
-
 class Audit:
     """
     Where the energy of a rollout went.
-
+    
     Each work [J] is work on the bodies: positive where it gives them energy. An impulse works along the mean of the velocities
     before and after the step; so the sum over all impulses is the gain of kinetic energy. The entries and `leftover` add up to
     `energy_change`.
     """
-    def __repr__(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
     @property
     def contacts(self) -> float:
         """
@@ -930,23 +773,12 @@ class Audit:
         """
         Work of the disturbance: Rollout.work [J].
         """
-
 class Contact:
     """
     One point where two bodies touch, and the forces there over the last step.
     """
-    def __init__(
-        self,
-        *,
-        body_a: str,
-        body_b: str,
-        position: numpy.typing.ArrayLike,
-        normal: numpy.typing.ArrayLike,
-        distance: float,
-        normal_force: float,
-        tangential_force: numpy.typing.ArrayLike,
-        friction: float,
-    ) -> None: ...
+    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
+        ...
     @property
     def body_a(self) -> str:
         """
@@ -987,7 +819,6 @@ class Contact:
         """
         Friction on body_a, shape (3,) [N].
         """
-
 class Rollout:
     """
     The result of one rollout.
@@ -1032,7 +863,6 @@ class Rollout:
         """
         The same with its sign [J].
         """
-
 class Simulation:
     """
     A recorded simulation of K frames.
@@ -1067,12 +897,12 @@ class Simulation:
         """
         Of these, steps whose contact solver did not converge.
         """
-
 class World:
     """
     One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a pure function of the arguments. Threads may share a world, which answers one at a time.
     """
-    def __init__(self, scene: Scene, plan: Plan | None = None) -> None: ...
+    def __init__(self, scene: Scene, plan: Plan | None = None) -> None:
+        ...
     def contacts(self, state: numpy.typing.ArrayLike) -> list[Contact]:
         """
         Contacts at a state, with the forces of one step without a wrench.
@@ -1085,38 +915,18 @@ class World:
         """
         Mechanical energy [J]: kinetic energy of all moving bodies, links included; potential energy of gravity and of the bodies' constant forces, zero at the world's origin; energy of the springs and of the joints' compliance, zero at their targets.
         """
-    def rollout(
-        self,
-        state: numpy.typing.ArrayLike,
-        wrench: numpy.typing.ArrayLike,
-        duration: float,
-        *,
-        audit: bool = False,
-        time: float = 0.0,
-        timeout: float | None = None,
-        cancel: Cancel | None = None,
-    ) -> Rollout:
+    def rollout(self, state: numpy.typing.ArrayLike, wrench: numpy.typing.ArrayLike, duration: float, *, audit: bool = False, time: float = 0.0, timeout: float | None = None, cancel: Cancel | None = None) -> Rollout:
         """
         Applies a wrench (6,), force [N] and torque [N m], to the object, or (k, 6) to k objects.
-
+        
         duration [s]: of the wrench, rounded to whole steps. audit: also balances the energy; only the time that it takes changes.
         time [s]: where the robot's plan starts. timeout [s], cancel: when the rollout ends early. Raises TimeoutError, or
         Cancelled.
         """
-    def simulate(
-        self,
-        state: numpy.typing.ArrayLike,
-        steps: int,
-        drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {},
-        targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {},
-        record: collections.abc.Sequence[int] | None = None,
-        *,
-        timeout: float | None = None,
-        cancel: Cancel | None = None,
-    ) -> Simulation:
+    def simulate(self, state: numpy.typing.ArrayLike, steps: int, drives: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, record: collections.abc.Sequence[int] | None = None, *, timeout: float | None = None, cancel: Cancel | None = None) -> Simulation:
         """
         One unbroken simulation of a number of steps.
-
+        
         drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
         Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
         start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Raises TimeoutError, or
@@ -1127,36 +937,32 @@ class World:
         """
         A copy.
         """
-
 class Region:
     """
     A set of states; combine with & | ~. Built by the functions of em.regions.
     """
-    def __and__(self, arg0: Region) -> Region: ...
-    def __bool__(self) -> bool: ...
-    def __invert__(self) -> Region: ...
-    def __or__(self, arg0: Region) -> Region: ...
+    def __and__(self, arg0: Region) -> Region:
+        ...
+    def __bool__(self) -> bool:
+        ...
+    def __invert__(self) -> Region:
+        ...
+    def __or__(self, arg0: Region) -> Region:
+        ...
     def contains(self, scene: Scene, states: numpy.typing.ArrayLike) -> typing.Any:
         """
         Membership of one state (n,) as bool, or of several (N, n) as an array (N,). Raises ValueError if the region names a body that the scene does not have.
         """
-
 class ForceWeights:
     """
     Weights of the force score, Section V-B.
-
+    
     engage [1/N]: of the normal forces between effector and object. stick [1/N]: of their distances to the friction cones'
     edges. distance [1/m]: of the distance between object and effector, which the score subtracts. ground_engage and
     ground_stick: as engage and stick, for the object's contacts with everything but the effector.
     """
-    def __init__(
-        self,
-        engage: float = 1.0,
-        stick: float = 1.0,
-        distance: float = 10.0,
-        ground_engage: float = 0.0,
-        ground_stick: float = 0.0,
-    ) -> None: ...
+    def __init__(self, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None:
+        ...
     @property
     def distance(self) -> float:
         """
@@ -1182,11 +988,10 @@ class ForceWeights:
         """
         Of the distances to the friction cones' edges there [1/N].
         """
-
 class Problem:
     """
     One question: how robust is this state against these disturbances?
-
+    
     Args:
         scene: the bodies.
         state: where they are and how they move, shape (n,).
@@ -1206,7 +1011,7 @@ class Problem:
         check: time between two looks at the capture set [s], by default about 1/60.
         dwell: how long an object has to stay outside for an escape [s].
         start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
-
+    
     Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
     another unit, and of a start that falls or is outside of the capture set.
     """
@@ -1225,34 +1030,17 @@ class Problem:
         """
         The JSON Schema (draft-07) of problem files.
         """
-    def __getstate__(self) -> str: ...
-    def __init__(
-        self,
-        scene: Scene,
-        state: numpy.typing.ArrayLike,
-        *,
-        force: numpy.typing.ArrayLike,
-        torque: numpy.typing.ArrayLike,
-        duration: float,
-        captured: collections.abc.Mapping[str, Region] | Region,
-        succeeded: collections.abc.Mapping[str, Region] | Region | None = None,
-        within: Region | None = None,
-        effector: str = "coast",
-        rate: float = 5.0,
-        force_weights: ForceWeights = ...,
-        contacts: collections.abc.Sequence[Contact] | None = None,
-        horizon: float | None = None,
-        plan: Plan | None = None,
-        check: float | None = None,
-        dwell: float = 0.0,
-        start_outside: bool = False,
-    ) -> None: ...
-    def __repr__(self) -> str: ...
-    def __setstate__(self, arg0: str) -> None: ...
-    def _repr_html_(self) -> str: ...
-    def edge_start(
-        self, node: numpy.typing.ArrayLike
-    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def __getstate__(self) -> str:
+        ...
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, plan: Plan | None = None, check: float | None = None, dwell: float = 0.0, start_outside: bool = False) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: str) -> None:
+        ...
+    def _repr_html_(self) -> str:
+        ...
+    def edge_start(self, node: numpy.typing.ArrayLike) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector at its velocity of the start state.
         """
@@ -1260,10 +1048,10 @@ class Problem:
         """
         A copy with other values of some of the constructor's keywords. Raises as the constructor does, and TypeError on other keywords.
         """
-    def save(self, path: typing.Any, meshes: str = "embedded") -> None:
+    def save(self, path: typing.Any, meshes: str = 'embedded') -> None:
         """
         Writes a JSON file, atomically.
-
+        
         meshes: 'embedded' writes the points of convex hulls, as those of a mesh, into the file; 'files' writes them into OBJ files
         beside it, for compounds whose parts are all hulls without a pose of their own. Raises ValueError if a region is a
         Predicate, and OSError if a file cannot be written.
@@ -1371,14 +1159,16 @@ class Problem:
         """
         Bounds of the search for an escape, or None.
         """
-
 class Tree:
     """
     All rollouts of a search as flat arrays; row 0 is the root.
     """
-    def __len__(self) -> int: ...
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
     def path_to(self, node: int) -> list[int]:
         """
         Rows from the root to a node, both included.
@@ -1413,17 +1203,18 @@ class Tree:
         """
         Since the root, shape (M + 1,) [s].
         """
-
 class CaptureScore:
     """
     Capture and success score, Section IV-B and Algorithm 2.
     """
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
-    def interval(self, which: str = "capture", confidence: float = 0.95) -> tuple[float, float]:
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
+    def interval(self, which: str = 'capture', confidence: float = 0.95) -> tuple[float, float]:
         """
         (low, high), a confidence interval for the score of infinitely many trees of this size.
-
+        
         which: 'capture', 'success', 'capture_any' or 'success_any'. The interval holds Student's interval of the trees' scores
         and Wilson's, which counts what a few trees cannot see. Raises ValueError on a single tree, or a set that the problem does
         not have.
@@ -1439,9 +1230,7 @@ class CaptureScore:
         The same that at least one of several objects stays; None without such a set.
         """
     @property
-    def capture_any_by_tree(
-        self,
-    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def capture_any_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         `capture_any` of each tree alone, shape (trees,); empty without such a set.
         """
@@ -1506,9 +1295,7 @@ class CaptureScore:
         The same that at least one of several objects succeeds; None without such a set.
         """
     @property
-    def success_any_by_tree(
-        self,
-    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def success_any_by_tree(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         `success_any` of each tree alone, shape (trees,); empty without such a set.
         """
@@ -1552,12 +1339,12 @@ class CaptureScore:
         """
         Sentences that speak against the result: its resolution is above 0.2; the score is above 0.5 although the state leaves without a disturbance; more than 1 % of the steps did not converge, or of the time is lost.
         """
-
 class LowerBound:
     """
     A lower bound of the effort of escape.
     """
-    def __repr__(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
     @property
     def barrier(self) -> float:
         """
@@ -1598,13 +1385,14 @@ class LowerBound:
         """
         Energy that other bodies, springs and joints can release [J]; inf: there is no end of it.
         """
-
 class EscapeEffort:
     """
     Effort of escape, Section IV-A and Algorithm 1.
     """
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
     @property
     def bound(self) -> LowerBound | None:
         """
@@ -1690,13 +1478,14 @@ class EscapeEffort:
         """
         Sentences that speak against the result: a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; more than 1 % of the steps did not converge, or of the time is lost.
         """
-
 class EscapeEnergy:
     """
     Escape energy, Definitions 1 and 2.
     """
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
     @property
     def barrier(self) -> int | None:
         """
@@ -1727,7 +1516,6 @@ class EscapeEnergy:
         """
         Poses drawn.
         """
-
 class ContactMargins:
     """
     What the object's contacts with one kind of body can bear.
@@ -1742,13 +1530,14 @@ class ContactMargins:
         """
         Sum of the distances to the friction cones' edges [N].
         """
-
 class ForceScore:
     """
     The wrench-based baseline, Section V-B.
     """
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
     @property
     def distance(self) -> float:
         """
@@ -1769,23 +1558,16 @@ class ForceScore:
         """
         Of the contacts with all other bodies.
         """
-
 class ScoreRow:
     """
     The scores of one problem of a batch.
     """
-    def __getstate__(self) -> tuple[typing.Any, ...]: ...
-    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None: ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
     @property
-    def curves(
-        self,
-    ) -> dict[
-        str,
-        tuple[
-            typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
-            typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
-        ],
-    ]:
+    def curves(self) -> dict[str, tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]]:
         """
         (times [s], probability of being captured throughout until each), shape (T,) both, of "probability" and "probability/any".
         """
@@ -1834,36 +1616,15 @@ class ScoreRow:
         """
         Sentences that speak against the result: those of each score; more than 1 % of the steps did not converge, or of the time is lost.
         """
-
 class ScoreRun:
     """
     A running batch on a pool of threads. Problems can be added to it.
     """
-    def __init__(
-        self,
-        metrics: collections.abc.Sequence[str],
-        nodes: int,
-        seed: int,
-        threads: int,
-        *,
-        nodes_per_edge: int = 1,
-        least_likelihood: float = 0.0,
-        search: str = "improved",
-        stop_at_escape: bool = False,
-        rollouts: int = 30,
-        strength: float = 1.0,
-        objects: int | None = None,
-        common_random_numbers: bool = False,
-    ) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, search: str = 'improved', stop_at_escape: bool = False, rollouts: int = 30, strength: float = 1.0, objects: int | None = None, common_random_numbers: bool = False) -> None:
         """
         Starts without problems.
         """
-    def add(
-        self,
-        problems: collections.abc.Sequence[Problem],
-        indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex],
-        metrics: collections.abc.Sequence[str] | None = None,
-    ) -> None:
+    def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """
         Puts problems at the end of the queue, with their stream indices. metrics: None takes the run's.
         """
@@ -1885,7 +1646,6 @@ class ScoreRun:
         """
         Problems that were added and whose rows are not taken yet.
         """
-
 class Survival:
     """
     The survival curve of one capture set over the horizon.
@@ -1905,26 +1665,22 @@ class Survival:
         """
         Mean time captured within the horizon [s].
         """
-
 class CaptureProbability:
     """
     Probability of staying captured under a stated random disturbance.
     """
-    def __repr__(self) -> str: ...
-    def _repr_html_(self) -> str: ...
-    def band(
-        self, confidence: float = 0.95, which: str = "captured"
-    ) -> tuple[
-        typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
-        typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
-    ]:
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
+        ...
+    def band(self, confidence: float = 0.95, which: str = 'captured') -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
         """
         (low, high), each of shape (T,): the interval of each point of the curve alone. which: 'captured' or 'any'.
         """
-    def interval(self, confidence: float = 0.95, which: str = "captured") -> tuple[float, float]:
+    def interval(self, confidence: float = 0.95, which: str = 'captured') -> tuple[float, float]:
         """
         (low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
-
+        
         With a tolerance it is wider, by the number of looks at the tolerance. which: 'captured', 'lost', 'success' or
         'any'.
         """
@@ -2043,36 +1799,10 @@ class CaptureProbability:
         """
         Sentences that speak against the result: more than 1 % of the steps did not converge, or of the time is lost.
         """
-
-def capture_probability(
-    problem: Problem,
-    *,
-    disturbance: disturbances.Uniform
-    | disturbances.Gaussian
-    | disturbances.Boltzmann
-    | disturbances.OfPlan
-    | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ...,
-    rollouts: int | None = None,
-    seed: int = 0,
-    first: int = 0,
-    threads: int = 1,
-    tolerance: float | None = None,
-    success: bool = False,
-    by_object: bool = False,
-    undisturbed: bool = True,
-    most_diverged: float = 0.01,
-    rare: bool = False,
-    level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any]
-    | None = None,
-    ahead: float | None = None,
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-    progress: collections.abc.Callable[[int], None] | None = None,
-    warn: bool = True,
-) -> CaptureProbability:
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, most_diverged: float = 0.01, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
-
+    
     Args:
         problem: the question, with a horizon or a plan.
         disturbance: a model of em.disturbances, by default Uniform(). Or a function (random, times) of a numpy Generator and
@@ -2099,34 +1829,17 @@ def capture_probability(
         cancel: the call ends once it is set.
         progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
         warn: whether the probability's warnings are issued.
-
+    
     After a timeout or a cancel the complete rollouts count, up to the first that
     is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
     without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
     rollouts diverge. Warns, as PlausibilityWarning and once for each scene, if more than 1 % of the steps did not converge,
     or of the time is lost; `warnings` of the result has the same texts.
     """
-
-def capture_score(
-    problem: Problem,
-    *,
-    nodes: int = 1000,
-    seed: int = 0,
-    rate: float | None = None,
-    trees: int | None = None,
-    threads: int = 1,
-    nodes_per_edge: int = 1,
-    nodes_per_round: int = 1,
-    least_likelihood: float = 0.0,
-    tolerance: float | None = None,
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-    progress: collections.abc.Callable[[int], None] | None = None,
-    warn: bool = True,
-) -> CaptureScore:
+def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """
     Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
-
+    
     Args:
         problem: the question.
         nodes: of each search tree, besides its root.
@@ -2146,28 +1859,19 @@ def capture_score(
         progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
             search.
         warn: whether the score's warnings are issued.
-
+    
     After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
     far as it is. `complete` is False then.
-
+    
     Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
     although the state leaves the capture set within 1 s without a disturbance; and if more than 1 % of the steps did not
     converge, or of the time is lost. `warnings` of the score has the same texts.
     Raises ValueError on a bad problem or argument.
     """
-
-def effort_lower_bound(
-    problem: Problem,
-    *,
-    cells: int = 100000,
-    tolerance: float = 0.05,
-    captured: str = "all",
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> LowerBound:
+def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: float = 0.05, captured: str = 'all', timeout: float | None = None, cancel: Cancel | None = None) -> LowerBound:
     """
     A lower bound of the effort of escape: no disturbance gets the object out with less work.
-
+    
     Args:
         problem: the question.
         cells: of poses of each object to look at.
@@ -2175,35 +1879,16 @@ def effort_lower_bound(
         captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
         timeout: the search ends after so many seconds.
         cancel: the search ends once it is set.
-
+    
     The bound is the least potential energy over which the object can leave, minus all energy that may help it at the start.
     Bodies that can move are in nobody's way here. The bound is 0 where nothing is certain, and `reason` says why. After a
     timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
     argument.
     """
-
-def escape_effort(
-    problem: Problem,
-    *,
-    planner: str = "est",
-    nodes: int = 1000,
-    seed: int = 0,
-    captured: str = "all",
-    search: str = "improved",
-    sampling: str | None = None,
-    shorten: bool | None = None,
-    stop_at_escape: bool = False,
-    lower_bound: bool = False,
-    bound_cells: int = 100000,
-    bound_tolerance: float = 0.05,
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-    progress: collections.abc.Callable[[int], None] | None = None,
-    warn: bool = True,
-) -> EscapeEffort:
+def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> EscapeEffort:
     """
     The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
-
+    
     Args:
         problem: the question.
         planner: 'est' or 'rrt', the x of AO-x.
@@ -2224,36 +1909,25 @@ def escape_effort(
         cancel: the search ends once it is set.
         progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
         warn: whether the effort's warnings are issued.
-
+    
     With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
     `dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
     undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
     or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
-
+    
     After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False.
-
+    
     Warns, as PlausibilityWarning and once for each scene, if a cheaper escape was discarded; if the effort is above 0 although
     the state leaves the capture set without a disturbance, which is looked for within 1 s if there is no horizon; and if more
     than 1 % of the steps did not converge, or of the time is lost. `warnings` of the result has the same texts. Raises
     ValueError on a bad problem or argument.
     """
-
-def escape_energy(
-    problem: Problem,
-    *,
-    planner: str = "bit*",
-    samples: int = 2000,
-    seed: int = 0,
-    reach: float | None = None,
-    object: str | None = None,
-    timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> EscapeEnergy:
+def escape_energy(problem: Problem, *, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
     """
     The least potential energy above that of the start over which the object leaves the capture set.
-
+    
     The object moves slowly and without friction, and everything else stays where it is.
-
+    
     Args:
         problem: the question.
         planner: 'bit*' or 'rrt*'.
@@ -2263,45 +1937,30 @@ def escape_energy(
         object: name of the object that leaves; needed if there are several.
         timeout: the search ends after so many seconds.
         cancel: the search ends once it is set.
-
+    
     After a timeout or a cancel the result is the lowest barrier so far, and `complete` is False. Raises ValueError on a bad
     problem or argument.
     """
-
 def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
     """
     The wrench-based baseline: engaging score plus sticking score minus distance, each with its weight.
-
+    
     weights: by default the problem's. Raises ValueError on a bad problem, or one whose scene has no effector.
     """
-
-def interval(
-    scores: numpy.typing.ArrayLike, resolution: float, confidence: float = 0.95
-) -> tuple[float, float]:
+def interval(scores: numpy.typing.ArrayLike, resolution: float, confidence: float = 0.95) -> tuple[float, float]:
     """
     (low, high), a confidence interval for the score of infinitely many trees, from those of two or more, shape (trees,). CaptureScore.interval gives the same.
     """
-
-def mass_properties(
-    shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0
-) -> MassProperties:
+def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0) -> MassProperties:
     """
     Mass properties of a solid shape of a mass [kg], of even density.
     """
-
 def stream(seed: int, number: int) -> int:
     """
     The seed of one of a seed's own streams.
     """
-
-def warn_of_steps(
-    steps: typing.SupportsInt | typing.SupportsIndex,
-    unconverged: typing.SupportsInt | typing.SupportsIndex,
-    lost_time: typing.SupportsFloat | typing.SupportsIndex,
-    scene: Scene,
-) -> None:
+def warn_of_steps(steps: typing.SupportsInt | typing.SupportsIndex, unconverged: typing.SupportsInt | typing.SupportsIndex, lost_time: typing.SupportsFloat | typing.SupportsIndex, scene: Scene) -> None:
     """
     Warns if too many steps of a scene did not converge, or too much of their time is lost.
     """
-
 FEWEST_TREES: int = 8

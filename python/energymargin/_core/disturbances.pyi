@@ -1,25 +1,21 @@
 """
 What may act on the objects at random.
 """
-
 from __future__ import annotations
 import numpy
 import numpy.typing
 import typing
-
-__all__: list[str] = ["Boltzmann", "Gaussian", "OfPlan", "Uniform", "of_plan"]
-
+__all__: list[str] = ['Boltzmann', 'Gaussian', 'OfPlan', 'Uniform', 'of_plan']
 class Uniform:
     """
     Piecewise constant. Each piece is uniform within strength times the problem's bounds, along and about each axis, and lasts for a uniform time.
     """
-    def __init__(
-        self, strength: float = 1.0, objects: int | None = None, hold: float | None = None
-    ) -> None:
+    def __init__(self, strength: float = 1.0, objects: int | None = None, hold: float | None = None) -> None:
         """
         strength: share of the bounds. objects: how many of several objects each piece acts on, drawn for each piece; by default all. hold: the longest piece [s]; by default the problem's duration.
         """
-    def __repr__(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
     @property
     def hold(self) -> float | None:
         """
@@ -35,7 +31,6 @@ class Uniform:
         """
         Share of the problem's bounds.
         """
-
 class Gaussian:
     """
     Normal in each step, on the axes whose bounds are not 0. The correlation decays as exp(-t / correlation_time).
@@ -44,7 +39,8 @@ class Gaussian:
         """
         force [N], torque [N m]: standard deviations. correlation_time [s].
         """
-    def __repr__(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
     @property
     def correlation_time(self) -> float:
         """
@@ -60,22 +56,16 @@ class Gaussian:
         """
         Standard deviation about each axis [N m].
         """
-
 class Boltzmann:
     """
     Uniform, with each rollout weighted by exp(-rate * effort): more work is less likely (eq. 4). All rollouts run to the horizon.
     """
-    def __init__(
-        self,
-        rate: float,
-        strength: float = 1.0,
-        objects: int | None = None,
-        hold: float | None = None,
-    ) -> None:
+    def __init__(self, rate: float, strength: float = 1.0, objects: int | None = None, hold: float | None = None) -> None:
         """
         rate: lambda [1/J]. The others are those of Uniform.
         """
-    def __repr__(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
     @property
     def hold(self) -> float | None:
         """
@@ -96,12 +86,12 @@ class Boltzmann:
         """
         Share of the problem's bounds.
         """
-
 class OfPlan:
     """
     Noise of the robot: a uniform draw is added to its plan.
     """
-    def __repr__(self) -> str: ...
+    def __repr__(self) -> str:
+        ...
     @property
     def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -122,13 +112,7 @@ class OfPlan:
         """
         Largest about each axis, shape (3,) [N m].
         """
-
-def of_plan(
-    force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-    torque: numpy.typing.ArrayLike = (0.0, 0.0, 0.0),
-    targets: float = 0.0,
-    hold: float | None = None,
-) -> OfPlan:
+def of_plan(force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), torque: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), targets: float = 0.0, hold: float | None = None) -> OfPlan:
     """
     Noise of the robot. A uniform draw within force (3,) [N] and torque (3,) [N m] is added to the wrenches on each body that the plan pushes or drives, and one within targets [rad] or [m] to each joint's target. Each draw lasts for hold [s], by default a step.
     """
