@@ -3,11 +3,13 @@
 #include "energymargin/batch.hpp"
 
 #include "bindings.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/random.hpp"
 #include "keywords.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "search/words.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -34,22 +36,39 @@ std::optional<std::string> error_of(const ScoreRow& row) {
   return row.error.empty() ? std::nullopt : std::make_optional(row.error);
 }
 
+using WarningPairs = std::vector<std::pair<std::string, std::string>>;
+
+WarningPairs pairs_of(const std::vector<Warning>& warnings) {
+  WarningPairs pairs;
+  for (const Warning& warning : warnings) pairs.emplace_back(warning.about, warning.text);
+  return pairs;
+}
+
 using Pickle = py::typing::Tuple<py::object, py::ellipsis>;
 
 Pickle pickle(const ScoreRow& row) {
-  return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, curves_of(row));
+  return py::make_tuple(row.index, row.scores, row.times, row.seconds, row.error, curves_of(row), row.steps,
+                        row.unconverged, row.lost_time, pairs_of(row.warnings));
 }
 
 ScoreRow unpickle(const Pickle& state) {
-  ScoreRow row{state[0].cast<std::size_t>(), state[1].cast<std::map<std::string, double>>(),
-               state[2].cast<std::map<std::string, double>>(), state[3].cast<double>(), state[4].cast<std::string>()};
+  ScoreRow row;
+  row.index = state[0].cast<std::size_t>();
+  row.scores = state[1].cast<std::map<std::string, double>>();
+  row.times = state[2].cast<std::map<std::string, double>>();
+  row.seconds = state[3].cast<double>();
+  row.error = state[4].cast<std::string>();
   for (auto& [metric, curve] : state[5].cast<Curves>()) row.curves[metric] = {curve.first, curve.second};
+  row.steps = state[6].cast<long long>();
+  row.unconverged = state[7].cast<long long>();
+  row.lost_time = state[8].cast<double>();
+  for (auto& [about, text] : state[9].cast<WarningPairs>()) row.warnings.push_back({about, text});
   return row;
 }
 
 void bind_row(py::module_& module) {
-  py::class_<ScoreRow>(module, "ScoreRow", "The scores of one problem of a batch.")
-      .def_readonly("index", &ScoreRow::index, "The problem's stream index.")
+  py::class_<ScoreRow> type(module, "ScoreRow", "The scores of one problem of a batch.");
+  type.def_readonly("index", &ScoreRow::index, "The problem's stream index.")
       .def_readonly("scores", &ScoreRow::scores, "By metric.")
       .def_readonly("times", &ScoreRow::times,
                     "Time of a search [s], by its first metric. The metrics of one tree share a search, and so do the "
@@ -60,6 +79,7 @@ void bind_row(py::module_& module) {
                              "(times [s], probability of being captured throughout until each), shape (T,) both, of "
                              "\"probability\" and \"probability/any\".")
       .def(py::pickle(&pickle, &unpickle));
+  def_quality(type, "those of each score; ");
 }
 
 struct BatchArguments : BatchOptions {
@@ -95,6 +115,14 @@ std::uint64_t stream_of(const WholeNumber& seed_of_stream, const WholeNumber& nu
   return stream(seed("seed", seed_of_stream), seed("number", number));
 }
 
+void warn_of_steps(long long steps, long long unconverged, double lost_time, const Scene& scene) {
+  StepCounts counts;
+  counts.steps = steps;
+  counts.unconverged = unconverged;
+  counts.lost_time = lost_time;
+  warn(implausible(counts, static_cast<double>(steps) * scene.stepping().step), scene);
+}
+
 }  // namespace
 
 void bind_batch(py::module_& module) {
@@ -110,6 +138,9 @@ void bind_batch(py::module_& module) {
       .def_property_readonly("finished", &Batch::finished, "Whether no row will come unless problems are added.")
       .def("cancel", &Batch::cancel, py::call_guard<py::gil_scoped_release>(),
            "Stops within one rollout. Problems that are not complete give no row.");
+  module.def("warn_of_steps", &warn_of_steps, py::arg("steps"), py::arg("unconverged"), py::arg("lost_time"),
+             py::arg("scene"),
+             "Warns if too many steps of a scene did not converge, or too much of their time is lost.");
   module.def("stream", &stream_of, py::arg("seed"), py::arg("number"), "The seed of one of a seed's own streams.");
 }
 

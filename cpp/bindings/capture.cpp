@@ -36,13 +36,14 @@ Args:
     cancel: the search ends once it is set.
     progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
         search.
-    warn: whether doubts are warnings.
+    warn: whether the score's warnings are issued.
 
 After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
 far as it is. `complete` is False then.
 
 Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
-although the state leaves the capture set within 1 s without a disturbance. `doubts` of the score has the same texts.
+although the state leaves the capture set within 1 s without a disturbance; and if more than 1 % of the steps did not
+converge, or of the time is lost. `warnings` of the score has the same texts.
 Raises ValueError on a bad problem or argument.)";
 
 constexpr const char* interval_doc =
@@ -59,14 +60,8 @@ struct CaptureCall : CaptureOptions, ProgressCall {
 CaptureScore score_capture(const Problem& problem, const CaptureCall& call) {
   const CaptureScore score = run_with_progress(&guarded_capture_score, problem, CaptureOptions(call),
                                                &CaptureOptions::node_counter, call, call.call_limit());
-  if (call.warn) warn(implausible(score), problem.scene);
+  if (call.warn) warn(score.warnings, problem.scene);
   return score;
-}
-
-py::typing::Tuple<py::str, py::ellipsis> doubts_of(const CaptureScore& score) {
-  py::list texts;
-  for (const Doubt& doubt : implausible(score)) texts.append(doubt.text);
-  return py::tuple(texts);
 }
 
 std::pair<double, double> interval_of(const CaptureScore& score, const std::string& which, const Number& confidence) {
@@ -147,10 +142,9 @@ void def_checks(CaptureScoreClass& type) {
       .def_readonly("undisturbed_exit", &CaptureScore::undisturbed_exit,
                     "When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if "
                     "the score is at most 0.5, which needs no such check.")
-      .def_property_readonly("doubts", &doubts_of,
-                             "Sentences that doubt the score: its resolution is above 0.2, or the score is above 0.5 "
-                             "although the state leaves without a disturbance.")
       .def("interval", &interval_of, py::arg("which") = "capture", py::arg("confidence") = 0.95, interval_doc);
+  def_quality(type,
+              "its resolution is above 0.2; the score is above 0.5 although the state leaves without a disturbance; ");
 }
 
 }  // namespace
@@ -160,7 +154,9 @@ void bind_capture(py::module_& module) {
   def_set_scores(type);
   def_trees(type);
   def_checks(type);
-  def_repr(type, "CaptureScore", {"capture", "success", "resolution", "undisturbed_exit", "nodes", "complete"});
+  def_repr(type, "CaptureScore",
+           {"capture", "success", "resolution", "undisturbed_exit", "nodes", "steps", "unconverged", "lost_time",
+            "complete"});
   def_metric(module, "capture_score", &score_capture, capture_doc,
              std::tuple_cat(std::tuple{keyword("nodes", &CaptureCall::nodes), keyword("seed", &CaptureCall::seed),
                                        keyword("rate", &CaptureCall::rate), keyword("trees", &CaptureCall::trees),

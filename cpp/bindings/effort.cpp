@@ -3,6 +3,7 @@
 #include "energymargin/metrics/effort.hpp"
 
 #include "bindings.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/metrics/lower_bound.hpp"
 #include "interrupt.hpp"
 #include "lower_bound.hpp"
@@ -10,6 +11,7 @@
 #include "problem/words.hpp"
 #include "repr.hpp"
 #include "search/words.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -36,16 +38,22 @@ Args:
     timeout: the search ends after so many seconds.
     cancel: the search ends once it is set.
     progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
+    warn: whether the effort's warnings are issued.
 
 With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
 `dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
 undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
 or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
 
-After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False. Raises ValueError
-on a bad problem or argument.)";
+After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False.
+
+Warns, as PlausibilityWarning and once for each scene, if a cheaper escape was discarded; if the effort is above 0 although
+the state leaves the capture set without a disturbance, which is looked for within 1 s if there is no horizon; and if more
+than 1 % of the steps did not converge, or of the time is lost. `warnings` of the result has the same texts. Raises
+ValueError on a bad problem or argument.)";
 
 struct EffortCall : EffortOptions, ProgressCall {
+  bool warn = true;
   bool lower_bound = false;
   int bound_cells = LowerBoundOptions{}.cells;
   double bound_tolerance = LowerBoundOptions{}.tolerance;
@@ -60,8 +68,9 @@ struct BoundedEscape : Escape {
 BoundedEscape score_effort(const Problem& problem, const EffortCall& call) {
   const Limit limit = call.call_limit();
   if (call.lower_bound) validate(call.bound_options());
-  BoundedEscape result{
-      run_with_progress(&escape_effort, problem, EffortOptions(call), &EffortOptions::node_counter, call, limit)};
+  BoundedEscape result{run_with_progress(&guarded_escape_effort, problem, EffortOptions(call),
+                                         &EffortOptions::node_counter, call, limit)};
+  if (call.warn) warn(result.warnings, problem.scene);
   if (!call.lower_bound) return result;
   result.bound = run_interruptible(limit, [&](const Limit& until) {
     LowerBoundOptions options = call.bound_options();
@@ -95,6 +104,10 @@ void bind_effort(py::module_& module) {
       .def_readonly("discarded", &Escape::discarded,
                     "Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to "
                     "1.2 times as strong, they do not lead out.")
+      .def_readonly("discarded_effort", &Escape::discarded_effort, "Least effort of these [J]; inf if there is none.")
+      .def_readonly("undisturbed_exit", &Escape::undisturbed_exit,
+                    "When the state leaves the capture set without a disturbance [s], as the search sees it; without a "
+                    "horizon also as 1 s of simulation does, if the effort is above 0. None if it stays.")
       .def_readonly("diverged", &Escape::diverged, "Rollouts that diverged: nodes of infinite cost.")
       .def_property_readonly("nodes", &Escape::nodes,
                              "Nodes besides the root and, with a horizon, the undisturbed future in row 1. A search of "
@@ -104,7 +117,9 @@ void bind_effort(py::module_& module) {
           "proved_cage", [](const BoundedEscape& escape) { return escape.bound && escape.bound->cage(); },
           "Whether the lower bound proves that there is no escape.")
       .def_readonly("bound", &BoundedEscape::bound, "How the lower bound came about; None unless it was asked for.");
-  def_repr(type, "EscapeEffort", {"effort", "nodes", "complete"});
+  def_quality(
+      type, "a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; ");
+  def_repr(type, "EscapeEffort", {"effort", "nodes", "steps", "unconverged", "lost_time", "complete"});
   def_metric(
       module, "escape_effort", &score_effort, effort_doc,
       std::tuple_cat(
@@ -114,7 +129,7 @@ void bind_effort(py::module_& module) {
                      keyword("shorten", &EffortCall::shorten), keyword("stop_at_escape", &EffortCall::stop_at_escape),
                      keyword("lower_bound", &EffortCall::lower_bound), keyword("bound_cells", &EffortCall::bound_cells),
                      keyword("bound_tolerance", &EffortCall::bound_tolerance)},
-          progress_keywords()));
+          progress_keywords(), std::tuple{keyword("warn", &EffortCall::warn)}));
 }
 
 }  // namespace energymargin::binding

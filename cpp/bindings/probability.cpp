@@ -11,6 +11,7 @@
 #include "problem/words.hpp"
 #include "repr.hpp"
 #include "search/words.hpp"
+#include "warnings.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -43,11 +44,13 @@ Args:
     timeout: the call ends after so many seconds.
     cancel: the call ends once it is set.
     progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
+    warn: whether the probability's warnings are issued.
 
 After a timeout or a cancel the complete rollouts count, up to the first that
 is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
 without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
-rollouts diverge.)";
+rollouts diverge. Warns, as PlausibilityWarning and once for each scene, if more than 1 % of the steps did not converge,
+or of the time is lost; `warnings` of the result has the same texts.)";
 
 constexpr const char* interval_doc =
     R"((low, high) of the probability, by Clopper and Pearson: it holds at least as often as `confidence`.
@@ -80,6 +83,7 @@ disturbances::Draws draws_of(const Function& function, const Problem& problem, s
 using LevelFunction = py::typing::Callable<py::object(py::array_t<double>)>;
 
 struct ProbabilityCall : ProbabilityOptions, ProgressCall {
+  bool warn = true;
   Model model{};
   bool rare = false;
   std::optional<LevelFunction> level{};
@@ -145,7 +149,7 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityCall& cal
                            call.call_limit());
 }
 
-CaptureProbability score_probability(const Problem& problem, const ProbabilityCall& call) {
+CaptureProbability estimate(const Problem& problem, const ProbabilityCall& call) {
   if (call.rare) return score_rare(problem, call);
   if (call.level) throw std::invalid_argument("level is given, expected rare=True with it");
   if (call.ahead) throw std::invalid_argument("ahead is given, expected rare=True with it");
@@ -154,6 +158,12 @@ CaptureProbability score_probability(const Problem& problem, const ProbabilityCa
   set_disturbance(problem, call.model, options);
   return run_with_progress(&capture_probability, problem, options, &ProbabilityOptions::rollout_counter, call,
                            call_limit);
+}
+
+CaptureProbability score_probability(const Problem& problem, const ProbabilityCall& call) {
+  CaptureProbability p = estimate(problem, call);
+  if (call.warn) warn(p.warnings, problem.scene);
+  return p;
 }
 
 using Ends = std::pair<double, double>;
@@ -216,6 +226,9 @@ std::string repr_of(const CaptureProbability& p) {
                                                {"mean_time", py::cast(p.all.mean_time)},
                                                {"undisturbed", py::cast(undisturbed_of(p))},
                                                {"rollouts", py::cast(p.rollouts)},
+                                               {"steps", py::cast(p.steps)},
+                                               {"unconverged", py::cast(p.unconverged)},
+                                               {"lost_time", py::cast(p.lost_time)},
                                                {"complete", py::cast(p.complete)}});
 }
 
@@ -256,7 +269,6 @@ void def_undisturbed(ProbabilityClass& type) {
 void def_counts(ProbabilityClass& type) {
   type.def_readonly("rollouts", &CaptureProbability::rollouts,
                     "Random rollouts that count; with rare=True the replicas.")
-      .def_readonly("steps", &CaptureProbability::steps, "Simulation steps of all rollouts, also the undisturbed one.")
       .def_readonly("diverged", &CaptureProbability::diverged, "Rollouts that diverged, and do not count.")
       .def_readonly("effective", &CaptureProbability::effective,
                     "Effective sample size: rollouts of equal weight that say as much.")
@@ -291,6 +303,7 @@ void bind_probability(py::module_& module) {
   def_survivals(type);
   def_undisturbed(type);
   def_counts(type);
+  def_quality(type, "");
   type.def("interval", &interval_of, py::arg("confidence") = 0.95, py::arg("which") = "captured", interval_doc)
       .def(
           "band", &band_of, py::arg("confidence") = 0.95, py::arg("which") = "captured",
@@ -306,7 +319,7 @@ void bind_probability(py::module_& module) {
                      keyword("undisturbed", &ProbabilityCall::undisturbed),
                      keyword("most_diverged", &ProbabilityCall::most_diverged), keyword("rare", &ProbabilityCall::rare),
                      keyword("level", &ProbabilityCall::level), keyword("ahead", &ProbabilityCall::ahead)},
-          progress_keywords()));
+          progress_keywords(), std::tuple{keyword("warn", &ProbabilityCall::warn)}));
 }
 
 }  // namespace energymargin::binding

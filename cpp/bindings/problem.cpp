@@ -181,17 +181,17 @@ void save_file(const Problem& problem, const py::object& path, const std::string
 }
 
 Problem load_file(const py::object& path, bool start_outside) {
-  std::vector<Doubt> doubts;
-  Problem problem = load(file_path(path), &doubts);
-  warn(doubts, problem.scene);
+  std::vector<Warning> warnings;
+  Problem problem = load(file_path(path), &warnings);
+  warn(warnings, problem.scene);
   warn(implausible(problem, start_outside), problem.scene);
   return problem;
 }
 
 Problem problem_from_json(const std::string& text, const py::object& folder) {
-  std::vector<Doubt> doubts;
-  Problem problem = from_json(text, folder.is_none() ? "" : file_path(folder), &doubts);
-  warn(doubts, problem.scene);
+  std::vector<Warning> warnings;
+  Problem problem = from_json(text, folder.is_none() ? "" : file_path(folder), &warnings);
+  warn(warnings, problem.scene);
   return problem;
 }
 

@@ -3,24 +3,30 @@
 namespace energymargin::binding {
 namespace {
 
-void warn_once(const std::vector<Doubt>& doubts, const std::string& fingerprint) {
+void warn_once(const std::vector<Warning>& warnings, const std::string& fingerprint) {
   py::list pairs;
-  for (const Doubt& doubt : doubts) pairs.append(py::make_tuple(doubt.about, doubt.text));
+  for (const Warning& warning : warnings) pairs.append(py::make_tuple(warning.about, warning.text));
   py::module_::import("energymargin.plausibility").attr("warn")(pairs, fingerprint);
 }
 
 }  // namespace
 
-void warn(const std::vector<Doubt>& doubts, const Scene& scene) {
-  if (!doubts.empty()) warn_once(doubts, fingerprint(scene));
+void warn(const std::vector<Warning>& warnings, const Scene& scene) {
+  if (!warnings.empty()) warn_once(warnings, fingerprint(scene));
 }
 
 void warn_of_angle(const std::string& name, double angle) {
-  if (const auto doubt = implausible_angle(name, angle)) warn_once({*doubt}, doubt->text);
+  if (const auto warning = implausible_angle(name, angle)) warn_once({*warning}, warning->text);
 }
 
 void warn_of_density(const std::string& name, double density) {
-  if (const auto doubt = implausible_density(name, density)) warn_once({*doubt}, doubt->text);
+  if (const auto warning = implausible_density(name, density)) warn_once({*warning}, warning->text);
+}
+
+Sentences sentences(const std::vector<Warning>& warnings) {
+  py::list texts;
+  for (const Warning& warning : warnings) texts.append(warning.text);
+  return py::tuple(texts);
 }
 
 }  // namespace energymargin::binding

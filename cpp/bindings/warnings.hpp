@@ -1,4 +1,4 @@
-//! Doubts as Python's warnings.
+//! Warnings of the core as Python's warnings.
 #pragma once
 
 #include <string>
@@ -6,16 +6,34 @@
 
 #include "convert.hpp"
 #include "energymargin/plausibility.hpp"
+#include "energymargin/world.hpp"
 
 namespace energymargin::binding {
 
-//! Warns of each doubt, once for all states of a scene. Throws if a filter of Python makes the warning an error.
-void warn(const std::vector<Doubt>& doubts, const Scene& scene);
+//! Issues each warning, once for all states of a scene. Throws if a filter of Python makes the warning an error.
+void warn(const std::vector<Warning>& warnings, const Scene& scene);
 
 //! Warns of an angle of a pose that looks like degrees.
 void warn_of_angle(const std::string& name, double angle);
 
 //! Warns of a density that looks like one in g/cm^3.
 void warn_of_density(const std::string& name, double density);
+
+using Sentences = py::typing::Tuple<py::str, py::ellipsis>;
+Sentences sentences(const std::vector<Warning>& warnings);
+
+//! What a result made of rollouts says about its steps, and its warnings, of which `example` is one.
+template <typename Result>
+void def_quality(py::class_<Result>& type, const std::string& example) {
+  type.def_readonly("steps", &StepCounts::steps, "Simulation steps of its rollouts.")
+      .def_readonly("unconverged", &StepCounts::unconverged, "Of these, steps whose contact solver did not converge.")
+      .def_readonly("lost_time", &StepCounts::lost_time,
+                    "Time in which nothing moved, as bodies would have passed through each other [s].")
+      .def_property_readonly(
+          "warnings", [](const Result& result) { return sentences(result.warnings); },
+          ("Sentences that speak against the result: " + example +
+           "more than 1 % of the steps did not converge, or of the time is lost.")
+              .c_str());
+}
 
 }  // namespace energymargin::binding

@@ -19,6 +19,9 @@ struct Recording {
   Eigen::VectorXd times;
   States states;
   std::vector<std::vector<Contact>> contacts;
+  int steps = 0;
+  int unconverged = 0;
+  double lost_time = 0.0;
 };
 
 // Runs `simulation(limit)`, on another thread if it may take long.
@@ -89,7 +92,8 @@ std::vector<int> record_of(const std::optional<std::vector<WholeNumber>>& number
   return record;
 }
 
-Recording recording_of(std::vector<Frame> frames, int dimension) {
+// The simulation ended with the last step of `record`.
+Recording recording_of(std::vector<Frame> frames, const std::vector<int>& record, int dimension) {
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
   recording.states.resize(static_cast<Eigen::Index>(frames.size()), dimension);
@@ -98,7 +102,10 @@ Recording recording_of(std::vector<Frame> frames, int dimension) {
     recording.times[i] = frame.time;
     recording.states.row(i) = frame.state.transpose();
     recording.contacts.push_back(std::move(frame.contacts));
+    recording.unconverged = frame.unconverged;
+    recording.lost_time = frame.lost_time;
   }
+  if (!record.empty()) recording.steps = record.back();
   return recording;
 }
 
@@ -112,16 +119,16 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   const State start = vector("state", state, -1);
   const int steps = steps_of(number_of_steps);
   const std::vector<int> record = record_of(record_steps, steps);
-  std::vector<Doubt> doubts;
+  std::vector<Warning> warnings;
   std::vector<Frame> frames = run_simulation(steps, call_limit, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) {
-      doubts = implausible_start(world, start);
+      warnings = implausible_start(world, start);
       return follows_plan ? world.simulate(start, steps, record, limit)
                           : world.simulate(start, script, steps, record, limit);
     });
   });
-  warn(doubts, shared.world().scene());
-  return recording_of(std::move(frames), shared.world().layout().dimension());
+  warn(warnings, shared.world().scene());
+  return recording_of(std::move(frames), record, shared.world().layout().dimension());
 }
 
 Rollout roll_out(SharedWorld& shared, const ArrayLike& state, const ArrayLike& wrench, const Number& duration,
@@ -186,11 +193,18 @@ void bind_results(py::module_& module) {
       .def_readonly("work", &Rollout::work, "The same with its sign [J].")
       .def_readonly("energy", &Rollout::energy, "Mechanical energy at the end [J].")
       .def_readonly("steps", &Rollout::steps, "Simulation steps, fewer than asked for if it ended early.")
+      .def_readonly("unconverged", &Rollout::unconverged, "Of these, steps whose contact solver did not converge.")
+      .def_readonly("lost_time", &Rollout::lost_time,
+                    "Time in which nothing moved, as bodies would have passed through each other [s].")
       .def_readonly("audit", &Rollout::audit, "Where the energy went; None unless audit.");
   py::class_<Recording>(module, "Simulation", "A recorded simulation of K frames.")
       .def_readonly("times", &Recording::times, "Shape (K,) [s].")
       .def_readonly("states", &Recording::states, "Shape (K, n).")
-      .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.");
+      .def_readonly("contacts", &Recording::contacts, "For each frame the contacts of its last step.")
+      .def_readonly("steps", &Recording::steps, "Simulation steps, up to the last frame.")
+      .def_readonly("unconverged", &Recording::unconverged, "Of these, steps whose contact solver did not converge.")
+      .def_readonly("lost_time", &Recording::lost_time,
+                    "Time in which nothing moved, as bodies would have passed through each other [s].");
 }
 
 using WorldClass = py::class_<SharedWorld>;

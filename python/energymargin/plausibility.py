@@ -1,4 +1,4 @@
-"""Warnings of values that are legal and look wrong."""
+"""Warnings of values that are legal and look wrong, and of results that say little."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from collections.abc import Iterable
 
 __all__ = ["PlausibilityWarning", "warn"]
 
-MOST_KNOWN = 10_000  # doubts that are remembered, so that each warns once
+MOST_KNOWN = 10_000  # warnings that are remembered, so that each warns once
 
 HOW_TO_IGNORE = 'If it is meant: warnings.filterwarnings("ignore", category=em.PlausibilityWarning)'
 
 
 class PlausibilityWarning(UserWarning):
-    """A value is legal and looks wrong: another unit, another order, a set elsewhere."""
+    """A value is legal and looks wrong, or a result says less than it seems to."""
 
 
 _known: set[tuple[str, str]] = set()
 
 
-def warn(doubts: Iterable[tuple[str, str]], fingerprint: str) -> None:
-    """Warns of each doubt, a subject and a text, once for each fingerprint.
+def warn(found: Iterable[tuple[str, str]], fingerprint: str) -> None:
+    """Issues each warning, a subject and a text, once for each fingerprint.
 
     `fingerprint` is that of the scene, so that many states of one scene warn once. The warning
     points at the user's line: the first one outside of this package.
     """
-    for about, text in doubts:
+    for about, text in found:
         if (fingerprint, about) in _known:
             continue
         sentence = text + (" " if text.endswith(("?", ".")) else ". ")

@@ -350,7 +350,7 @@ TEST(Kinematic, LowerBoundTakesABodyAtRestForFixedAndOneThatMovesForASourceOfWor
   EXPECT_EQ(moving.reason, "'wall 0' is kinematic and moves, which does work");
 }
 
-TEST(Kinematic, MassOfTheBodyRaisesNoDoubt) {
+TEST(Kinematic, MassOfTheBodyRaisesNoWarning) {
   Scene scene = heavy_push();
   EXPECT_EQ(implausible(scene).size(), 0u);
   Body feather = kinematic("feather", Box{{0.1, 0.1, 0.1}}, {5.0, 0.0, 1.0});

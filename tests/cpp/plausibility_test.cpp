@@ -25,23 +25,23 @@ Problem on_table(double mass, double height = 0.0) {
   return problem;
 }
 
-std::vector<std::string> abouts(const std::vector<Doubt>& doubts) {
+std::vector<std::string> abouts(const std::vector<Warning>& warnings) {
   std::vector<std::string> found;
-  for (const Doubt& doubt : doubts) found.push_back(doubt.about);
+  for (const Warning& warning : warnings) found.push_back(warning.about);
   return found;
 }
 
-TEST(Plausibility, BoxOnATableIsNotDoubted) { EXPECT_TRUE(implausible(on_table(0.1)).empty()); }
+TEST(Plausibility, BoxOnATableIsPlausible) { EXPECT_TRUE(implausible(on_table(0.1)).empty()); }
 
-TEST(Plausibility, EachDoubtSaysWhatItIsOfAndTheValue) {
-  const std::vector<Doubt> doubts = implausible(on_table(200.0, 0.05));
-  ASSERT_EQ(doubts.size(), 2u);
-  EXPECT_EQ(doubts[0].about, "body 'box': mass");
-  EXPECT_EQ(doubts[0].text.rfind("body 'box': mass is 200 kg, ", 0), 0u) << doubts[0].text;
-  EXPECT_NE(doubts[1].text.find("0.05 m"), std::string::npos) << doubts[1].text;
+TEST(Plausibility, EachWarningSaysWhatItIsOfAndTheValue) {
+  const std::vector<Warning> warnings = implausible(on_table(200.0, 0.05));
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_EQ(warnings[0].about, "body 'box': mass");
+  EXPECT_EQ(warnings[0].text.rfind("body 'box': mass is 200 kg, ", 0), 0u) << warnings[0].text;
+  EXPECT_NE(warnings[1].text.find("0.05 m"), std::string::npos) << warnings[1].text;
 }
 
-TEST(Plausibility, DoubtIsOfTheSameInAllStatesOfAScene) {
+TEST(Plausibility, WarningIsOfTheSameInAllStatesOfAScene) {
   const Problem low = on_table(0.1, 0.05);
   Problem high = low;
   high.state[2] += 0.1;
@@ -49,7 +49,7 @@ TEST(Plausibility, DoubtIsOfTheSameInAllStatesOfAScene) {
   EXPECT_EQ(abouts(implausible(low)), abouts(implausible(high)));
 }
 
-TEST(Plausibility, StartOutsideIsDoubtedUnlessItIsMeant) {
+TEST(Plausibility, StartOutsideIsWarnedOfUnlessItIsMeant) {
   Problem outside = on_table(0.1);
   outside.captured = regions::Disc{"box", {1.0, 0.0}, 0.1};
   EXPECT_EQ(abouts(implausible(outside)), std::vector<std::string>{"state"});
@@ -84,7 +84,7 @@ TEST(Plausibility, MassOfABodyWhoseForceHoldsItStandsForAMachine) {
   EXPECT_TRUE(implausible(scene).empty());
 }
 
-TEST(Plausibility, OverlapThatIsDeeperThanContactsTakeIsDoubted) {
+TEST(Plausibility, OverlapThatIsDeeperThanContactsTakeIsWarnedOf) {
   const Problem problem = on_table(0.1);
   World world(problem.scene);
   EXPECT_TRUE(implausible_start(world, problem.state).empty());
@@ -94,7 +94,7 @@ TEST(Plausibility, OverlapThatIsDeeperThanContactsTakeIsDoubted) {
   EXPECT_NE(implausible_start(world, deep).front().text.find("0.025 m"), std::string::npos);
 }
 
-TEST(Plausibility, AngleBeyondAFullTurnIsDoubtedAndOneBeyondAllTurnsIsRefused) {
+TEST(Plausibility, AngleBeyondAFullTurnIsWarnedOfAndOneBeyondAllTurnsIsRefused) {
   EXPECT_FALSE(implausible_angle("yaw", -3.14));
   EXPECT_TRUE(implausible_angle("yaw", -90.0));
   EXPECT_TRUE(rejects([] { implausible_angle("yaw", 1e5); }, {"yaw", "100000", "10000 rad"}));

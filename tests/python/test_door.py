@@ -215,7 +215,7 @@ def test_results_and_what_they_are_of_show_themselves_at_the_prompt():
     assert repr(score) == (
         f"CaptureScore(capture={score.capture!r}, success={score.success!r}, "
         f"resolution={score.resolution!r}, undisturbed_exit={score.undisturbed_exit!r}, nodes=0, "
-        "complete=False)"
+        "steps=0, unconverged=0, lost_time=0.0, complete=False)"
     )
     assert repr(score.tree) == "Tree(nodes=0, dimension=26)"
 

@@ -1,4 +1,4 @@
-"""A capture score says where it says less than it seems to."""
+"""A result says where it says less than it seems to."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ def new_to_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("energymargin.plausibility._known", set())
 
 
-def test_a_high_score_of_what_falls_is_doubted() -> None:
+def test_a_high_score_of_what_falls_is_warned_of() -> None:
     with pytest.warns(em.PlausibilityWarning, match=r"leaves the capture set after 0\.33"):
         score = em.capture_score(ball(50.0), nodes=100)
     assert score.capture > 0.9
     # half a metre from rest takes 0.319 s, and the set is looked at every 1/60 s
     assert score.undisturbed_exit == pytest.approx(20 / 60)
-    assert any("capture_probability" in doubt for doubt in score.doubts)
+    assert any("capture_probability" in warning for warning in score.warnings)
     assert "undisturbed_exit=0.333" in repr(score)
     assert "capture_probability" in score._repr_html_()
 
 
-def test_a_coarse_score_is_doubted() -> None:
+def test_a_coarse_score_is_warned_of() -> None:
     with pytest.warns(em.PlausibilityWarning, match="resolution of"):
         score = em.capture_score(ball(50.0, gravity=0.0, mass=0.1), nodes=20)
     assert score.resolution > 0.2
     assert score.undisturbed_exit is None
-    assert len(score.doubts) == 1
+    assert len(score.warnings) == 1
 
 
 def test_a_fine_score_of_what_stays_is_not() -> None:
@@ -53,7 +53,7 @@ def test_a_fine_score_of_what_stays_is_not() -> None:
         warnings.simplefilter("error")
         score = em.capture_score(ball(0.001, gravity=0.0), nodes=100)
     assert score.capture > 0.9
-    assert score.doubts == ()
+    assert score.warnings == ()
 
 
 def test_a_score_that_is_stopped_is_looked_at_too() -> None:

@@ -291,7 +291,10 @@ def test_a_set_that_fails_costs_the_picture_alone(problem):
 
 
 def test_what_is_damaged_is_shown_as_text_and_never_raises(labelled, tmp_path):
-    short = ScoreTable(np.arange(3), np.zeros(3), {"capture": np.zeros(1)})
+    zeros = np.zeros(3, int)
+    short = ScoreTable(
+        np.arange(3), np.zeros(3), {"capture": np.zeros(1)}, zeros, zeros, zeros.astype(float)
+    )
     odd = replace(labelled, scores=dict(labelled.scores))
     odd.scores["capture"] = 3  # of a dict that somebody changed
     path = tmp_path / "push.h5"

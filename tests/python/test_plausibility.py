@@ -59,7 +59,7 @@ def tetrahedron(tmp_path, size):
 
 
 # What its value and reason are, and how it comes to be.
-DOUBTED = {
+WARNED = {
     r"yaw is 90 rad, beyond a full turn: .* math.radians\(90\)": lambda: problem(yaw=90.0),
     r"cup \d+: yaw is -45 rad, beyond a full turn": lambda: problem(start={"yaw": -45}),
     r"start_angle is 30 rad, beyond a full turn": lambda: em.regions.AnnularSector(
@@ -104,10 +104,10 @@ def simulated(height):
     return em.World(asked.scene).simulate(state, steps=2)
 
 
-@pytest.mark.parametrize("words", DOUBTED)
+@pytest.mark.parametrize("words", WARNED)
 def test_what_looks_wrong_warns_with_its_value_and_how_to_say_that_it_is_meant(words):
     with pytest.warns(em.PlausibilityWarning, match=words) as caught:
-        DOUBTED[words]()
+        WARNED[words]()
     (warning,) = caught
     assert 'filterwarnings("ignore", category=em.PlausibilityWarning)' in str(warning.message)
     assert "\n" not in str(warning.message)

@@ -38,7 +38,7 @@ CAPTURE = [
     f"{name}{more}"
     for name in ("capture", "success", "capture_any", "success_any")
     for more in ("", "_stderr")
-] + ["complete", "nodes", "resolution", "undisturbed_exit"]
+] + ["complete", "nodes", "resolution", "undisturbed_exit", "steps", "unconverged", "lost_time"]
 
 
 @pytest.mark.parametrize("meshes", ["embedded", "files"])
@@ -56,6 +56,7 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
         else:
             assert tuple(interval) == capture.interval(name)
     assert printed.pop("trees") == len(capture.trees)
+    assert printed.pop("warnings") == list(capture.warnings)
     assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
         effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
@@ -244,6 +245,9 @@ def test_the_executable_has_pythons_effort_of_a_horizon_and_a_plan_to_the_last_b
         assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
         assert [(at["nodes"], at["effort"]) for at in printed["history"]] == effort.history
         assert (printed["nodes"], printed["discarded"]) == (effort.nodes, effort.discarded)
+        for name in ("steps", "unconverged", "lost_time"):
+            assert printed[name] == getattr(effort, name)
+        assert printed["warnings"] == list(effort.warnings)
     assert (printed["horizon"], printed["dwell"]) == (problem.horizon, problem.dwell)
     assert printed["check"] == problem.check
     assert printed["plan"] == {
@@ -272,6 +276,8 @@ def test_the_executable_has_pythons_probability_to_the_last_bit(tmp_path):
         p.diverged,
         p.complete,
     )
+    assert (printed["unconverged"], printed["lost_time"]) == (p.unconverged, p.lost_time)
+    assert printed["warnings"] == list(p.warnings)
 
 
 @pytest.mark.parametrize("clock", [False, True], ids=["", "clock"])

@@ -530,6 +530,6 @@ def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
         places = re.findall(r"capture \d\.\d+, but .*?Trajectory (\d+), frame (\d)", text)
         repeater = SearchRepeater(dataset, settings.all())
         scored = [repeater.repeat(6 * int(t) + int(k), "capture").search for t, k in places]
-    doubts = [doubt for score in scored for doubt in score.doubts]
-    assert doubts
-    assert all(doubt[1:] in text for doubt in doubts)
+    warnings = [text for score in scored for text in score.warnings]
+    assert warnings
+    assert all(warning[1:] in text for warning in warnings)

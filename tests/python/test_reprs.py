@@ -53,5 +53,6 @@ def test_a_table_of_scores_is_short():
     problems = em.datasets.generate("topple", trajectories=2, frames=4, seed=1).problems()
     table = em.score(problems, ["force"])
     assert repr(table) == (
-        "ScoreTable(index=array(8,), seconds=array(8,), scores={'force': array(8,)}, complete=True)"
+        "ScoreTable(index=array(8,), seconds=array(8,), scores={'force': array(8,)}, "
+        "steps=array(8,), unconverged=array(8,), lost_time=array(8,), warnings={}, complete=True)"
     )

@@ -1,4 +1,5 @@
 import dataclasses
+import math
 import os
 import signal
 import threading
@@ -165,6 +166,9 @@ def test_a_search_goes_on_after_an_escape_that_a_finer_simulation_does_not_confi
     (problem,) = scoops.problems([20])
     escape = escape_effort(problem, nodes=100, seed=stream(0, 20))
     assert escape.discarded > 0 and escape.complete and escape.nodes == 100
+    assert escape.discarded_effort < math.inf
+    contradicted = escape.discarded_effort < escape.effort
+    assert any("discarded" in text for text in escape.warnings) == contradicted
     table = scoring.score([problem], ["effort/est"], nodes=100, indices=[20])
     assert table["effort/est"] == [escape.effort]
 

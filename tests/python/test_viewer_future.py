@@ -300,12 +300,12 @@ def test_a_frame_whose_future_cannot_be_posed_is_said():
 def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
     with view(falling(), nodes=300) as viewer:
         page = scored_page(viewer)
-        doubts = page.scored.capture.doubts
-        assert len(doubts) == 2  # one node has most of the likelihood, and it leaves by itself
-        assert all(doubt in page._panel.scores.content for doubt in doubts)
+        warnings = page.scored.capture.warnings
+        assert len(warnings) == 2  # one node has most of the likelihood, and it leaves by itself
+        assert all(warning in page._panel.scores.content for warning in warnings)
     assert (
         score_state(carried(), SearchSettings(nodes=5), 0).capture is None
-    )  # and so there is none to doubt
+    )  # and so there is none to warn of
 
 
 def test_scores_along_a_plan_have_the_alongs_disturbance_its_intervals_and_its_efforts():

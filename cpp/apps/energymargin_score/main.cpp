@@ -25,13 +25,13 @@ std::string one_line(std::string text) {
   return text;
 }
 
-void warn(const std::vector<energymargin::Doubt>& doubts) {
-  for (const energymargin::Doubt& doubt : doubts) std::cerr << "warning: " << one_line(doubt.text) << "\n";
+void warn(const std::vector<energymargin::Warning>& warnings) {
+  for (const energymargin::Warning& warning : warnings) std::cerr << "warning: " << one_line(warning.text) << "\n";
 }
 
 // Scores or saves the problem, and returns what to print.
 std::string run(const Arguments& arguments) {
-  std::vector<energymargin::Doubt> outdated;
+  std::vector<energymargin::Warning> outdated;
   const energymargin::Problem problem = energymargin::load(arguments.file, &outdated);
   warn(outdated);
   if (!arguments.copy.empty()) {
@@ -40,7 +40,7 @@ std::string run(const Arguments& arguments) {
   }
   warn(energymargin::implausible(problem));
   const energymargin::app::Score score = energymargin::app::score(problem, arguments);
-  warn(score.doubts);
+  warn(score.warnings);
   return score.json.dump(1) + "\n";
 }
 

@@ -28,7 +28,21 @@ Json history(const std::vector<std::pair<int, double>>& improvements, const char
   return rows;
 }
 
-Score capture_with_doubts(const Problem& problem, const CaptureOptions& options) {
+// What a result that is made of rollouts says about its steps.
+void add_counts(const StepCounts& counts, Json& json) {
+  json["steps"] = counts.steps;
+  json["unconverged"] = counts.unconverged;
+  json["lost_time"] = counts.lost_time;
+}
+
+// Sentences, which the error stream has too.
+Score with_warnings(Json json, const std::vector<Warning>& warnings) {
+  json["warnings"] = Json::array();
+  for (const Warning& warning : warnings) json["warnings"].push_back(warning.text);
+  return {json, warnings};
+}
+
+Score capture(const Problem& problem, const CaptureOptions& options) {
   const CaptureScore score = guarded_capture_score(problem, options);
   Json json;
   for (const auto& [name, set] : set_scores(score)) json[name] = set ? Json(set->mean) : Json(nullptr);
@@ -44,35 +58,39 @@ Score capture_with_doubts(const Problem& problem, const CaptureOptions& options)
   json["trees"] = score.trees.size();
   json["nodes"] = score.nodes();
   json["complete"] = score.complete;
-  return {json, implausible(score)};
+  add_counts(score, json);
+  return with_warnings(json, score.warnings);
 }
 
-Json effort_json(const Problem& problem, const EffortOptions& options) {
-  const Escape escape = escape_effort(problem, options);
-  return {{"effort", finite(escape.effort)},
-          {"history", history(escape.history, "nodes", "effort")},
-          {"nodes", escape.nodes()},
-          {"discarded", escape.discarded},
-          {"complete", escape.complete}};
+Score effort(const Problem& problem, const EffortOptions& options) {
+  const Escape escape = guarded_escape_effort(problem, options);
+  Json json{{"effort", finite(escape.effort)},
+            {"history", history(escape.history, "nodes", "effort")},
+            {"nodes", escape.nodes()},
+            {"discarded", escape.discarded},
+            {"complete", escape.complete}};
+  add_counts(escape, json);
+  return with_warnings(json, escape.warnings);
 }
 
-Json probability_json(const Problem& problem, ProbabilityOptions options) {
+Score probability(const Problem& problem, ProbabilityOptions options) {
   options.success = problem.succeeded.has_value();
   options.by_object = problem.captured_any.has_value();
   const CaptureProbability p = capture_probability(problem, options);
-  return {{"captured", p.all.captured()},
-          {"interval", pair(interval(p.all.captured(), p.effective, 1.0 - 0.05 / p.looks))},
-          {"mean_time", p.all.mean_time},
-          {"success", optional(p.success)},
-          {"captured_any", p.any ? Json(p.any->captured()) : Json(nullptr)},
-          {"undisturbed", p.undisturbed},
-          {"undisturbed_time", p.undisturbed_time},
-          {"times", numbers(p.times)},
-          {"curve", numbers(p.all.curve)},
-          {"rollouts", p.rollouts},
-          {"diverged", p.diverged},
-          {"steps", p.steps},
-          {"complete", p.complete}};
+  Json json{{"captured", p.all.captured()},
+            {"interval", pair(interval(p.all.captured(), p.effective, 1.0 - 0.05 / p.looks))},
+            {"mean_time", p.all.mean_time},
+            {"success", optional(p.success)},
+            {"captured_any", p.any ? Json(p.any->captured()) : Json(nullptr)},
+            {"undisturbed", p.undisturbed},
+            {"undisturbed_time", p.undisturbed_time},
+            {"times", numbers(p.times)},
+            {"curve", numbers(p.all.curve)},
+            {"rollouts", p.rollouts},
+            {"diverged", p.diverged},
+            {"complete", p.complete}};
+  add_counts(p, json);
+  return with_warnings(json, p.warnings);
 }
 
 Json escape_energy_json(const Problem& problem, const EscapeEnergyOptions& options) {
@@ -125,9 +143,9 @@ Options with_limit(Options options, const Arguments& arguments) {
 
 Score metric_score(const Problem& problem, const Arguments& arguments) {
   const std::string& metric = arguments.metric;
-  if (metric == "capture") return capture_with_doubts(problem, with_limit(arguments.capture, arguments));
-  if (metric == "effort") return {effort_json(problem, with_limit(arguments.effort, arguments))};
-  if (metric == "probability") return {probability_json(problem, with_limit(arguments.probability, arguments))};
+  if (metric == "capture") return capture(problem, with_limit(arguments.capture, arguments));
+  if (metric == "effort") return effort(problem, with_limit(arguments.effort, arguments));
+  if (metric == "probability") return probability(problem, with_limit(arguments.probability, arguments));
   if (metric == "escape_energy") return {escape_energy_json(problem, with_limit(arguments.escape_energy, arguments))};
   return {force_json(problem, arguments.force_weights)};
 }

@@ -10,10 +10,10 @@ namespace energymargin::app {
 
 using Json = nlohmann::ordered_json;
 
-//! The score of the metric, and doubts about it. A problem with a clock adds its times and its plan.
+//! The score of the metric, and its warnings. A problem with a clock adds its times and its plan.
 struct Score {
   Json json;
-  std::vector<Doubt> doubts{};
+  std::vector<Warning> warnings{};
 };
 
 //! Throws std::invalid_argument on a bad problem or option.

@@ -11,7 +11,9 @@
 #include "energymargin/disturbances.hpp"
 #include "energymargin/limit.hpp"
 #include "energymargin/metrics/effort.hpp"
+#include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
+#include "energymargin/world.hpp"
 
 namespace energymargin {
 
@@ -21,8 +23,8 @@ struct Curve {
   Eigen::VectorXd probabilities;  //!< shape (T,)
 };
 
-//! The scores of one problem.
-struct ScoreRow {
+//! The scores of one problem. Its steps are those of its searches.
+struct ScoreRow : StepCounts {
   std::size_t index = 0;                 //!< the problem's stream index
   std::map<std::string, double> scores;  //!< by metric
   std::map<std::string, double>
@@ -30,6 +32,7 @@ struct ScoreRow {
   double seconds = 0.0;  //!< time of its searches on their threads, added up [s]
   std::string error;     //!< what went wrong, in the first search that fails; empty if all is well
   std::map<std::string, Curve> curves{};  //!< of "probability" and "probability/any", where they were asked for
+  std::vector<Warning> warnings{};        //!< what speaks against its scores
 };
 
 //! What to compute, and how.

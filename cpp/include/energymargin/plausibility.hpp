@@ -12,29 +12,29 @@
 
 namespace energymargin {
 
-//! A value that is legal and looks wrong.
-struct Doubt {
+//! A value that is legal and looks wrong, or a result that says less than it seems to.
+struct Warning {
   std::string about;  //!< what it is of, as "body 'box': mass": the same in all states of a scene
   std::string text;   //!< one line: the value, why it looks wrong, and what may have been meant
 };
 
 //! Of a scene alone: sizes, densities, ratios of masses, joint limits, orientations, the step.
-std::vector<Doubt> implausible(const Scene& scene);
+std::vector<Warning> implausible(const Scene& scene);
 
 //! Of a problem, its scene included. `start_outside`: a start outside of the capture set is meant.
-std::vector<Doubt> implausible(const Problem& problem, bool start_outside = false);
+std::vector<Warning> implausible(const Problem& problem, bool start_outside = false);
 
 //! Of a state: joints that are further beyond their limits than a simulated one yields at its stop.
-std::vector<Doubt> implausible_joints(const Scene& scene, const State& state);
+std::vector<Warning> implausible_joints(const Scene& scene, const State& state);
 
 //! Of a simulation that starts at a state: those joints, and bodies deep in each other, which are thrown apart.
-std::vector<Doubt> implausible_start(World& world, const State& state);
+std::vector<Warning> implausible_start(World& world, const State& state);
 
 //! Of an angle of a pose. Throws std::invalid_argument on one beyond plausible::refused_angle.
-std::optional<Doubt> implausible_angle(const std::string& name, double angle);
+std::optional<Warning> implausible_angle(const std::string& name, double angle);
 
 //! Of a density [kg/m^3].
-std::optional<Doubt> implausible_density(const std::string& name, double density);
+std::optional<Warning> implausible_density(const std::string& name, double density);
 
 //! The same text for all states and problems of a scene.
 std::string fingerprint(const Scene& scene);

@@ -3,7 +3,7 @@
 
 namespace energymargin {
 
-//! Beyond the first of two bounds a value is doubted, beyond the second it is refused.
+//! Beyond the first of two bounds a value is warned of, beyond the second it is refused.
 namespace plausible {
 
 // Angles: degrees begin to look like themselves where a full turn ends, with room for a rounded 2 pi.

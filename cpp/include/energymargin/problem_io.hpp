@@ -21,9 +21,9 @@ const std::string& problem_schema();
 std::string to_json(const Problem& problem);
 
 //! Reads JSON text and validates the problem; paths of meshes are relative to the folder. What a file of an older
-//! version asks for and no longer gets is added to `doubts`. Throws std::invalid_argument that names the place and what
+//! version asks for and no longer gets is added to `warnings`. Throws std::invalid_argument that names the place and what
 //! was expected.
-Problem from_json(const std::string& text, const std::string& folder = "", std::vector<Doubt>* doubts = nullptr);
+Problem from_json(const std::string& text, const std::string& folder = "", std::vector<Warning>* warnings = nullptr);
 
 //! The plan as JSON text, as it stands in a problem file. Throws std::invalid_argument if it is none.
 std::string to_json(const Plan& plan);
@@ -46,7 +46,7 @@ enum class Meshes {
 void save(const Problem& problem, const std::string& path, Meshes meshes = Meshes::embedded);
 
 //! Throws FileError if the file cannot be opened, std::invalid_argument, naming it, if it is no problem file or names a
-//! mesh that is none. `doubts` as in from_json.
-Problem load(const std::string& path, std::vector<Doubt>* doubts = nullptr);
+//! mesh that is none. `warnings` as in from_json.
+Problem load(const std::string& path, std::vector<Warning>* warnings = nullptr);
 
 }  // namespace energymargin

@@ -38,9 +38,29 @@ struct Rollout {
   double work = 0.0;    //!< the same with its sign [J]
   double energy = 0.0;  //!< mechanical energy at the end, as World::energy [J]
   int steps = 0;
+  int unconverged = 0;           //!< steps whose contact solver did not converge
+  double lost_time = 0.0;        //!< time in which nothing moved, as bodies would have passed through each other [s]
   bool complete = true;          //!< false if it reached its limit
   std::optional<Audit> audit{};  //!< where the energy went, if that was asked for
   std::vector<Moment> recorded{};
+};
+
+//! The simulation steps of a result that is made of rollouts, and how good they were.
+struct StepCounts {
+  long long steps = 0;
+  long long unconverged = 0;  //!< of these, steps whose contact solver did not converge
+  double lost_time = 0.0;     //!< time in which nothing moved, as bodies would have passed through each other [s]
+
+  StepCounts() = default;
+  StepCounts(const Rollout& rollout)
+      : steps(rollout.steps), unconverged(rollout.unconverged), lost_time(rollout.lost_time) {}
+
+  StepCounts& operator+=(const StepCounts& other) {
+    steps += other.steps;
+    unconverged += other.unconverged;
+    lost_time += other.lost_time;
+    return *this;
+  }
 };
 
 //! What is recorded of a rollout, and where it ends early.
@@ -81,6 +101,8 @@ struct Frame {
   double time = 0.0;  //!< [s]
   State state;
   std::vector<Contact> contacts;
+  int unconverged = 0;     //!< steps until then whose contact solver did not converge
+  double lost_time = 0.0;  //!< time until then in which nothing moved [s]
 };
 
 class Engine;

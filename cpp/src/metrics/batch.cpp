@@ -38,6 +38,8 @@ ScoreRow merge(const std::vector<ScoreRow>& parts) {
     row.times.insert(part.times.begin(), part.times.end());
     row.curves.insert(part.curves.begin(), part.curves.end());
     row.seconds += part.seconds;
+    row += part;
+    row.warnings.insert(row.warnings.end(), part.warnings.begin(), part.warnings.end());
   }
   return row;
 }

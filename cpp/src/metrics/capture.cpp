@@ -10,6 +10,7 @@
 
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "search/exploration.hpp"
@@ -33,6 +34,7 @@ struct ScoredTree {
   Tree tree;
   bool complete = false;
   int diverged = 0;  // rollouts
+  StepCounts counts{};
   SetLikelihoods likelihoods{};
   double resolution = 0.0;  // likelihood of the heaviest node
 };
@@ -50,7 +52,7 @@ ScoredTree energy_cost_field(const Problem& problem, const CaptureOptions& optio
   exploration.limit = limit;
   exploration.node_counter = options.node_counter;
   search::Exploration field = search::explore(problem, exploration);
-  return {std::move(field.tree), field.complete, field.diverged};
+  return {std::move(field.tree), field.complete, field.diverged, field.counts};
 }
 
 double likelihood_inside(const Region& region, const Scene& scene, const Tree& tree, const Eigen::VectorXd& weights) {
@@ -107,6 +109,7 @@ class Forest {
     for (std::size_t i = 0; i < count; ++i) {
       score.resolution += trees_.at(i).resolution / static_cast<double>(count);
       score.diverged += trees_.at(i).diverged;
+      score += trees_.at(i).counts;
       score.trees.push_back(std::move(trees_.at(i).tree));
     }
     return score;
@@ -209,7 +212,9 @@ CaptureScore capture_score(const Problem& problem, const CaptureOptions& options
   require_no_clock(problem, "capture_score");
   Forest forest(problem, options);
   forest.grow();
-  return forest.score();
+  CaptureScore score = forest.score();
+  score.warnings = implausible(score, problem);
+  return score;
 }
 
 }  // namespace energymargin

@@ -1,6 +1,7 @@
 #include "energymargin/metrics/effort.hpp"
 
 #include "base/check.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "metrics/words.hpp"
 #include "search/escape_search.hpp"
 
@@ -27,7 +28,9 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_word("planner", options.planner, effort_planners);
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
-  return search::find_escape(problem, capture_set(problem, options.captured), search_options(options));
+  Escape escape = search::find_escape(problem, capture_set(problem, options.captured), search_options(options));
+  escape.warnings = implausible(escape, problem);
+  return escape;
 }
 
 }  // namespace energymargin

@@ -8,6 +8,19 @@
 #include "search/horizon.hpp"
 
 namespace energymargin {
+namespace {
+
+constexpr const char* remedy =
+    "raise solver_iterations, take a shorter step, or look for bodies that are squeezed or that overlap "
+    "(docs/engineering/contact.md)";
+
+std::string percent(double share) { return text(std::round(1000.0 * share) / 10.0) + " %"; }
+
+std::vector<Warning> of_steps(const StepCounts& counts, const Problem& problem) {
+  return implausible(counts, static_cast<double>(counts.steps) * problem.scene.stepping().step);
+}
+
+}  // namespace
 
 std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limit) {
   Problem future = problem;
@@ -30,27 +43,81 @@ CaptureScore guarded_capture_score(const Problem& problem, const CaptureOptions&
   // A second of simulation is quick: a score that ran out of time is checked too.
   if (score.capture.mean > plausible::capture_score) {
     score.undisturbed_exit = undisturbed_exit(problem, options.limit.without_time());
+    score.warnings = implausible(score, problem);
   }
   return score;
 }
 
-std::vector<Doubt> implausible(const CaptureScore& score) {
-  std::vector<Doubt> doubts;
+Escape guarded_escape_effort(const Problem& problem, const EffortOptions& options) {
+  Escape escape = escape_effort(problem, options);
+  if (escape.effort > 0.0 && !escape.undisturbed_exit && !timing_of(problem)) {
+    Problem future = problem;
+    future.captured = capture_set(problem, options.captured);
+    escape.undisturbed_exit = undisturbed_exit(future, options.limit.without_time());
+    escape.warnings = implausible(escape, problem);
+  }
+  return escape;
+}
+
+std::vector<Warning> implausible(const StepCounts& counts, double time) {
+  std::vector<Warning> warnings;
+  const double unconverged = static_cast<double>(counts.unconverged) / static_cast<double>(counts.steps);
+  if (unconverged > plausible::unconverged) {
+    warnings.push_back({"steps that did not converge", "the contact solver did not converge in " +
+                                                           percent(unconverged) + " of " +
+                                                           std::to_string(counts.steps) + " steps: " + remedy});
+  }
+  if (counts.lost_time > plausible::lost_time * time) {
+    warnings.push_back(
+        {"lost time", "nothing moved in " + percent(counts.lost_time / time) + " of " + text(time) +
+                          " s of simulation, as bodies would have passed through each other: " + remedy});
+  }
+  return warnings;
+}
+
+std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem) {
+  std::vector<Warning> warnings = of_steps(score, problem);
   if (score.nodes() > 0 && score.resolution > plausible::resolution) {
-    doubts.push_back({"capture_score: resolution",
-                      "the capture score " + text(score.capture.mean) + " has a resolution of " +
-                          text(score.resolution) + ", above " + text(plausible::resolution) +
-                          ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make "
-                          "it finer"});
+    warnings.push_back(
+        {"capture_score: resolution",
+         "the capture score " + text(score.capture.mean) + " has a resolution of " + text(score.resolution) +
+             ", above " + text(plausible::resolution) +
+             ": one node has so much of the likelihood; more nodes, smaller bounds or a smaller rate make "
+             "it finer"});
   }
   if (score.undisturbed_exit) {
-    doubts.push_back(
+    warnings.push_back(
         {"capture_score: undisturbed", "the capture score is " + text(score.capture.mean) +
                                            ", but without any disturbance the state leaves the capture set after " +
                                            text(*score.undisturbed_exit) +
                                            " s: ask capture_probability, with a horizon, whether it stays"});
   }
-  return doubts;
+  return warnings;
+}
+
+std::vector<Warning> implausible(const Escape& escape, const Problem& problem) {
+  std::vector<Warning> warnings = of_steps(escape, problem);
+  const std::string effort = "the effort is " + text(escape.effort) + " J, but ";
+  if (escape.discarded_effort < escape.effort) {
+    warnings.push_back({"escape_effort: discarded",
+                        effort + "an escape of " + text(escape.discarded_effort) +
+                            " J was found that a simulation with a quarter of the step does not confirm (" +
+                            std::to_string(escape.discarded) +
+                            " were discarded): the true effort may be less; search with a shorter step"});
+  }
+  if (escape.undisturbed_exit && escape.effort > 0.0) {
+    warnings.push_back(
+        {"escape_effort: undisturbed",
+         effort + "without any disturbance the state leaves the capture set after " + text(*escape.undisturbed_exit) +
+             " s: " +
+             (timing_of(problem) ? "a simulation with a quarter of the step does not confirm it; take a shorter step"
+                                 : "ask with a horizon, with which a state that leaves by itself has the effort 0")});
+  }
+  return warnings;
+}
+
+std::vector<Warning> implausible(const CaptureProbability& probability, const Problem& problem) {
+  return of_steps(probability, problem);
 }
 
 }  // namespace energymargin

@@ -10,6 +10,7 @@
 
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
 #include "metrics/looks.hpp"
 #include "search/exit.hpp"
@@ -26,7 +27,7 @@ struct Future {
   std::vector<int> exits;  // of each set, steps; -1: it stays inside
   bool success = false;
   double effort = 0.0;
-  int steps = 0;
+  StepCounts counts{};
   bool complete = true;
   bool diverged = false;
 };
@@ -134,7 +135,7 @@ class Estimator {
       watch.ends = [&](const State& state) { return look(state, step += timing_.check) && !runs_to_horizon; };
       const Rollout rollout = world.rollout_unchecked(problem_.state, pushes, limit, watch);
       future.complete = rollout.complete;
-      future.steps = rollout.steps;
+      future.counts = rollout;
       future.effort = rollout.effort;
       if (rollout.complete && rollout.steps == timing_.horizon) {
         look(rollout.state, timing_.horizon);
@@ -236,10 +237,10 @@ class Estimator {
   }
 
   void count_rollouts(int count, CaptureProbability& p) const {
-    p.steps = undisturbed_ ? undisturbed_->steps : 0;
+    if (undisturbed_) p += undisturbed_->counts;
     for (int i = 0; i < count; ++i) {
       p.diverged += futures_[static_cast<std::size_t>(i)].diverged ? 1 : 0;
-      p.steps += futures_[static_cast<std::size_t>(i)].steps;
+      p += futures_[static_cast<std::size_t>(i)].counts;
     }
     p.rollouts = count - p.diverged;
     require_few_diverged(p.diverged, count, options_.most_diverged);
@@ -296,7 +297,9 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options) {
   validate(problem);
   validate(problem, options);
-  return Estimator(problem, options).estimate();
+  CaptureProbability p = Estimator(problem, options).estimate();
+  p.warnings = implausible(p, problem);
+  return p;
 }
 
 Interval interval(double probability, double effective, double confidence) {

@@ -5,6 +5,7 @@
 
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
+#include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
 #include "energymargin/random.hpp"
 #include "energymargin/signed_distance.hpp"
@@ -110,7 +111,7 @@ class ReplicaSimulator {
     return replica;
   }
 
-  long long steps() const { return steps_; }
+  const StepCounts& counts() const { return counts_; }
   int simulated() const { return simulated_; }
   int diverged() const { return diverged_; }
 
@@ -139,14 +140,14 @@ class ReplicaSimulator {
     watch.ends = [&](const State& state) { return look(state, step += timing_.check, exit, replica); };
     try {
       const Rollout rollout = world_.rollout_unchecked(problem_.state, replica.pushes, options_.limit, watch);
-      steps_ += rollout.steps;
+      counts_ += rollout;
       if (rollout.complete && rollout.steps == timing_.horizon && !exit.left()) {
         if (step != timing_.horizon) look(rollout.state, timing_.horizon, exit, replica);
         exit.end();
         if (exit.left()) set_exit(exit, replica);
       }
     } catch (const Diverged&) {
-      steps_ += step;
+      counts_.steps += step;
       ++diverged_;
     }
   }
@@ -195,18 +196,17 @@ class ReplicaSimulator {
   double last_ = 0.0;          // level of the state at the last look
   std::vector<double> gains_;  // of that level, from look to look
   Track track_;
-  long long steps_ = 0;
+  StepCounts counts_;
   int simulated_ = 0;
   int diverged_ = 0;
 };
 
 // What one batch says.
-struct ReplicaBatch {
+struct ReplicaBatch : StepCounts {
   Eigen::VectorXd lost;    // an unbiased estimate of the loss until each look
   double mean_loss = 0.0;  // of the time that is lost [steps]
   int levels = 0;
   int replicas = 0;
-  long long steps = 0;
   int simulated = 0;
   int diverged = 0;
   bool complete = false;
@@ -236,7 +236,7 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
   batch.mean_loss *= last.weight / replicas;
   batch.levels = last.levels;
   batch.replicas = replicas;
-  batch.steps = simulator.steps();
+  batch += simulator.counts();
   batch.simulated = simulator.simulated();
   batch.diverged = simulator.diverged();
   batch.complete = last.complete;
@@ -245,13 +245,13 @@ ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const
 
 // A few replicas that split by the rate of their distance find the forecast by which all others split: what they see is
 // evenly spread from the start to the edge, and their estimate counts for nothing. Returns their steps.
-long long scout(const Problem& problem, const RareOptions& options, Nearness& nearness) {
+StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& nearness) {
   const SignedDistance distance(problem.captured, problem.scene, problem.state);
   ForecastFit fit(distance, static_cast<int>(looks_of(*timing_of(problem)).size()));
   const int scouts = std::max(options.rollouts / replicas_a_scout, fewest_scouts);
-  const long long steps = run_batch(problem, options, nearness, scouts, stream_of_scouts, &fit).steps;
+  const StepCounts counts = run_batch(problem, options, nearness, scouts, stream_of_scouts, &fit);
   nearness.forecast = fit.fit();
-  return steps;
+  return counts;
 }
 
 // Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the same
@@ -300,7 +300,7 @@ CaptureProbability result_of(const Problem& problem, const std::vector<ReplicaBa
     splitting.levels += static_cast<double>(batch.levels) / static_cast<double>(count);
     splitting.simulated += batch.simulated;
     p.rollouts += batch.replicas;
-    p.steps += batch.steps;
+    p += batch;
     p.diverged += batch.diverged;
   }
   require_few_diverged(p.diverged, splitting.simulated, ProbabilityOptions{}.most_diverged);
@@ -340,7 +340,7 @@ CaptureProbability rare_capture_probability(const Problem& problem, const RareOp
   const Replica undisturbed = simulator.undisturbed();
   Nearness nearness;
   nearness.ahead = options.ahead ? *options.ahead : simulator.memory(stream(options.seed, stream_of_pilots));
-  const long long steps_of_scouts = options.level || options.ahead ? 0 : scout(problem, options, nearness);
+  const StepCounts of_scouts = options.level || options.ahead ? StepCounts{} : scout(problem, options, nearness);
   std::vector<ReplicaBatch> batches(splitting_batches);
   parallel_for(
       batches.size(), options.threads,
@@ -357,9 +357,11 @@ CaptureProbability rare_capture_probability(const Problem& problem, const RareOp
   if (batches.size() < fewest_batches) options.limit.require();
   CaptureProbability p = result_of(problem, batches);
   p.complete = complete;
-  p.steps += simulator.steps() + steps_of_scouts;
+  p += simulator.counts();
+  p += of_scouts;
   p.undisturbed = undisturbed.exit < 0;
   p.undisturbed_time = p.undisturbed ? p.times[p.times.size() - 1] : undisturbed.exit * problem.scene.stepping().step;
+  p.warnings = implausible(p, problem);
   return p;
 }
 

@@ -57,6 +57,12 @@ bool share_a_search(const std::string& metric, const std::string& other) {
          (is_probability_metric(metric) && is_probability_metric(other));
 }
 
+template <typename Result>
+void add_quality(const Result& result, ScoreRow& row) {
+  row += result;
+  row.warnings.insert(row.warnings.end(), result.warnings.begin(), result.warnings.end());
+}
+
 void add_capture(const Problem& problem, const BatchOptions& options, std::uint64_t seed, ScoreRow& row) {
   CaptureOptions capture;
   capture.nodes = options.nodes;
@@ -66,6 +72,7 @@ void add_capture(const Problem& problem, const BatchOptions& options, std::uint6
   capture.limit = options.limit;
   const CaptureScore score = capture_score(problem, capture);
   if (!score.complete) throw search::Stopped();
+  add_quality(score, row);
   row.scores["capture"] = score.capture.mean;
   if (score.success) row.scores["success"] = score.success->mean;
   if (score.capture_any) row.scores["capture/any"] = score.capture_any->mean;
@@ -84,6 +91,7 @@ void add_effort(const Problem& problem, const EffortMetric& metric, const BatchO
   effort.stop_at_escape = options.stop_at_escape;
   const Escape escape = escape_effort(problem, effort);
   if (!escape.complete) throw search::Stopped();
+  add_quality(escape, row);
   row.scores[metric.name] = escape.effort;
 }
 
@@ -116,6 +124,7 @@ void add_probability(const Problem& problem, const SearchMetrics& metrics, const
   probability.success = has(metrics, "probability/success");
   probability.by_object = has(metrics, "probability/any");
   const CaptureProbability p = complete_probability(problem, probability);
+  add_quality(p, row);
   if (has(metrics, "probability")) add_survival("probability", p.all, p.times, row);
   if (p.any) add_survival("probability/any", *p.any, p.times, row);
   if (p.success) row.scores["probability/success"] = *p.success;

@@ -94,6 +94,7 @@ void Engine::load(const std::vector<ObjectWrench>& wrenches, int step) {
 
 void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor) {
   double left = simulation_.scene().stepping().step;
+  bool converged = true;
   for (int parts = 0; left > 0.0; ++parts) {
     if (auditor) auditor->begin();
     for (ObjectWrench& wrench : wrenches) wrench.begin();
@@ -105,7 +106,10 @@ void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor*
     }
     if (auditor) auditor->end(part);
     left -= part.duration;
+    result.lost_time += part.lost;
+    converged = converged && part.converged;
   }
+  if (!converged) ++result.unconverged;
 }
 
 std::vector<Frame> Engine::simulate(const State& state, const Robot* robot, int steps, const std::vector<int>& record,
@@ -117,14 +121,18 @@ std::vector<Frame> Engine::simulate(const State& state, const Robot* robot, int 
     ++next;
   }
   const double step = simulation_.scene().stepping().step;
+  int unconverged = 0;
+  double lost_time = 0.0;
   simulation_.restore(state);
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_looks == 0) limit.require();
     simulation_.unload();
     if (robot) robot->act(simulation_, i - 1);
-    simulation_.step();
+    const PartResult whole = simulation_.step();
+    unconverged += whole.converged ? 0 : 1;
+    lost_time += whole.lost;
     if (i != *next) continue;
-    frames.push_back({i * step, {}, simulation_.contacts()});
+    frames.push_back({i * step, {}, simulation_.contacts(), unconverged, lost_time});
     simulation_.read(frames.back().state);
     ++next;
   }

@@ -73,9 +73,16 @@ void Simulation::read(std::vector<Velocity>& velocities) const {
   bodies_.read(velocities);
 }
 
-void Simulation::step() {
+PartResult Simulation::step() {
+  PartResult whole{step_, 0.0, true};
   double left = step_;
-  for (int parts = 0; left > 0.0; ++parts) left -= advance(left, parts).duration;
+  for (int parts = 0; left > 0.0; ++parts) {
+    const PartResult part = advance(left, parts);
+    left -= part.duration;
+    whole.lost += part.lost;
+    whole.converged = whole.converged && part.converged;
+  }
+  return whole;
 }
 
 PartResult Simulation::advance(double duration, int parts) {

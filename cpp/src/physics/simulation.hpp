@@ -72,8 +72,8 @@ class Simulation {
   //! they are too many, the rest is lost: velocities change, and nothing moves further than into contact.
   PartResult advance(double duration, int parts);
 
-  //! One step.
-  void step();
+  //! One step: its parts together.
+  PartResult step();
 
   const Springs& springs() const { return springs_; }
 

@@ -15,12 +15,12 @@
 namespace energymargin {
 namespace {
 
-using Doubts = std::vector<Doubt>;
+using Warnings = std::vector<Warning>;
 
 std::string of_body(const Body& body, const std::string& quantity) { return "body '" + body.name + "': " + quantity; }
 
-void doubt(Doubts& doubts, const std::string& about, const std::string& value, const std::string& why) {
-  doubts.push_back({about, about + " is " + value + ", " + why});
+void warn(Warnings& warnings, const std::string& about, const std::string& value, const std::string& why) {
+  warnings.push_back({about, about + " is " + value + ", " + why});
 }
 
 double least_extent(const Body& body) { return 2.0 * smallest_half_extent(body.shape); }
@@ -34,14 +34,14 @@ double least_moving_extent(const Scene& scene) {
   return least;
 }
 
-void doubt_extent(Doubts& doubts, const Body& body, double least_moving) {
+void check_extent(Warnings& warnings, const Body& body, double least_moving) {
   const double extent = least_extent(body);
   if (!std::isfinite(extent) || extent < plausible::extent) return;
   if (body.fixed() && !(extent >= plausible::extent_ratio * least_moving)) return;
   const std::string beside = body.fixed() ? " beside a body of " + text(least_moving) + " m that moves" : "";
-  doubt(doubts, of_body(body, "its least extent"), text(extent) + " m",
-        "a building's" + beside +
-            ": sizes are in metres; was it meant in millimetres, or the mesh's scale 1000 times less?");
+  warn(warnings, of_body(body, "its least extent"), text(extent) + " m",
+       "a building's" + beside +
+           ": sizes are in metres; was it meant in millimetres, or the mesh's scale 1000 times less?");
 }
 
 // A constant force that holds a body's own weight stands for a machine, and so does its mass.
@@ -49,7 +49,7 @@ bool is_driven(const Scene& scene, const Body& body) {
   return !scene.gravity().isZero(0.0) && body.force.isApprox(-body.mass * scene.gravity());
 }
 
-void doubt_density(Doubts& doubts, const Scene& scene, std::size_t index) {
+void check_density(Warnings& warnings, const Scene& scene, std::size_t index) {
   const Body& body = scene.bodies()[index];
   const bool counts = body.dynamic() && !is_driven(scene, body);
   const double volume = counts ? mass_properties(body.shape, 1.0).volume : 0.0;
@@ -58,34 +58,34 @@ void doubt_density(Doubts& doubts, const Scene& scene, std::size_t index) {
   const bool robot = body.role == Role::effector || scene.jointed(index);
   const std::string value = text(body.mass) + " kg";
   if (density > (robot ? plausible::robot_density : plausible::density)) {
-    doubt(doubts, of_body(body, "mass"), value,
-          "which makes " + text(density) + " kg/m^3, denser than any solid: was it meant in grams?");
+    warn(warnings, of_body(body, "mass"), value,
+         "which makes " + text(density) + " kg/m^3, denser than any solid: was it meant in grams?");
   } else if (density < plausible::least_implied_density && !robot) {
-    doubt(doubts, of_body(body, "mass"), value,
-          "which makes " + text(density) +
-              " kg/m^3, lighter than air: was it meant in tonnes, or a size in millimetres?");
+    warn(warnings, of_body(body, "mass"), value,
+         "which makes " + text(density) +
+             " kg/m^3, lighter than air: was it meant in tonnes, or a size in millimetres?");
   }
 }
 
 // (1, 0, 0, 0) is no turn where w comes first, and here a half turn about x. (-1, 0, 0, 0) is the same half turn.
 bool is_w_first(const Quaternion& orientation) { return orientation.coeffs() == Eigen::Vector4d(1.0, 0.0, 0.0, 0.0); }
 
-void doubt_orientation(Doubts& doubts, const std::string& about, const Quaternion& orientation) {
+void check_orientation(Warnings& warnings, const std::string& about, const Quaternion& orientation) {
   if (!is_w_first(orientation)) return;
-  doubt(doubts, about, "(1, 0, 0, 0)",
-        "a half turn about x, since the order is x, y, z, w: no turn is (0, 0, 0, 1), and (-1, 0, 0, 0) says that the "
-        "half turn is meant");
+  warn(warnings, about, "(1, 0, 0, 0)",
+       "a half turn about x, since the order is x, y, z, w: no turn is (0, 0, 0, 1), and (-1, 0, 0, 0) says that the "
+       "half turn is meant");
 }
 
-void doubt_joint(Doubts& doubts, const Joint& joint) {
+void check_joint(Warnings& warnings, const Joint& joint) {
   const std::string name = "joint '" + joint.name + "': ";
-  doubt_orientation(doubts, name + "orientation", joint.in_parent.orientation);
-  doubt_orientation(doubts, name + "child_orientation", joint.in_child.orientation);
+  check_orientation(warnings, name + "orientation", joint.in_parent.orientation);
+  check_orientation(warnings, name + "child_orientation", joint.in_child.orientation);
   if (joint.type != JointType::revolute) return;
   for (const auto& [what, angle] : {std::pair{"lower limit", joint.lower}, std::pair{"upper limit", joint.upper},
                                     std::pair{"start", joint.state.position}, std::pair{"target", joint.target}}) {
     if (!std::isfinite(angle) || std::abs(angle) <= plausible::joint_angle) continue;
-    doubt(doubts, name + what, text(angle) + " rad", "beyond two turns: was it meant in degrees?");
+    warn(warnings, name + what, text(angle) + " rad", "beyond two turns: was it meant in degrees?");
   }
 }
 
@@ -98,7 +98,7 @@ std::size_t root(const Scene& scene, std::size_t body) {
 }
 
 // Links of one tree are simulated in its joints' coordinates, so that their masses count together.
-void doubt_mass_ratio(Doubts& doubts, const Scene& scene) {
+void check_mass_ratio(Warnings& warnings, const Scene& scene) {
   std::map<std::size_t, double> masses;
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     if (scene.bodies()[i].dynamic() && !is_driven(scene, scene.bodies()[i]))
@@ -109,9 +109,9 @@ void doubt_mass_ratio(Doubts& doubts, const Scene& scene) {
   const auto [light, heavy] = std::minmax_element(masses.begin(), masses.end(), less);
   if (heavy->second < plausible::mass_ratio * light->second) return;
   const auto name = [&](const auto& of) { return "'" + scene.bodies()[of->first].name + "'"; };
-  doubt(doubts, "the ratio of masses of " + name(heavy) + " and " + name(light),
-        text(heavy->second) + " kg to " + text(light->second) + " kg",
-        "too much for the solver's iterations, and the light one may be pressed through: is one in grams?");
+  warn(warnings, "the ratio of masses of " + name(heavy) + " and " + name(light),
+       text(heavy->second) + " kg to " + text(light->second) + " kg",
+       "too much for the solver's iterations, and the light one may be pressed through: is one in grams?");
 }
 
 // The nearest other body to one, and how far it is: inf if there is none, and the first one that is near enough.
@@ -135,7 +135,7 @@ bool would_fall(const Scene& scene, const Body& body, const BodyState& at) {
   return pulled && !sprung && body.force.isZero(0.0) && at.velocity.norm() < plausible::at_rest;
 }
 
-void doubt_floating(Doubts& doubts, const Problem& problem) {
+void check_floating(Warnings& warnings, const Problem& problem) {
   const Scene& scene = problem.scene;
   const Kinematics kinematics(scene);
   std::optional<World> world;
@@ -145,8 +145,8 @@ void doubt_floating(Doubts& doubts, const Problem& problem) {
     if (!world) world.emplace(scene);
     const auto [other, distance] = nearest_body(*world, problem.state, object);
     if (!std::isfinite(distance) || distance < plausible::gap) continue;
-    doubt(doubts, of_body(object, "its distance to the nearest body, '" + other + "',"), text(distance) + " m",
-          "and it is at rest: nothing holds it, so that it falls before anything disturbs it");
+    warn(warnings, of_body(object, "its distance to the nearest body, '" + other + "',"), text(distance) + " m",
+         "and it is at rest: nothing holds it, so that it falls before anything disturbs it");
   }
 }
 
@@ -161,59 +161,58 @@ bool is_outside(const Problem& problem) {
   }
 }
 
-void doubt_outside(Doubts& doubts, const Problem& problem) {
+void check_outside(Warnings& warnings, const Problem& problem) {
   if (problem.captured_any || !is_outside(problem)) return;
   const std::size_t object = problem.scene.with_role(Role::object).front();
   const BodyState at = Kinematics(problem.scene)(problem.state.data(), object);
-  doubt(
-      doubts, "state",
-      "one in which '" + problem.scene.bodies()[object].name + "' at " + text(at.position) + " is outside of captured",
-      "the capture set, so that it has escaped before the search begins: start_outside=True says that it is meant");
+  warn(warnings, "state",
+       "one in which '" + problem.scene.bodies()[object].name + "' at " + text(at.position) + " is outside of captured",
+       "the capture set, so that it has escaped before the search begins: start_outside=True says that it is meant");
 }
 
 }  // namespace
 
-std::vector<Doubt> implausible(const Scene& scene) {
-  Doubts doubts;
+std::vector<Warning> implausible(const Scene& scene) {
+  Warnings warnings;
   if (scene.stepping().step > plausible::step) {
-    doubt(doubts, "step", text(scene.stepping().step) + " s",
-          "in which a body falls " + text(9.81 * scene.stepping().step * scene.stepping().step) +
-              " m: a step of 1/240 s is usual");
+    warn(warnings, "step", text(scene.stepping().step) + " s",
+         "in which a body falls " + text(9.81 * scene.stepping().step * scene.stepping().step) +
+             " m: a step of 1/240 s is usual");
   }
   const double least_moving = least_moving_extent(scene);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Body& body = scene.bodies()[i];
-    doubt_extent(doubts, body, least_moving);
-    doubt_density(doubts, scene, i);
-    if (!scene.joint_to(i)) doubt_orientation(doubts, of_body(body, "orientation"), body.state.orientation);
+    check_extent(warnings, body, least_moving);
+    check_density(warnings, scene, i);
+    if (!scene.joint_to(i)) check_orientation(warnings, of_body(body, "orientation"), body.state.orientation);
   }
-  for (const Joint& joint : scene.joints()) doubt_joint(doubts, joint);
-  doubt_mass_ratio(doubts, scene);
-  return doubts;
+  for (const Joint& joint : scene.joints()) check_joint(warnings, joint);
+  check_mass_ratio(warnings, scene);
+  return warnings;
 }
 
-std::vector<Doubt> implausible(const Problem& problem, bool start_outside) {
-  Doubts doubts = implausible(problem.scene);
+std::vector<Warning> implausible(const Problem& problem, bool start_outside) {
+  Warnings warnings = implausible(problem.scene);
   if (problem.duration > plausible::duration) {
-    doubt(doubts, "duration", text(problem.duration) + " s",
-          "a long time for one push of a disturbance, the longest edge of the search: was it meant in milliseconds?");
+    warn(warnings, "duration", text(problem.duration) + " s",
+         "a long time for one push of a disturbance, the longest edge of the search: was it meant in milliseconds?");
   }
   const StateLayout layout(problem.scene);
   for (std::size_t i = 0; i < problem.scene.bodies().size(); ++i) {
     const Body& body = problem.scene.bodies()[i];
     if (layout.offset(i) < 0 || is_w_first(body.state.orientation)) continue;
-    doubt_orientation(doubts, "state: " + of_body(body, "orientation"),
+    check_orientation(warnings, "state: " + of_body(body, "orientation"),
                       StateLayout::read(problem.state.data() + layout.offset(i)).orientation);
   }
-  for (Doubt& joint : implausible_joints(problem.scene, problem.state)) doubts.push_back(std::move(joint));
-  doubt_floating(doubts, problem);
-  if (!start_outside) doubt_outside(doubts, problem);
-  return doubts;
+  for (Warning& joint : implausible_joints(problem.scene, problem.state)) warnings.push_back(std::move(joint));
+  check_floating(warnings, problem);
+  if (!start_outside) check_outside(warnings, problem);
+  return warnings;
 }
 
-std::vector<Doubt> implausible_joints(const Scene& scene, const State& state) {
+std::vector<Warning> implausible_joints(const Scene& scene, const State& state) {
   validate(scene, state);
-  Doubts doubts;
+  Warnings warnings;
   const StateLayout layout(scene);
   for (std::size_t i = 0; i < scene.joints().size(); ++i) {
     const Joint& joint = scene.joints()[i];
@@ -224,43 +223,44 @@ std::vector<Doubt> implausible_joints(const Scene& scene, const State& state) {
     const bool revolute = joint.type == JointType::revolute;
     const std::string unit = revolute ? " rad" : " m";
     const bool low = position < joint.lower;
-    doubt(doubts, "state: joint '" + joint.name + "': position", text(position) + unit,
+    warn(warnings, "state: joint '" + joint.name + "': position", text(position) + unit,
           text(beyond) + unit + " beyond its " + (low ? "lower" : "upper") + " limit of " +
               text(low ? joint.lower : joint.upper) + unit + ", which pushes it back in a simulation" +
               (revolute ? ": was it meant in degrees?" : ": was it meant in millimetres?"));
   }
-  return doubts;
+  return warnings;
 }
 
-std::vector<Doubt> implausible_start(World& world, const State& state) {
-  Doubts doubts = implausible_joints(world.scene(), state);
+std::vector<Warning> implausible_start(World& world, const State& state) {
+  Warnings warnings = implausible_joints(world.scene(), state);
   const Contact contact = world.deepest_contact(state);
-  if (contact.distance == 0.0) return doubts;
+  if (contact.distance == 0.0) return warnings;
   const double most = plausible::overlap * smaller_half_extent(world.scene(), contact);
-  if (-contact.distance <= most) return doubts;
-  doubt(doubts, "the overlap of '" + contact.body_a + "' and '" + contact.body_b + "' at the start",
-        text(-contact.distance) + " m",
-        "more than " + text(most) + " m, half of the thinner one: they are thrown apart by forces that mean nothing");
-  return doubts;
+  if (-contact.distance <= most) return warnings;
+  warn(warnings, "the overlap of '" + contact.body_a + "' and '" + contact.body_b + "' at the start",
+       text(-contact.distance) + " m",
+       "more than " + text(most) + " m, half of the thinner one: they are thrown apart by forces that mean nothing");
+  return warnings;
 }
 
-std::optional<Doubt> implausible_angle(const std::string& name, double angle) {
+std::optional<Warning> implausible_angle(const std::string& name, double angle) {
   if (!(std::abs(angle) > plausible::angle)) return std::nullopt;
   if (std::abs(angle) > plausible::refused_angle) {
     reject(name, text(angle), "at most " + text(plausible::refused_angle) + " rad");
   }
-  return Doubt{name, name + " is " + text(angle) + " rad, beyond a full turn: was it meant in degrees? Then write " +
-                         "math.radians(" + text(angle) + ")"};
+  return Warning{name, name + " is " + text(angle) + " rad, beyond a full turn: was it meant in degrees? Then write " +
+                           "math.radians(" + text(angle) + ")"};
 }
 
-std::optional<Doubt> implausible_density(const std::string& name, double density) {
+std::optional<Warning> implausible_density(const std::string& name, double density) {
   if (!(density > 0.0 && density < plausible::least_density)) return std::nullopt;
-  return Doubt{name, name + " is " + text(density) + " kg/m^3, lighter than foam: was it meant in g/cm^3? Then write " +
-                         text(1000.0 * density)};
+  return Warning{name, name + " is " + text(density) +
+                           " kg/m^3, lighter than foam: was it meant in g/cm^3? Then write " + text(1000.0 * density)};
 }
 
 std::string fingerprint(const Scene& scene) {
-  std::string words = text(scene.stepping().step) + text(scene.gravity());
+  const Stepping& stepping = scene.stepping();
+  std::string words = text(stepping.step) + " " + std::to_string(stepping.iterations) + text(scene.gravity());
   for (const Body& body : scene.bodies()) {
     words += "\n" + body.name + " " + text(body.mass) + " " + text(smallest_half_extent(body.shape));
   }

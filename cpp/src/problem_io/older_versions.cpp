@@ -20,7 +20,7 @@ void set_if_number(Json& scene, const char* key, const Json& value) {
 }
 
 // Since version 6 friction always acts in every direction of the contact plane, as it did with two directions.
-std::vector<Doubt> drop_friction_directions(Json& scene) {
+std::vector<Warning> drop_friction_directions(Json& scene) {
   const auto entry = scene.find(directions_key);
   if (entry == scene.end()) return {};
   const JsonNode node(*entry, "scene.friction_directions");
@@ -36,7 +36,7 @@ std::vector<Doubt> drop_friction_directions(Json& scene) {
 
 }  // namespace
 
-std::vector<Doubt> update_scene(Json& file) {
+std::vector<Warning> update_scene(Json& file) {
   if (!is_older(file) || !file.contains("scene") || !file["scene"].is_object()) return {};
   Json& scene = file["scene"];
   // The solver of their time counted sweeps over the contacts and stopped below a squared change of speed [m^2/s^2].

@@ -10,6 +10,6 @@ namespace energymargin::problem_io {
 
 //! Gives the scene of an older file the contact solver of today, and returns what scores may differ by. Leaves files of
 //! version 6, and what is no problem file, as they are.
-std::vector<Doubt> update_scene(Json& file);
+std::vector<Warning> update_scene(Json& file);
 
 }  // namespace energymargin::problem_io

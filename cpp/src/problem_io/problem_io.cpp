@@ -57,14 +57,14 @@ problem_io::MeshFiles mesh_files(const Scene& scene, const std::string& stem) {
 
 std::string to_json(const Problem& problem) { return json_text(problem, {}); }
 
-Problem from_json(const std::string& text, const std::string& folder, std::vector<Doubt>* doubts) {
+Problem from_json(const std::string& text, const std::string& folder, std::vector<Warning>* warnings) {
   problem_io::Json json = problem_io::parse(text);
-  const std::vector<Doubt> outdated = problem_io::update_scene(json);
+  const std::vector<Warning> outdated = problem_io::update_scene(json);
   Problem problem = problem_io::read_problem(json, folder);
   validate(problem);
   // Last: what the others find, they say in better words.
   problem_io::check_schema(json);
-  if (doubts) doubts->insert(doubts->end(), outdated.begin(), outdated.end());
+  if (warnings) warnings->insert(warnings->end(), outdated.begin(), outdated.end());
   return problem;
 }
 
@@ -89,11 +89,11 @@ void save(const Problem& problem, const std::string& path, Meshes meshes) {
   problem_io::write_files(files);
 }
 
-Problem load(const std::string& path, std::vector<Doubt>* doubts) {
+Problem load(const std::string& path, std::vector<Warning>* warnings) {
   const std::string text = problem_io::read_file("problem file", path);
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   try {
-    return from_json(text, folder.empty() ? "." : folder.string(), doubts);
+    return from_json(text, folder.empty() ? "." : folder.string(), warnings);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("problem file '" + path + "': " + error.what());
   }

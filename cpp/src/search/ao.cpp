@@ -31,14 +31,14 @@ class Search {
       : problem_(problem), planner_(planner), shortening_(shortening), confirm_(confirm) {
     const int first = problem_.escaped(0) ? 0 : problem_.extend_undisturbed();
     futures_ = problem_.nodes();
-    if (problem_.escaped(first)) add(first);
+    if (problem_.escaped(first)) add_undisturbed(first);
   }
 
   bool finished() const { return problem_.spent() || ended_ || effort() == 0.0; }
 
   void wait() {
     if (finished() || !shortening_ || !shortening_->wait()) return;
-    add(shortening_->end());
+    add_undisturbed(shortening_->end());
     confirm();
   }
 
@@ -66,13 +66,13 @@ class Search {
   // above its cost anyway.
   void confirm() {
     const bool due = confirm_ == Confirm::each_turn || problem_.nodes() >= next_confirmation_ || finished();
-    if (!due || candidates_.size() == first_doubtful_) return;
-    while (candidates_.size() > first_doubtful_) {
+    if (!due || candidates_.size() == first_unconfirmed_) return;
+    while (candidates_.size() > first_unconfirmed_) {
       const std::optional<bool> leads_out = problem_.confirm(candidates_.back().node);
       if (!leads_out) {
-        stop_before(candidates_[first_doubtful_].node);
+        stop_before(candidates_[first_unconfirmed_].node);
       } else if (*leads_out) {
-        first_doubtful_ = candidates_.size();
+        first_unconfirmed_ = candidates_.size();
         next_confirmation_ = confirmation_growth * problem_.nodes();
         return;
       } else {
@@ -96,9 +96,15 @@ class Search {
     for (const Candidate& best : candidates_) escape.history.emplace_back(best.nodes, problem_.cost(best.node));
     escape.complete = !last_node_ && (problem_.nodes_are_spent() || escape.effort == 0.0 || nothing_left_);
     escape.discarded = discards_;
+    escape.discarded_effort = discarded_effort_;
     escape.diverged = problem_.diverged();
-    escape.tree = problem_.take_tree(last_node_.value_or(problem_.nodes()));
+    const int nodes = last_node_.value_or(problem_.nodes());
+    static_cast<StepCounts&>(escape) = problem_.counts(nodes);
+    escape.tree = problem_.take_tree(nodes);
     escape.undisturbed = futures_ > 0;
+    if (undisturbed_exit_ && *undisturbed_exit_ <= nodes) {
+      escape.undisturbed_exit = escape.tree.times()[*undisturbed_exit_];
+    }
     escape.path = escape.tree.path_to(candidates_.empty() ? -1 : candidates_.back().node);
     return escape;
   }
@@ -127,8 +133,15 @@ class Search {
     if (shortening_) shortening_->start(node);
   }
 
+  // An escape without a wrench.
+  void add_undisturbed(int node) {
+    undisturbed_exit_ = node;
+    add(node);
+  }
+
   void discard_best() {
     problem_.discard(candidates_.back().node);
+    discarded_effort_ = std::min(discarded_effort_, effort());
     candidates_.pop_back();
     ++discards_;
     if (confirm_ == Confirm::best) ended_ = true;  // the bound was too low
@@ -137,7 +150,7 @@ class Search {
   // Of the nodes from `node` on nothing is known.
   void stop_before(int node) {
     last_node_ = std::max(node - 1, 0);
-    candidates_.resize(first_doubtful_);
+    candidates_.resize(first_unconfirmed_);
     ended_ = true;
   }
 
@@ -146,11 +159,13 @@ class Search {
   Shortening* shortening_;
   Confirm confirm_;
   std::vector<Candidate> candidates_;  // each cheaper than the one before
-  std::size_t first_doubtful_ = 0;     // those before it count
+  std::size_t first_unconfirmed_ = 0;  // those before it count
   int futures_ = 0;                    // nodes of the undisturbed future
   int next_confirmation_ = 0;          // nodes
   int discards_ = 0;
-  double prune_bound_ = std::numeric_limits<double>::infinity();  // on what is left in the planner [J]
+  double discarded_effort_ = std::numeric_limits<double>::infinity();  // least of them [J]
+  std::optional<int> undisturbed_exit_;                                // node
+  double prune_bound_ = std::numeric_limits<double>::infinity();       // on what is left in the planner [J]
   bool ended_ = false;
   bool nothing_left_ = false;
   std::optional<int> last_node_;  // of the result, if the limit was reached while an escape was confirmed

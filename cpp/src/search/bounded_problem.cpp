@@ -68,6 +68,8 @@ int BoundedProblem::rollouts_left() const {
   return (most_nodes_ - nodes() + per_edge - 1) / per_edge;
 }
 
+StepCounts BoundedProblem::counts(int nodes) const { return tree_->counts(nodes); }
+
 int BoundedProblem::diverged() const { return tree_->diverged(); }
 
 void BoundedProblem::describe(int node, ompl::base::State* state) const {

@@ -17,7 +17,8 @@ Exploration explore(const Problem& problem, const ExplorationOptions& options) {
   est.solve(bounded.termination());
   const bool complete = bounded.nodes_are_spent();
   const int diverged = bounded.diverged();
-  return {bounded.take_tree(), complete, diverged};
+  const StepCounts counts = bounded.counts(bounded.nodes());
+  return {bounded.take_tree(), complete, diverged, counts};
 }
 
 }  // namespace energymargin::search

@@ -8,6 +8,7 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/tree.hpp"
+#include "energymargin/world.hpp"
 
 namespace energymargin::search {
 
@@ -26,6 +27,7 @@ struct Exploration {
   Tree tree;
   bool complete = false;  //!< it has all nodes
   int diverged = 0;       //!< rollouts
+  StepCounts counts{};
 };
 
 //! EST(P_c, M) with c the bound and M the nodes. The problem is valid.

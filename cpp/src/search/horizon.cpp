@@ -32,14 +32,15 @@ Stretch Horizon::extend(World& world, const State& from, int time, const Edge& e
   if (!rollout.complete || !(watch.cost + rollout.effort < watch.bound)) return stretch;
   if (watch.ends && time == end()) watch.ends(rollout.state);
   if (!outside) return stretch;
-  const std::optional<bool> stays = stays_outside(world, rollout.state, time, limit);
+  const std::optional<bool> stays = stays_outside(world, rollout.state, time, limit, stretch.after_exit);
   rollout.complete = stays.has_value();
   stretch.escaped = stays.value_or(false);
   return stretch;
 }
 
-// None if the limit was reached first.
-std::optional<bool> Horizon::stays_outside(World& world, const State& state, int time, const Limit& limit) const {
+// None if the limit was reached first. Adds to the counts.
+std::optional<bool> Horizon::stays_outside(World& world, const State& state, int time, const Limit& limit,
+                                           StepCounts& counts) const {
   const int looks = (time + timing_.dwell + timing_.check - 1) / timing_.check;  // until dwell is over
   const int steps = std::min(looks * timing_.check, end()) - time;
   if (steps <= 0) return true;
@@ -49,6 +50,7 @@ std::optional<bool> Horizon::stays_outside(World& world, const State& state, int
   watch.ends = *captured_;
   try {
     const Rollout rollout = world.rollout_unchecked(edge_start_(state), no_wrench(), steps, limit, watch);
+    counts += rollout;
     return rollout.complete ? std::optional(!(*captured_)(rollout.state)) : std::nullopt;
   } catch (const Diverged&) {  // nobody knows where it is
     return false;
@@ -82,6 +84,7 @@ Stretch Horizon::undisturbed(World& world, const State& start, const Limit& limi
   }
   if (!exit.left()) return stretch;
   rollout.state = first_outside;
+  stretch.after_exit.steps = rollout.steps - exit.since();
   rollout.steps = exit.since();
   stretch.escaped = true;
   return stretch;

@@ -15,7 +15,8 @@ namespace energymargin::search {
 //! A rollout under the clock, up to the first instant outside if there is one.
 struct Stretch {
   Rollout rollout;
-  bool escaped = false;  //!< its end is an escape
+  bool escaped = false;     //!< its end is an escape
+  StepCounts after_exit{};  //!< of the steps after its end that tell whether an exit lasts
 };
 
 //! Rollouts of a problem with a horizon. Times are steps since the problem's state, of the world that is passed in. The
@@ -40,7 +41,8 @@ class Horizon {
  private:
   Horizon(const Problem& problem, const Timing& timing, const Region* captured);
 
-  std::optional<bool> stays_outside(World& world, const State& state, int time, const Limit& limit) const;
+  std::optional<bool> stays_outside(World& world, const State& state, int time, const Limit& limit,
+                                    StepCounts& counts) const;
   Disturbance no_wrench() const { return Disturbance(objects_); }
 
   Timing timing_;

@@ -53,7 +53,8 @@ RolloutTree::RolloutTree(const Problem& problem, const CostSpace& space, int nod
       horizon_(Horizon::of(problem, captured)),
       step_(problem.scene.stepping().step),
       times_{0},
-      escaped_{false} {
+      escaped_{false},
+      counts_(1) {
   for (const std::size_t object : problem.scene.with_role(Role::object)) {
     objects_.push_back(worlds_[0]->layout().offset(object));
   }
@@ -95,7 +96,7 @@ int RolloutTree::extend_undisturbed() {
   }
   if (!stretch->rollout.complete) return -1;
   const int node = add(0, rest, stretch->rollout.steps, 0.0, stretch->rollout.state);
-  escaped_.back() = stretch->escaped;
+  count(*stretch);
   return node;
 }
 
@@ -135,8 +136,15 @@ int RolloutTree::add(const EdgeFrom& from, const std::optional<Stretch>& stretch
     if (moment.steps < rollout.steps) add(from.node, from.edge, moment.steps, moment.effort, moment.state);
   }
   const int node = add(from.node, from.edge, rollout.steps, rollout.effort, rollout.state);
-  escaped_.back() = stretch->escaped;
+  count(*stretch);
   return node;
+}
+
+// That it led to the last node.
+void RolloutTree::count(const Stretch& stretch) {
+  escaped_.back() = stretch.escaped;
+  counts_.back() += stretch.rollout;
+  counts_.back() += stretch.after_exit;
 }
 
 int RolloutTree::add(int from, const Edge& edge, int steps, double effort, const State& state) {
@@ -149,6 +157,7 @@ int RolloutTree::add(int from, const Edge& edge, int steps, double effort, const
   tree_.durations[node] = steps * step_;
   times_.push_back(time(from) + steps);
   escaped_.push_back(false);
+  counts_.push_back(counts_.back());
   return node;
 }
 

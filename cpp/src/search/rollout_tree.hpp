@@ -76,6 +76,9 @@ class RolloutTree {
 
   const std::optional<Horizon>& horizon() const { return horizon_; }
 
+  //! Of the rollouts that led to the first `nodes` nodes; those that diverged have none.
+  const StepCounts& counts(int nodes) const { return counts_[static_cast<std::size_t>(nodes)]; }
+
   //! Rollouts that diverged so far.
   int diverged() const { return diverged_; }
 
@@ -88,6 +91,7 @@ class RolloutTree {
   std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const;
   int add(const EdgeFrom& from, const std::optional<Stretch>& stretch);
   int add(int from, const Edge& edge, int steps, double effort, const State& state);
+  void count(const Stretch& stretch);
   void make_room(Eigen::Index rows);
 
   const CostSpace& space_;
@@ -107,6 +111,7 @@ class RolloutTree {
   Tree tree_;
   std::vector<int> times_;
   std::vector<bool> escaped_;
+  std::vector<StepCounts> counts_;  // up to each node
   int nodes_ = 0;
   int diverged_ = 0;
 };

@@ -8,7 +8,7 @@ import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LowerBound', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LowerBound', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'warn_of_steps']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
@@ -833,6 +833,11 @@ class Rollout:
         Mechanical energy at the end [J].
         """
     @property
+    def lost_time(self) -> float:
+        """
+        Time in which nothing moved, as bodies would have passed through each other [s].
+        """
+    @property
     def state(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         At the end, shape (n,).
@@ -841,6 +846,11 @@ class Rollout:
     def steps(self) -> int:
         """
         Simulation steps, fewer than asked for if it ended early.
+        """
+    @property
+    def unconverged(self) -> int:
+        """
+        Of these, steps whose contact solver did not converge.
         """
     @property
     def work(self) -> float:
@@ -857,14 +867,29 @@ class Simulation:
         For each frame the contacts of its last step.
         """
     @property
+    def lost_time(self) -> float:
+        """
+        Time in which nothing moved, as bodies would have passed through each other [s].
+        """
+    @property
     def states(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         """
         Shape (K, n).
         """
     @property
+    def steps(self) -> int:
+        """
+        Simulation steps, up to the last frame.
+        """
+    @property
     def times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Shape (K,) [s].
+        """
+    @property
+    def unconverged(self) -> int:
+        """
+        Of these, steps whose contact solver did not converge.
         """
 class World:
     """
@@ -1229,14 +1254,14 @@ class CaptureScore:
         Rollouts of all trees that diverged: nodes of infinite cost and no likelihood.
         """
     @property
-    def doubts(self) -> tuple[str, ...]:
-        """
-        Sentences that doubt the score: its resolution is above 0.2, or the score is above 0.5 although the state leaves without a disturbance.
-        """
-    @property
     def likelihoods(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         Of the first tree's nodes, eq. 4, shape (M + 1,).
+        """
+    @property
+    def lost_time(self) -> float:
+        """
+        Time in which nothing moved, as bodies would have passed through each other [s].
         """
     @property
     def nodes(self) -> int:
@@ -1247,6 +1272,11 @@ class CaptureScore:
     def resolution(self) -> float:
         """
         Likelihood of a tree's heaviest node, mean over the trees: no score is finer.
+        """
+    @property
+    def steps(self) -> int:
+        """
+        Simulation steps of its rollouts.
         """
     @property
     def success(self) -> float | None:
@@ -1289,9 +1319,19 @@ class CaptureScore:
         All trees that count.
         """
     @property
+    def unconverged(self) -> int:
+        """
+        Of these, steps whose contact solver did not converge.
+        """
+    @property
     def undisturbed_exit(self) -> float | None:
         """
         When the state leaves the capture set without a disturbance [s]. None if it stays for 1 s, or if the score is at most 0.5, which needs no such check.
+        """
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """
+        Sentences that speak against the result: its resolution is above 0.2; the score is above 0.5 although the state leaves without a disturbance; more than 1 % of the steps did not converge, or of the time is lost.
         """
 class LowerBound:
     """
@@ -1363,6 +1403,11 @@ class EscapeEffort:
         Best escapes that do not count: in a simulation with a quarter of the step, with wrenches up to 1.2 times as strong, they do not lead out.
         """
     @property
+    def discarded_effort(self) -> float:
+        """
+        Least effort of these [J]; inf if there is none.
+        """
+    @property
     def diverged(self) -> int:
         """
         Rollouts that diverged: nodes of infinite cost.
@@ -1376,6 +1421,11 @@ class EscapeEffort:
     def history(self) -> list[tuple[int, float]]:
         """
         (nodes so far, best effort) at each improvement.
+        """
+    @property
+    def lost_time(self) -> float:
+        """
+        Time in which nothing moved, as bodies would have passed through each other [s].
         """
     @property
     def lower_bound(self) -> float | None:
@@ -1398,9 +1448,29 @@ class EscapeEffort:
         Whether the lower bound proves that there is no escape.
         """
     @property
+    def steps(self) -> int:
+        """
+        Simulation steps of its rollouts.
+        """
+    @property
     def tree(self) -> Tree:
         """
         All rollouts of the search.
+        """
+    @property
+    def unconverged(self) -> int:
+        """
+        Of these, steps whose contact solver did not converge.
+        """
+    @property
+    def undisturbed_exit(self) -> float | None:
+        """
+        When the state leaves the capture set without a disturbance [s], as the search sees it; without a horizon also as 1 s of simulation does, if the effort is above 0. None if it stays.
+        """
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """
+        Sentences that speak against the result: a cheaper escape was discarded; the effort is above 0 although the state leaves without a disturbance; more than 1 % of the steps did not converge, or of the time is lost.
         """
 class EscapeEnergy:
     """
@@ -1506,6 +1576,11 @@ class ScoreRow:
         The problem's stream index.
         """
     @property
+    def lost_time(self) -> float:
+        """
+        Time in which nothing moved, as bodies would have passed through each other [s].
+        """
+    @property
     def scores(self) -> dict[str, float]:
         """
         By metric.
@@ -1516,9 +1591,24 @@ class ScoreRow:
         Sum of the times of its searches [s].
         """
     @property
+    def steps(self) -> int:
+        """
+        Simulation steps of its rollouts.
+        """
+    @property
     def times(self) -> dict[str, float]:
         """
         Time of a search [s], by its first metric. The metrics of one tree share a search, and so do the probabilities.
+        """
+    @property
+    def unconverged(self) -> int:
+        """
+        Of these, steps whose contact solver did not converge.
+        """
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """
+        Sentences that speak against the result: those of each score; more than 1 % of the steps did not converge, or of the time is lost.
         """
 class ScoreRun:
     """
@@ -1644,6 +1734,11 @@ class CaptureProbability:
         Probability of having been lost until each time, shape (T,): 1 - curve, in full precision.
         """
     @property
+    def lost_time(self) -> float:
+        """
+        Time in which nothing moved, as bodies would have passed through each other [s].
+        """
+    @property
     def mean_time(self) -> float:
         """
         Mean time captured within the horizon [s], the restricted mean survival time.
@@ -1656,7 +1751,7 @@ class CaptureProbability:
     @property
     def steps(self) -> int:
         """
-        Simulation steps of all rollouts, also the undisturbed one.
+        Simulation steps of its rollouts.
         """
     @property
     def success(self) -> float | None:
@@ -1674,6 +1769,11 @@ class CaptureProbability:
         Of the looks at the sets, shape (T,) [s].
         """
     @property
+    def unconverged(self) -> int:
+        """
+        Of these, steps whose contact solver did not converge.
+        """
+    @property
     def undisturbed(self) -> bool | None:
         """
         Whether the objects stay captured without a disturbance; None with undisturbed=False.
@@ -1688,7 +1788,12 @@ class CaptureProbability:
         """
         When they leave without a disturbance [s]; the horizon if they stay, NaN with undisturbed=False.
         """
-def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, most_diverged: float = 0.01, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> CaptureProbability:
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """
+        Sentences that speak against the result: more than 1 % of the steps did not converge, or of the time is lost.
+        """
+def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform | disturbances.Gaussian | disturbances.Boltzmann | disturbances.OfPlan | collections.abc.Callable[[typing.Any, typing.Any], typing.Any] = ..., rollouts: int | None = None, seed: int = 0, first: int = 0, threads: int = 1, tolerance: float | None = None, success: bool = False, by_object: bool = False, undisturbed: bool = True, most_diverged: float = 0.01, rare: bool = False, level: collections.abc.Callable[[numpy.typing.NDArray[numpy.float64]], typing.Any] | None = None, ahead: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureProbability:
     """
     Probability that the objects stay captured over the problem's horizon while the robot follows its plan.
     
@@ -1717,11 +1822,13 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
         timeout: the call ends after so many seconds.
         cancel: the call ends once it is set.
         progress: progress(rollouts) is called now and then with the rollouts so far. An exception of it ends the call.
+        warn: whether the probability's warnings are issued.
     
     After a timeout or a cancel the complete rollouts count, up to the first that
     is not, and `complete` is False; if there is none, TimeoutError or Cancelled is raised. Raises ValueError on a problem
     without horizon and plan, or a bad argument, and RuntimeError if more than `most_diverged` of the
-    rollouts diverge.
+    rollouts diverge. Warns, as PlausibilityWarning and once for each scene, if more than 1 % of the steps did not converge,
+    or of the time is lost; `warnings` of the result has the same texts.
     """
 def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: float | None = None, trees: int | None = None, threads: int = 1, nodes_per_edge: int = 1, nodes_per_round: int = 1, least_likelihood: float = 0.0, tolerance: float | None = None, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> CaptureScore:
     """
@@ -1745,13 +1852,14 @@ def capture_score(problem: Problem, *, nodes: int = 1000, seed: int = 0, rate: f
         cancel: the search ends once it is set.
         progress: progress(nodes) is called now and then with the nodes of all trees so far. An exception of it ends the
             search.
-        warn: whether doubts are warnings.
+        warn: whether the score's warnings are issued.
     
     After a timeout or a cancel the complete trees count, up to the first that is not; if there is none, the first tree as
     far as it is. `complete` is False then.
     
     Warns, as PlausibilityWarning and once for each scene, if the resolution is above 0.2, or if the score is above 0.5
-    although the state leaves the capture set within 1 s without a disturbance. `doubts` of the score has the same texts.
+    although the state leaves the capture set within 1 s without a disturbance; and if more than 1 % of the steps did not
+    converge, or of the time is lost. `warnings` of the score has the same texts.
     Raises ValueError on a bad problem or argument.
     """
 def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: float = 0.05, captured: str = 'all', timeout: float | None = None, cancel: Cancel | None = None) -> LowerBound:
@@ -1771,7 +1879,7 @@ def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: floa
     timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
     argument.
     """
-def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None) -> EscapeEffort:
+def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> EscapeEffort:
     """
     The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
     
@@ -1794,14 +1902,19 @@ def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, 
         timeout: the search ends after so many seconds.
         cancel: the search ends once it is set.
         progress: progress(nodes) is called now and then with the nodes so far. An exception of it ends the search.
+        warn: whether the effort's warnings are issued.
     
     With a horizon or a plan an escape has to be outside in time, at one of the looks (every `check`), and to stay outside for
     `dwell`, or up to the horizon, without a wrench. Its effort is that up to its first look outside. The first rollout is the
     undisturbed future: an object that leaves without a disturbance has effort 0, for any number of nodes and through `within`
     or not. So has a state that is outside at the start. A wrench lasts up to `duration`, a wait as long as it takes.
     
-    After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False. Raises ValueError
-    on a bad problem or argument.
+    After a timeout or a cancel the tree has the bits of a search of as many nodes, and `complete` is False.
+    
+    Warns, as PlausibilityWarning and once for each scene, if a cheaper escape was discarded; if the effort is above 0 although
+    the state leaves the capture set without a disturbance, which is looked for within 1 s if there is no horizon; and if more
+    than 1 % of the steps did not converge, or of the time is lost. `warnings` of the result has the same texts. Raises
+    ValueError on a bad problem or argument.
     """
 def escape_energy(problem: Problem, *, planner: str = 'bit*', samples: int = 2000, seed: int = 0, reach: float | None = None, object: str | None = None, timeout: float | None = None, cancel: Cancel | None = None) -> EscapeEnergy:
     """
@@ -1839,5 +1952,9 @@ def mass_properties(shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHul
 def stream(seed: int, number: int) -> int:
     """
     The seed of one of a seed's own streams.
+    """
+def warn_of_steps(steps: typing.SupportsInt | typing.SupportsIndex, unconverged: typing.SupportsInt | typing.SupportsIndex, lost_time: typing.SupportsFloat | typing.SupportsIndex, scene: Scene) -> None:
+    """
+    Warns if too many steps of a scene did not converge, or too much of their time is lost.
     """
 FEWEST_TREES: int = 8

@@ -98,6 +98,10 @@ class BeliefRow:
     """By metric, those of the particles, shape (N,)."""
     times: dict[str, float]
     curves: Mapping[str, Curve]
+    steps: int
+    unconverged: int
+    lost_time: float
+    warnings: tuple[str, ...]
     error: str | None = None
 
     @property
@@ -182,7 +186,8 @@ class ParticleSource:
 
     def _row(self, belief: _Gathered) -> Row:
         index = belief.asked.index
-        for number, row in sorted(belief.rows.items()):
+        rows = [belief.rows[number] for number in sorted(belief.rows)]
+        for number, row in enumerate(rows):
             if row.error:
                 return Failed(index, f"particle {number}: {row.error}")
         parts = self._parts(belief)
@@ -192,6 +197,10 @@ class ParticleSource:
             values={metric: values for metric, (values, *_) in parts.items()},
             times={metric: seconds for metric, (_, _, seconds, _) in parts.items()},
             curves={metric: curve for metric, (*_, curve) in parts.items() if curve is not None},
+            steps=sum(row.steps for row in rows),
+            unconverged=sum(row.unconverged for row in rows),
+            lost_time=sum(row.lost_time for row in rows),
+            warnings=tuple(dict.fromkeys(text for row in rows for text in row.warnings)),
         )
 
     def _parts(self, belief: _Gathered) -> dict[str, Part]:

@@ -45,6 +45,26 @@ class Row(Protocol):
         ...
 
     @property
+    def steps(self) -> int:
+        """Simulation steps of all of them."""
+        ...
+
+    @property
+    def unconverged(self) -> int:
+        """Of these, steps whose contact solver did not converge."""
+        ...
+
+    @property
+    def lost_time(self) -> float:
+        """Time in which nothing moved, as bodies would have passed through each other [s]."""
+        ...
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against the scores."""
+        ...
+
+    @property
     def error(self) -> str | None:
         """What went wrong, or None."""
         ...
@@ -57,6 +77,10 @@ class Failed:
     index: int
     error: str
     seconds: float = 0.0
+    steps: int = 0
+    unconverged: int = 0
+    lost_time: float = 0.0
+    warnings: tuple[str, ...] = ()
 
     @property
     def scores(self) -> dict[str, float]:

@@ -82,7 +82,7 @@ def capture_score(score: CaptureScore) -> str:
     trees = len(score.capture_by_tree)
     rows.append(("no score is finer than", f"{score.resolution:.2g}"))
     rows.append(("trees", f"{trees} of {score.nodes} nodes"))
-    return table("Capture score", rows, _sentences(_unfinished(score.complete), score.doubts))
+    return table("Capture score", rows, _sentences(_unfinished(score.complete), score.warnings))
 
 
 def _of_any(which: str) -> str:
@@ -103,7 +103,8 @@ def escape_effort(result: EscapeEffort) -> str:
         rows.append(("path", f"{max(len(result.path) - 1, 0)} edges"))
         rows.append(("found at node", result.history[-1][0] if result.history else 0))
     rows.append(("nodes", result.nodes))
-    return table("Effort of escape", rows, _unfinished(result.complete))
+    note = _sentences(_unfinished(result.complete), result.warnings)
+    return table("Effort of escape", rows, note)
 
 
 def escape_energy(result: EscapeEnergy) -> str:
@@ -151,9 +152,9 @@ def _energy(energy: float) -> str:
     return f"{energy:.4g} J" if math.isfinite(energy) else NONE_FOUND
 
 
-def _sentences(unfinished: str, doubts: Sequence[str]) -> str:
-    """Doubts and `unfinished` as sentences, in a line."""
-    sentences = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts]
+def _sentences(unfinished: str, warnings: Sequence[str]) -> str:
+    """Warnings and `unfinished` as sentences, in a line."""
+    sentences = [f"{warning[0].upper()}{warning[1:]}." for warning in warnings]
     return " ".join([*sentences, unfinished]).strip()
 
 
@@ -179,7 +180,7 @@ def capture_probability(found: CaptureProbability) -> str:
         for number, one in enumerate(found.by_object)
     ]
     rows.append(("rollouts", _rollouts(found)))
-    note = "" if found.complete else "Not complete: it was stopped before its end."
+    note = _sentences(_unfinished(found.complete), found.warnings)
     return beside(table("Probability", rows, note), drawn(_draw(found), CURVE_SIZE), "its curve")
 
 

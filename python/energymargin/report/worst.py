@@ -150,8 +150,8 @@ class _Drawer:
 
     def _notes(self, one: Wrongness, number: int, repeated: RepeatedSearch) -> str:
         """What is to be known of the picture, and of the score."""
-        doubts = repeated.search.doubts if isinstance(repeated.search, CaptureScore) else ()
-        notes = [f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts]
+        warnings = () if repeated.search is None else repeated.search.warnings
+        notes = [f"{text[0].upper()}{text[1:]}." for text in warnings]
         changed = self._changed(one, number, repeated)
         return " ".join([changed, *notes] if changed else notes)
 
@@ -254,6 +254,7 @@ class SearchRepeater:
                 seed=settings.seed if settings.common_random_numbers else repeated["seed"],
                 success=metric == "probability/success",
                 by_object=metric == "probability/any",
+                warn=False,
             )
         if kind == "force":
             return force_score(problem)
@@ -272,6 +273,7 @@ class SearchRepeater:
             captured="any" if metric.endswith(ANY) else "all",
             search=settings.search,
             stop_at_escape=settings.stop_at_escape,
+            warn=False,
         )
 
 

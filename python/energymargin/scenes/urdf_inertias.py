@@ -39,7 +39,7 @@ NAMED = 3  # links in a warning; a robot has many
 WAY_OUT = "inertia='shapes' takes it from the collision shapes"
 
 
-class _Doubt(NamedTuple):
+class _Warning(NamedTuple):
     kind: str
     link: str
     text: str
@@ -64,30 +64,30 @@ KINDS = {
 def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, Any]]) -> None:
     """Warns once of each kind of contradiction, with the links that have it.
 
-    `bodies`: by link, keywords of `Scene.add_body`. Only what cannot be meant is doubted: a link
+    `bodies`: by link, keywords of `Scene.add_body`. Only what cannot be meant is warned of: a link
     may reach beyond its collision shapes.
     """
     points = {name: corners(body["shape"]) for name, body in bodies.items()}
-    found: dict[str, list[_Doubt]] = {}
-    for doubt in (*_of_masses(bodies, points), *_of_places(robot, points)):
-        found.setdefault(doubt.kind, []).append(doubt)
+    found: dict[str, list[_Warning]] = {}
+    for warning in (*_of_masses(bodies, points), *_of_places(robot, points)):
+        found.setdefault(warning.kind, []).append(warning)
     texts = [(f"{path}: {kind}", f"{path.name}: {_text(of)}") for kind, of in found.items()]
     warn(texts, f"{path} {found}")
 
 
-def _text(doubts: list[_Doubt]) -> str:
-    kind = doubts[0].kind
-    more = f", and {len(doubts) - NAMED} more" if len(doubts) > NAMED else ""
-    listed = ", ".join(f"{doubt.link!r} ({doubt.text})" for doubt in doubts[:NAMED])
+def _text(warnings: list[_Warning]) -> str:
+    kind = warnings[0].kind
+    more = f", and {len(warnings) - NAMED} more" if len(warnings) > NAMED else ""
+    listed = ", ".join(f"{warning.link!r} ({warning.text})" for warning in warnings[:NAMED])
     what = {"outside": "the centre of mass of", "apart": ""}.get(kind, "the inertia of")
-    links = "link" if len(doubts) == 1 else "links"
-    verb = "are" if kind == "apart" and len(doubts) > 1 else "is"
+    links = "link" if len(warnings) == 1 else "links"
+    verb = "are" if kind == "apart" and len(warnings) > 1 else "is"
     return f"{what} {links} {listed}{more} {verb} {KINDS[kind]}".strip()
 
 
 def _of_masses(
     bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, NDArray[np.float64]]
-) -> Iterator[_Doubt]:
+) -> Iterator[_Warning]:
     for name, body in bodies.items():
         inertial, mass = body.get("inertial"), body["mass"]
         if inertial is None or not len(points[name]):
@@ -97,15 +97,15 @@ def _of_masses(
         extent = float((high - low).max())
         away = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - center, center - high))))
         if away > OUTSIDE * extent:
-            yield _Doubt("outside", name, f"{away:.3g} m away from shapes of {extent:.3g} m")
+            yield _Warning("outside", name, f"{away:.3g} m away from shapes of {extent:.3g} m")
         gyration = float(np.sqrt(0.5 * np.sum(inertial.moments) / mass))
         reach = float(np.linalg.norm(points[name] - center, axis=1).max())
         if gyration > LARGEST_GYRATION * reach:
-            yield _Doubt("too large", name, _radius(gyration, reach))
+            yield _Warning("too large", name, _radius(gyration, reach))
         elif gyration < LEAST_GYRATION * reach:
-            yield _Doubt("too small", name, _radius(gyration, reach))
+            yield _Warning("too small", name, _radius(gyration, reach))
         elif kind := _of_other_axes(body["shape"], mass, inertial):
-            yield _Doubt(kind, name, _moments(inertial))
+            yield _Warning(kind, name, _moments(inertial))
 
 
 def _radius(gyration: float, reach: float) -> str:
@@ -117,7 +117,7 @@ def _moments(inertial: Inertial) -> str:
 
 
 def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
-    """The kind of doubt about an inertia that is that of the shapes, but for its axes."""
+    """The kind of warning about an inertia that is that of the shapes, but for its axes."""
     solid = mass_properties(shape, mass)
     own = _tensor(inertial.moments, inertial.axes)
     expected = _tensor(solid.moments, solid.axes)
@@ -140,7 +140,7 @@ def _tensor(moments: Any, axes: Any) -> NDArray[np.float64]:
     return np.asarray(turn @ np.diag(moments) @ turn.T)
 
 
-def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Iterator[_Doubt]:
+def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Iterator[_Warning]:
     """Links that are far from those they hang on, with all joints at 0."""
     for joint in robot.joints.values():
         child, parent = points[joint.child], points[joint.parent]
@@ -153,7 +153,7 @@ def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Itera
         largest = max(float((high - low).max()) for low, high in boxes)
         if gap > APART * largest:
             text = f"{gap:.3g} m from {joint.parent!r} by joint {joint.name!r}"
-            yield _Doubt("apart", joint.child, text)
+            yield _Warning("apart", joint.child, text)
 
 
 def corners(shape: Any) -> NDArray[np.float64]:

@@ -26,13 +26,13 @@ def warn_of_origins(path: Path, robot: ET.Element) -> None:
 
     An element that is malformed is passed over: it is an error elsewhere.
     """
-    doubts = [
-        (f"{path}: {about}", f"{path.name}: {about} {text}") for about, text in _doubts(robot)
+    warnings = [
+        (f"{path}: {about}", f"{path.name}: {about} {text}") for about, text in _warnings(robot)
     ]
-    warn(doubts, str(path))
+    warn(warnings, str(path))
 
 
-def _doubts(robot: ET.Element) -> Iterator[tuple[str, str]]:
+def _warnings(robot: ET.Element) -> Iterator[tuple[str, str]]:
     for link in robot.iterfind("link"):
         name = f"link {link.get('name', '')!r}"
         for inertial in link.iterfind("inertial"):

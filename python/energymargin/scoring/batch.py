@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from energymargin._core import Cancel, Problem
+from energymargin._core import Cancel, Problem, warn_of_steps
 from energymargin.arguments import shown
 from energymargin.checks import whole_number
 from energymargin.deprecations import once_positional
@@ -139,7 +139,9 @@ def score(
 
     Ctrl-C stops within 0.2 s: `on_rows` has then got everything that was finished, and
     KeyboardInterrupt is raised. Raises ValueError on a bad problem or argument before anything is
-    computed, and ScoreError at the end if the simulation of a problem failed.
+    computed, and ScoreError at the end if the simulation of a problem failed. Warns, as
+    PlausibilityWarning, if more than 1 % of all steps did not converge, or of their time is lost;
+    `warnings` of the table has what speaks against each problem's scores.
     """
     limit = Limit(timeout, cancel)
     if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
@@ -163,12 +165,30 @@ def score(
         if progress is not None and rows:
             progress(len(done) + len(errors), len(problems))
 
-    source = _GivenProblems(problems, _indices(indices, len(problems)), metrics)
+    numbers = _indices(indices, len(problems))
+    source = _GivenProblems(problems, numbers, metrics)
     complete = run_all(source, executor, settings, deliver, limit)
     table = score_table(done, metrics, complete=complete)
+    _warn_of_steps(table, dict(zip(numbers, problems, strict=True)))
     if errors:
         raise ScoreError(errors, len(problems), table)
     return table
+
+
+def _warn_of_steps(table: ScoreTable, problems: Mapping[int, Problem]) -> None:
+    """Warns of the steps of all problems together, a warning for each length of a step."""
+    if not (table.unconverged.any() or table.lost_time.any()):
+        return
+    rows_by_step: dict[float, list[int]] = {}
+    for row, index in enumerate(table.index.tolist()):
+        rows_by_step.setdefault(problems[index].scene.step, []).append(row)
+    for rows in rows_by_step.values():
+        warn_of_steps(
+            steps=int(table.steps[rows].sum()),
+            unconverged=int(table.unconverged[rows].sum()),
+            lost_time=float(table.lost_time[rows].sum()),
+            scene=problems[int(table.index[rows[0]])].scene,
+        )
 
 
 def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,15 @@ class ScoreTable:
     """Computing time of each, that of its searches on their threads added up [s], shape (N,)."""
     scores: dict[str, NDArray[np.float64]]
     """By metric, (N,): capture, success in 0..1; effort [J], inf if there is no escape; force."""
+    steps: NDArray[np.int64]
+    """Simulation steps of each, shape (N,)."""
+    unconverged: NDArray[np.int64]
+    """Of these, steps whose contact solver did not converge, shape (N,)."""
+    lost_time: NDArray[np.float64]
+    """Time of each in which nothing moved, as bodies would have passed through each other [s],
+    shape (N,)."""
+    warnings: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    """What speaks against the scores of a problem, by its index."""
     complete: bool = True
     """Whether every problem is there: False if the timeout or the cancel came first."""
 
@@ -43,8 +52,15 @@ class ScoreTable:
         return self.scores[metric]
 
     def to_rows(self) -> list[dict[str, float]]:
-        """One dictionary a problem: index, seconds, and each metric."""
-        columns = {"index": self.index, "seconds": self.seconds, **self.scores}
+        """One dictionary a problem: index, seconds, the counts of steps, and each metric."""
+        columns = {
+            "index": self.index,
+            "seconds": self.seconds,
+            "steps": self.steps,
+            "unconverged": self.unconverged,
+            "lost_time": self.lost_time,
+            **self.scores,
+        }
         names = list(columns)
         return [
             dict(zip(names, row, strict=True))
@@ -72,5 +88,9 @@ def score_table(rows: Iterable[Row], metrics: Sequence[str], *, complete: bool) 
         index=np.array([row.index for row in rows], dtype=np.int64),
         seconds=np.array([row.seconds for row in rows], dtype=float),
         scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
+        steps=np.array([row.steps for row in rows], dtype=np.int64),
+        unconverged=np.array([row.unconverged for row in rows], dtype=np.int64),
+        lost_time=np.array([row.lost_time for row in rows], dtype=float),
+        warnings={row.index: row.warnings for row in rows if row.warnings},
         complete=complete,
     )

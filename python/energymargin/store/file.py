@@ -219,6 +219,10 @@ class ImportedRow:
     seconds: float
     """Computing time of all of them [s]."""
     scores: dict[str, float]
+    steps: int = 0
+    unconverged: int = 0
+    lost_time: float = 0.0
+    warnings: tuple[str, ...] = ()
     error: str | None = None
 
     @property

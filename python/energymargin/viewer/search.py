@@ -178,7 +178,7 @@ def score_state(
     else:
         capture = capture_score(problem, nodes=nodes, seed=seed, warn=False, **limits(0.0, nodes))
     escape = escape_effort(
-        problem, nodes=nodes, seed=seed, search=settings.search, **limits(0.5, nodes)
+        problem, nodes=nodes, seed=seed, search=settings.search, warn=False, **limits(0.5, nodes)
     )
     has_force = not timed and any(body.role == "effector" for body in problem.scene.bodies)
     return Scored(
@@ -207,6 +207,7 @@ def _probability(
             seed=settings.seed if settings.common_random_numbers else seed,
             success=problem.succeeded is not None,
             by_object=problem.captured_any is not None,
+            warn=False,
             **limits,
         )
     except Cancelled:

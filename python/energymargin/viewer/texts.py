@@ -111,7 +111,7 @@ def score_table(
         + "</tr>"
         for name in rows
     )
-    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>{_doubts(scored)}"
+    notes = "" if scored is None else f"<div>{_notes(scored, nodes)}</div>{_warnings(scored)}"
     table = f'<table style="width:100%"><tr><td></td>{head}</tr>{body}</table>'
     return f'<div style="{STYLE}">{table}{notes}</div>'
 
@@ -251,10 +251,12 @@ def _notes(scored: Scored, nodes: int) -> str:
     return "; ".join(notes)
 
 
-def _doubts(scored: Scored) -> str:
-    """Why the capture score is uncertain."""
-    doubts = () if scored.capture is None else scored.capture.doubts
-    return "".join(f'<div style="color:{LOST_COLOR}">{escape(doubt)}</div>' for doubt in doubts)
+def _warnings(scored: Scored) -> str:
+    """What speaks against the scores."""
+    searches = (scored.capture, scored.probability, scored.escape)
+    texts = [text for search in searches if search is not None for text in search.warnings]
+    unique = dict.fromkeys(texts)
+    return "".join(f'<div style="color:{LOST_COLOR}">{escape(text)}</div>' for text in unique)
 
 
 def _rollouts(found: CaptureProbability, disturbance: Disturbance) -> str:

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "energymargin/limit.hpp"
+#include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/tree.hpp"
+#include "energymargin/world.hpp"
 
 namespace energymargin {
 
@@ -40,7 +42,8 @@ struct SetScore {
   Eigen::VectorXd by_tree{};               //!< of each tree alone, shape (trees,)
 };
 
-struct CaptureScore {
+//! Its steps are those of all trees' rollouts, but for those that diverged.
+struct CaptureScore : StepCounts {
   SetScore capture;                       //!< Omega_cap, eq. 5; of several objects: all are captured
   std::optional<SetScore> success{};      //!< Omega_suc, eq. 6; unset without a success set
   std::optional<SetScore> capture_any{};  //!< of several objects at least one is captured; unset without such a set
@@ -48,9 +51,10 @@ struct CaptureScore {
   double resolution = 0.0;                //!< likelihood of a tree's heaviest node, mean over the trees
   std::optional<double> undisturbed_exit{};  //!< time of the exit without disturbance [s]: guarded_capture_score
   std::vector<Tree> trees{};
-  Eigen::VectorXd likelihoods{};  //!< of the first tree's nodes, eq. 4, shape (M + 1,); the sum is 1
-  int diverged = 0;               //!< rollouts of all trees that diverged: nodes of infinite cost and no likelihood
-  bool complete = true;           //!< no tree is missing; with a tolerance, the standard errors meet it
+  Eigen::VectorXd likelihoods{};    //!< of the first tree's nodes, eq. 4, shape (M + 1,); the sum is 1
+  int diverged = 0;                 //!< rollouts of all trees that diverged: nodes of infinite cost and no likelihood
+  bool complete = true;             //!< no tree is missing; with a tolerance, the standard errors meet it
+  std::vector<Warning> warnings{};  //!< what speaks against the score
 
   //! Of each tree, besides its root.
   int nodes() const { return trees.front().size() - 1; }

@@ -1,11 +1,13 @@
 #pragma once
-// Checks of a capture score: is it fine enough, and does the object stay without a disturbance?
+// Checks of results: did the simulation hold, is a score fine enough, does the object stay without a disturbance?
 
 #include <optional>
 #include <vector>
 
 #include "energymargin/limit.hpp"
 #include "energymargin/metrics/capture.hpp"
+#include "energymargin/metrics/effort.hpp"
+#include "energymargin/metrics/probability.hpp"
 #include "energymargin/plausibility.hpp"
 #include "energymargin/problem.hpp"
 
@@ -19,6 +21,9 @@ constexpr double resolution = 0.2;
 constexpr double capture_score = 0.5;
 // A free body at rest leaves a set of half a metre in a third of that.
 constexpr double foresight = 1.0;  //!< [s]
+// A hundredth of the steps is about one an impact; a result that depends on more of them depends on the solver.
+constexpr double unconverged = 0.01;  //!< share of the steps
+constexpr double lost_time = 0.01;    //!< share of the time
 
 }  // namespace plausible
 
@@ -26,10 +31,20 @@ constexpr double foresight = 1.0;  //!< [s]
 //! `plausible::foresight`. None if it stays, or if the limit or a divergence comes first.
 std::optional<double> undisturbed_exit(const Problem& problem, const Limit& limit = {});
 
-//! Doubts about a capture score that is coarse, or high although the object leaves without a disturbance.
-std::vector<Doubt> implausible(const CaptureScore& score);
+//! Of steps that take `time` together [s]: too many did not converge, or too much of the time is lost.
+std::vector<Warning> implausible(const StepCounts& counts, double time);
+
+//! What speaks against a result, its steps among it: a capture score that is coarse, or high although the object leaves
+//! without a disturbance; an effort above 0 although it does, or above that of an escape that was discarded. Results
+//! have these as their `warnings`.
+std::vector<Warning> implausible(const CaptureScore& score, const Problem& problem);
+std::vector<Warning> implausible(const Escape& escape, const Problem& problem);
+std::vector<Warning> implausible(const CaptureProbability& probability, const Problem& problem);
 
 //! `capture_score` and, for a score above `plausible::capture_score`, the undisturbed exit.
 CaptureScore guarded_capture_score(const Problem& problem, const CaptureOptions& options = {});
+
+//! `escape_effort` and, for an effort above 0 without a clock, the undisturbed exit.
+Escape guarded_escape_effort(const Problem& problem, const EffortOptions& options = {});
 
 }  // namespace energymargin

@@ -9,6 +9,8 @@
 #include "energymargin/disturbances.hpp"
 #include "energymargin/limit.hpp"
 #include "energymargin/metrics/interval.hpp"
+#include "energymargin/plausibility.hpp"
+#include "energymargin/world.hpp"
 
 namespace energymargin {
 
@@ -46,7 +48,9 @@ struct Splitting {
   int simulated = 0;          //!< rollouts that were simulated: the replicas, and those that branch from them
 };
 
-struct CaptureProbability {
+//! Its steps are those of all rollouts, also the undisturbed one; one that diverged has none or, where losses are rare,
+//! those up to its last look.
+struct CaptureProbability : StepCounts {
   Eigen::VectorXd times;  //!< of the looks at the sets, from 0 to the horizon, shape (T,) [s]
   Survival all;           //!< of all objects
   Eigen::VectorXd lost;   //!< probability of having been lost until each time, 1 - all.curve in full precision
@@ -59,12 +63,12 @@ struct CaptureProbability {
   Eigen::VectorXd exit_times;  //!< when each rollout leaves [s]: inf if it stays, NaN if it diverged; not of splitting
   std::vector<char> successes{};         //!< whether each ends in the success set, if that was asked
   int rollouts = 0;                      //!< random rollouts that count; of splitting the replicas
-  long long steps = 0;                   //!< simulation steps of all rollouts, also the undisturbed one
   int diverged = 0;                      //!< rollouts that diverged, and do not count
   double effective = 0.0;                //!< effective sample size: rollouts of equal weight that say as much
   int looks = 1;                         //!< the most looks at the tolerance; intervals are wider by them (Bonferroni)
   bool complete = true;                  //!< no rollout is missing
   std::optional<Splitting> splitting{};  //!< of rare losses
+  std::vector<Warning> warnings{};       //!< what speaks against the probability
 };
 
 //! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if more

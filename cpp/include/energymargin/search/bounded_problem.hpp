@@ -19,6 +19,7 @@
 #include "energymargin/search/edge.hpp"
 #include "energymargin/search/sampling.hpp"
 #include "energymargin/search/tree.hpp"
+#include "energymargin/world.hpp"
 
 namespace energymargin::search {
 
@@ -69,6 +70,9 @@ class BoundedProblem {
 
   //! Rollouts for which there are nodes, however many nodes each has.
   int rollouts_left() const;
+
+  //! Simulation steps of the first `nodes` nodes, but for rollouts that diverged and confirmations.
+  StepCounts counts(int nodes) const;
 
   //! Rollouts that diverged so far.
   int diverged() const;
