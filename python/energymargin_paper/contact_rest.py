@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from energymargin._core import Box, ConvexHull, Scene, mass_properties
 from energymargin_paper.contact_statics import Mass, Touch, required_friction
@@ -30,10 +31,11 @@ SETTLING = 0.5  # s
 FRAMES = 24  # steps between two looks
 
 STONES = 7
-INNER, OUTER, DEPTH = 0.5, 0.7, 0.3  # m, of the arch
+INNER, THICK, DEPTH = 0.5, 0.2, 0.3  # m, of the arch
 CARD = 0.06  # m, depth of a card
 RIDGE, LIP, HEIGHT = 0.006, 0.006, 0.12  # m
 LEAN = math.radians(25.0)  # of a card, from upright
+LEANS = (math.radians(15.0), math.radians(35.0))
 
 
 class Tower(NamedTuple):
@@ -104,26 +106,31 @@ def moved(trace: Trace, bodies: Sequence[str]) -> list[float]:
 
 
 def stands(
-    make: Callable[[float], Structure], share: float, duration: float = 5.0
+    make: Callable[[float, int], Structure], share: float, seed: int = 0, duration: float = 5.0
 ) -> tuple[float, float]:
     """How far the worst body of an `arch` or `card_house` goes [mm], and the friction it has.
 
     `share`: the coefficient over what statics require.
     """
-    friction = share * make(1.0).required
-    scene = make(friction).scene
+    friction = share * make(1.0, seed).required
+    scene = make(friction, seed).scene
     names = [body.name for body in scene.bodies if not body.fixed]
     return max(moved(simulated(scene, duration, every=FRAMES), names)), friction
 
 
-def arch(friction: float) -> Structure:
-    """Seven stones in a half circle, on the floor; a coefficient of friction for all pairs."""
+def arch(friction: float, seed: int = 0) -> Structure:
+    """Seven stones in a half circle, on the floor; a coefficient of friction for all pairs.
+
+    Seed 0 is 20 cm thick and along x, others are thinner or thicker, and turned.
+    """
+    random = np.random.default_rng(seed)
+    outer = INNER + (float(random.uniform(0.15, 0.35)) if seed else THICK)
     turns = np.linspace(math.pi, 0.0, STONES + 1)
     hulls = {}
     for number in range(STONES):
         corners = [
             (radius * math.cos(turn), side, radius * math.sin(turn))
-            for radius in (INNER, OUTER)
+            for radius in (INNER, outer)
             for turn in turns[number : number + 2]
             for side in (-DEPTH / 2, DEPTH / 2)
         ]
@@ -133,21 +140,22 @@ def arch(friction: float) -> Structure:
         along = np.array((math.sin(turn), 0.0, -math.cos(turn)))  # towards the right foot
         left = f"stone{number - 1}" if number else "floor"
         right = f"stone{number}" if number < STONES else "floor"
-        for radius in (INNER, OUTER):
+        for radius in (INNER, outer):
             for side in (-DEPTH / 2, DEPTH / 2):
                 point = np.array((radius * math.cos(turn), side, radius * math.sin(turn)))
                 touches.append(Touch(right, left, point, along))
-    return _structure(hulls, touches, friction, density=2000.0)
+    return _structure(hulls, touches, friction, 2000.0, _yaw(random, seed))
 
 
-def card_house(friction: float) -> Structure:
+def card_house(friction: float, seed: int = 0) -> Structure:
     """Two cards that lean at each other and one that lies on their ridge.
 
     The leaning cards meet in an upright face, stand on a level one, and bear the third one on a
-    level one, so that every contact is one of faces.
+    level one, so that every contact is one of faces. Seed 0 leans by 25 degrees, along x.
     """
-    foot = RIDGE + HEIGHT * math.tan(LEAN)
-    inner = (HEIGHT - LIP) * math.tan(LEAN)
+    random = np.random.default_rng(seed)
+    slope = math.tan(random.uniform(*LEANS) if seed else LEAN)
+    foot, inner = RIDGE + HEIGHT * slope, (HEIGHT - LIP) * slope
     outline = [(0.0, HEIGHT), (RIDGE, HEIGHT), (foot, 0.0), (inner, 0.0), (0.0, HEIGHT - LIP)]
     sides = (-CARD / 2, CARD / 2)
     hulls = {
@@ -165,19 +173,29 @@ def card_house(friction: float) -> Structure:
         touches += [Touch("top", name, point, up) for point in ridge]
     faces = [np.array((0.0, y, z)) for y in sides for z in (HEIGHT - LIP, HEIGHT)]
     touches += [Touch("right", "left", point, across) for point in faces]
-    return _structure(hulls, touches, friction, density=800.0)
+    return _structure(hulls, touches, friction, 800.0, _yaw(random, seed))
+
+
+def _yaw(random: np.random.Generator, seed: int) -> float:
+    return float(random.uniform(0.0, 2.0 * math.pi)) if seed else 0.0
 
 
 def _structure(
-    hulls: Mapping[str, Vector], touches: Sequence[Touch], friction: float, density: float
+    hulls: Mapping[str, Vector],
+    touches: Sequence[Touch],
+    friction: float,
+    density: float,
+    yaw: float,
 ) -> Structure:
-    """Hulls of points in the world, each about its middle, on a floor."""
+    """Hulls of points in the world, each about its middle, on a floor, turned about its z axis."""
     own, scene, bodies = math.sqrt(friction), Scene(), {}
+    turn = Rotation.from_euler("z", yaw)
     scene.add_plane("floor", friction=own)
     for name, points in hulls.items():
         middle = points.mean(axis=0)
         hull = ConvexHull(points - middle)
-        scene.add_body(name, hull, density=density, position=middle, friction=own)
+        place = turn.apply(middle)
+        scene.add_body(name, hull, density=density, position=place, yaw=yaw, friction=own)
         solid = mass_properties(hull)
         bodies[name] = Mass(density * solid.volume, middle + solid.center)
     return Structure(scene, required_friction(bodies, touches))

@@ -59,10 +59,12 @@ def simulated(
     state: Vector | None = None,
     every: int = 1,
     drives: dict[str, Vector] | None = None,
+    targets: dict[str, Vector] | None = None,
 ) -> Trace:
     """The scene from its start on, with a frame after every so many steps and one at the end.
 
-    `drives` are wrenches on bodies, shape (steps, 6) [N, N m].
+    `drives` are wrenches on bodies, shape (steps, 6) [N, N m], `targets` those of joints, shape
+    (steps,). With either there is no plan.
     """
     steps = steps_of(scene, duration)
     frames = sorted({*range(0, steps + 1, every), steps})
@@ -70,5 +72,5 @@ def simulated(
         warnings.simplefilter("ignore", PlausibilityWarning)  # masses of random scenes are odd
         world = World(scene, plan)
         start = scene.pack() if state is None else state
-        result = world.simulate(start, steps, drives=drives or {}, record=frames)
+        result = world.simulate(start, steps, drives or {}, targets or {}, frames)
     return Trace(scene, scene.step * np.array(frames, dtype=float), np.array(result.states))
