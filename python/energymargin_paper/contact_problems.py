@@ -166,16 +166,16 @@ def plate_effort(excess: float, seed: int, nodes: int = 200, force: float = 3.0)
         linear_factor=(1, 1, 0),
         angular_factor=(0, 0, 1),
     )
-    problem = Problem(
-        scene,
-        scene.pack(),
-        force=(force, force, 0.0),
-        torque=(0.0, 0.0, force * edge / 2),
-        duration=0.3,
-        captured=regions.HalfSpace("object", (1.0, 0.0, 0.0), 0.0),
-    )
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PlausibilityWarning)
+        warnings.simplefilter("ignore", PlausibilityWarning)  # of heavy plates
+        problem = Problem(
+            scene,
+            scene.pack(),
+            force=(force, force, 0.0),
+            torque=(0.0, 0.0, force * edge / 2),
+            duration=0.3,
+            captured=regions.HalfSpace("object", (1.0, 0.0, 0.0), 0.0),
+        )
         return escape_effort(problem, nodes=nodes, seed=seed).effort
 
 
