@@ -29,6 +29,7 @@ from energymargin_paper.contact_motion import (
     tumbling,
 )
 from energymargin_paper.contact_problems import balls_outside, lifted, plate_effort, refined_grip
+from energymargin_paper.contact_push import push_error
 from energymargin_paper.contact_rest import (
     Structure,
     arch,
@@ -139,6 +140,8 @@ def _motion() -> Iterator[Check]:
     torque = Bar("torque over 2/3 mu m g R", 0.98, 1.02)
     for floor in FLOORS:
         yield Check(f"spinning disc on a {floor}", (torque,), partial(_braking, floor), 10)
+    way = Bar("end of a corner from paper [mm]", high=1.0)
+    yield Check("pushed box on three feet", (way,), lambda seed: (push_error(seed),), 10)
     yield Check("rolling cylinder", (Bar("drift [mm]", high=1.0),), _rolling, 20)
 
 

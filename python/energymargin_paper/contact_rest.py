@@ -57,9 +57,11 @@ class Structure(NamedTuple):
     """Least coefficient of friction with which they can stand."""
 
 
-def tower_scene(cubes: int, seed: int = 0, friction: float = FRICTION) -> Scene:
+def tower_scene(
+    cubes: int, seed: int = 0, friction: float = FRICTION, step: float | None = None
+) -> Scene:
     """Cubes of 1 kg on a plane, each turned and moved by chance a little (seed 0: straight)."""
-    random, scene = np.random.default_rng(seed), Scene()
+    random, scene = np.random.default_rng(seed), Scene() if step is None else Scene(step=step)
     own = math.sqrt(friction)
     scene.add_plane("floor", friction=own)
     turn = random.uniform(0, 2 * math.pi) if seed else 0.0

@@ -13,6 +13,7 @@ from energymargin_paper.contact_motion import (
     slide,
     tumbling,
 )
+from energymargin_paper.contact_push import push_error
 
 SEEDS = pytest.mark.parametrize("seed", range(4))
 
@@ -55,3 +56,8 @@ def test_disc_that_spins_on_its_face_is_braked_as_by_even_pressure(floor: str, s
 @pytest.mark.parametrize("radius", [0.05, 0.1])
 def test_cylinder_rolls_straight(heading: float, radius: float) -> None:
     assert rolling_drift(heading, radius) < 1.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_pushed_box_on_three_feet_goes_where_friction_against_each_slip_lets_it(seed: int) -> None:
+    assert push_error(seed) < 1.0
