@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from contact_engines import Engine, MuJoCo, Ours, PyBullet
 from contact_scenes import SCENES, Judged, Question, judged
@@ -104,6 +105,7 @@ def figure(found: Found) -> Figure:
                 )
         ax.set_xscale("log")
         ax.set_yscale("log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.set_title(question.name, fontsize=10)
         ax.set_xlabel("time of a simulated second [ms]", fontsize=8)
         ax.set_ylabel(question.what, fontsize=8)
