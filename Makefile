@@ -5,6 +5,7 @@
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: an hour, or less with
 #                                                           BENCH='--parts throughput,cost' or --quick
 # make bench-monitor   whether a Monitor holds 30 Hz for a minute, into out/monitor.md
+# make bench-contact   how wrong contacts are and how long they take, beside PyBullet and MuJoCo, into out/contact.md
 # make bench-view   how smoothly the viewer's page turns, into out/frames.md
 # make wheel  a wheel that needs nothing of the system, into dist; tests/wheel/run tries it in a bare Debian
 # make deb    Debian packages of the C++ library and of the Python package, into dist
@@ -46,7 +47,7 @@ SLOW := ^Planner/Fixture|ProblemSchema.KeyThat|ProblemSchema.ListOf|Splitting.Is
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test docs sanitize fuzz bench bench-scale bench-monitor bench-view check format stubs schema wheel deb clean
+.PHONY: demo test docs sanitize fuzz bench bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
@@ -81,6 +82,9 @@ bench-scale: .venv/built
 
 bench-monitor: .venv/built
 	$(BIN)/python python/bench/monitor.py --out out/monitor.md $(BENCH)
+
+bench-contact: .venv/built
+	$(BIN)/python python/bench/contact.py --out out/contact.md $(BENCH)
 
 bench-view: .venv/built .venv/browser
 	$(BIN)/python python/bench/frames.py --out out/frames.md $(BENCH)

@@ -32,6 +32,7 @@ STUDIES = {
     "bounds": "Efforts of escape between a lower bound and the best escape; proved cages",
     "least-efforts": "How near the effort of escape comes to the least work",
     "walls": "Whether anything gets through a wall",
+    "contact": "Whether grips hold and towers stand, and what moves keeps its momentum",
     "uncertainty": "How often the intervals of the scores hold the truth",
     "rare": "Rare losses by splitting, against known ones, and the effort of escape behind them",
     "mjcf-models": "Grippers, hands and arms of MuJoCo's files, as scenes",

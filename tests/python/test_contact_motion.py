@@ -1,0 +1,63 @@
+"""What moves freely keeps its energy and momentum; what slides, spins and rolls obeys Coulomb."""
+
+from __future__ import annotations
+
+import pytest
+
+from energymargin_paper.contact_motion import (
+    FLOORS,
+    braking,
+    linkage,
+    pendulum,
+    rolling_drift,
+    slide,
+    tumbling,
+)
+from energymargin_paper.contact_push import push_error
+
+SEEDS = pytest.mark.parametrize("seed", range(4))
+
+
+@SEEDS
+def test_box_that_tumbles_about_its_middle_axis_keeps_energy_and_angular_momentum(
+    seed: int,
+) -> None:
+    kept = tumbling(seed)
+    assert kept.energy < 0.01
+    assert kept.angular < 1e-4
+
+
+@SEEDS
+def test_double_pendulum_without_friction_keeps_its_energy(seed: int) -> None:
+    assert pendulum(seed) < 0.01
+
+
+@SEEDS
+def test_linkage_that_flies_keeps_both_momenta(seed: int) -> None:
+    kept = linkage(seed)
+    assert kept.linear < 1e-4
+    assert kept.angular < 1e-4
+
+
+@SEEDS
+def test_box_that_slides_stops_when_friction_has_used_its_speed_and_never_lifts(seed: int) -> None:
+    found = slide(seed)
+    assert found.lift < 0.1
+    assert abs(found.steps) <= 1.0
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+@pytest.mark.parametrize("seed", range(2))
+def test_disc_that_spins_on_its_face_is_braked_as_by_even_pressure(floor: str, seed: int) -> None:
+    assert braking(floor, seed) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.3, 1.3, 4.0])
+@pytest.mark.parametrize("radius", [0.05, 0.1])
+def test_cylinder_rolls_straight(heading: float, radius: float) -> None:
+    assert rolling_drift(heading, radius) < 1.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_pushed_box_on_three_feet_goes_where_friction_against_each_slip_lets_it(seed: int) -> None:
+    assert push_error(seed) < 1.0
