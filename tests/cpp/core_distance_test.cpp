@@ -202,28 +202,6 @@ TEST(CoreDistance, OfSolidsInLineIsWhatIsBetweenThem) {
 
 // ---- solids that overlap
 
-struct LastPoint : GjkResult {
-  btVector3 normal{0.0, 0.0, 0.0};
-
-  void setShapeIdentifiersA(int, int) override {}
-  void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& of_point, const btVector3&, btScalar) override { normal = of_point; }
-};
-
-// Bullet turns the normals of some of them round.
-TEST(SolidPair, NormalIsThatOfItsPointAlsoDeepInside) {
-  Draw draw;
-  for (int i = 0; i < 2000; ++i) {
-    const auto a = draw.solid(i % 2), b = draw.solid(i / 2 % 2);
-    btVector3 place(0.0, 0.0, 0.0);
-    place[i % 3] = draw.even(-0.1, 0.1);
-    LastPoint point;
-    const btVector3 normal = SolidPair(*a, *b).add_closest(btTransform(btQuaternion::getIdentity(), place),
-                                                           btTransform::getIdentity(), 0.001, point);
-    EXPECT_EQ(normal, point.normal) << i;
-  }
-}
-
 // ---- cylinders side by side
 
 struct Errors {

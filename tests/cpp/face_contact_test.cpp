@@ -40,25 +40,17 @@ struct Point {
   double distance;
 };
 
-struct Points : GjkResult {
-  std::vector<Point> all;
-
-  void setShapeIdentifiersA(int, int) override {}
-  void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& normal, const btVector3& on_b, btScalar distance) override {
-    all.push_back({normal, on_b, distance});
-  }
-};
-
 // Of the upper solid `a` on the lower one `b`, along the normal between them or, if it is given, along that one.
 std::vector<Point> face_points(const btConvexShape& a, const btTransform& pose_a, const btConvexShape& b,
                                const btTransform& pose_b, btVector3 normal = {0.0, 0.0, 0.0}) {
   SolidPair solids(a, b);
-  Points closest, points;
-  if (normal.isZero()) normal = solids.add_closest(pose_a, pose_b, depth, closest);
-  const int added = FaceContacts().add(solids, pose_a, pose_b, normal, depth, depth, points);
-  EXPECT_EQ(added, static_cast<int>(points.all.size()));
-  return points.all;
+  if (normal.isZero()) normal = solids.closest(pose_a, pose_b, depth).value().normal;
+  FaceContacts faces;
+  std::vector<Point> points;
+  for (const FacePoint& point : faces.find(solids, pose_a, pose_b, normal, depth, depth)) {
+    points.push_back({normal, point.on_b, point.distance});
+  }
+  return points;
 }
 
 // How far the solids are apart along a normal.

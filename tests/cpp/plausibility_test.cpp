@@ -67,11 +67,11 @@ TEST(Plausibility, JointBeyondItsLimitsIsDoubtedByItsNameTheAmountAndTheLimit) {
   };
   EXPECT_TRUE(doubts_at(5.0).empty());
   EXPECT_TRUE(doubts_at(-0.1 - 0.9 * plausible::stop_length).empty());
-  const std::vector<Doubt> doubts = doubts_at(-0.25);
-  ASSERT_EQ(doubts.size(), 1u);
-  EXPECT_EQ(doubts[0].about, "state: joint 'rail': position");
-  EXPECT_NE(doubts[0].text.find("is -0.25 m, 0.15 m beyond its lower limit of -0.1 m"), std::string::npos)
-      << doubts[0].text;
+  const std::vector<Warning> warnings = doubts_at(-0.25);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].about, "state: joint 'rail': position");
+  EXPECT_NE(warnings[0].text.find("is -0.25 m, 0.15 m beyond its lower limit of -0.1 m"), std::string::npos)
+      << warnings[0].text;
 }
 
 TEST(Plausibility, MassOfABodyWhoseForceHoldsItStandsForAMachine) {

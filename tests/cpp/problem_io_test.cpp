@@ -263,13 +263,13 @@ TEST(ProblemIo, FailedSaveLeavesTheOldFilesAndNothingElse) {
   EXPECT_TRUE(std::filesystem::exists(folder / "old-body_5.obj.part"));
 }
 
-// A file that version 0.13 wrote, and the doubts of reading it.
-std::pair<Problem, std::vector<Doubt>> read_older(int version) {
-  std::vector<Doubt> doubts;
+// A file that version 0.13 wrote, and the warnings of reading it.
+std::pair<Problem, std::vector<Warning>> read_older(int version) {
+  std::vector<Warning> warnings;
   const auto tests = std::filesystem::path(__FILE__).parent_path().parent_path();
   const std::string name = "version-" + std::to_string(version) + ".json";
-  Problem problem = load((tests / "older_problem_files" / name).string(), &doubts);
-  return {problem, doubts};
+  Problem problem = load((tests / "older_problem_files" / name).string(), &warnings);
+  return {problem, warnings};
 }
 
 TEST(ProblemIo, FilesThatVersion13WroteAreReadWithAllThatTheyHold) {
@@ -292,10 +292,10 @@ TEST(ProblemIo, FilesThatVersion13WroteAreReadWithAllThatTheyHold) {
 
 TEST(ProblemIo, OlderFileWithOneFrictionDirectionIsDoubtedAndOneWithTwoIsNot) {
   for (const int version : {3, 4}) {
-    const std::vector<Doubt> doubts = read_older(version).second;
-    ASSERT_EQ(doubts.size(), 1u);
-    EXPECT_NE(doubts[0].text.find("every direction of the contact plane"), std::string::npos);
-    EXPECT_NE(doubts[0].text.find("scores may differ"), std::string::npos);
+    const std::vector<Warning> warnings = read_older(version).second;
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].text.find("every direction of the contact plane"), std::string::npos);
+    EXPECT_NE(warnings[0].text.find("scores may differ"), std::string::npos);
   }
   EXPECT_TRUE(read_older(5).second.empty());
   Json json = Json::parse(to_json(push()));

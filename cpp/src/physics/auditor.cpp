@@ -54,6 +54,7 @@ Audit Auditor::audit() const {
   audit.joints = work.joints;
   audit.plan += work.motors;
   audit.overlap += work.overlap;
+  audit.integration += work.gravity;
   return audit;
 }
 

@@ -23,11 +23,11 @@ class Engine::ObjectWrench {
     angular_ = object_.getAngularVelocity();
   }
 
-  //! Of that part [J]. The mean of the velocities before and after makes the work on a free body its gain of kinetic
-  //! energy, exactly.
-  double work(double duration) const {
-    const double power = 0.5 * (force_.dot(linear_ + object_.getLinearVelocity()) +
-                                torque_.dot(angular_ + object_.getAngularVelocity()));
+  //! Of that part [J]. The mean of the velocities before and after, where it coasts from, makes the work on a free body
+  //! its gain of kinetic energy, exactly.
+  double work(const Simulation& simulation, double duration) const {
+    const Velocity& after = simulation.pushed(object_);
+    const double power = 0.5 * (force_.dot(linear_ + after.linear) + torque_.dot(angular_ + after.angular));
     return power * duration;
   }
 
@@ -100,7 +100,7 @@ void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor*
     for (ObjectWrench& wrench : wrenches) wrench.begin();
     const PartResult part = simulation_.advance(left, parts);
     for (const ObjectWrench& wrench : wrenches) {
-      const double work = wrench.work(part.duration);
+      const double work = wrench.work(simulation_, part.duration);
       result.effort += std::abs(work);
       result.work += work;
     }

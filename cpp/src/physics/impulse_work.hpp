@@ -24,6 +24,7 @@ struct ImpulseWork {
   double joints = 0.0;   // of stops and mimics, not of drives
   double motors = 0.0;   // of the robot's servos, and of what drives kinematic bodies
   double overlap = 0.0;  // of penetration recovery against the loads
+  double gravity = 0.0;  // on trees that feel it as they coast, beside what steps of first order would count
 };
 
 //! Work of the impulses since `before` was set. A solver adds to it while `before` is not null: each impulse times the

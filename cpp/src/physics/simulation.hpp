@@ -81,6 +81,9 @@ class Simulation {
   //! to date. Null ends it.
   void audit_impulses(const Motion* before) { impulses_ = {before, {}}; }
 
+  //! Velocities of a body that moves on its own after the loads and impulses of the last part, before it coasted.
+  const Velocity& pushed(const btRigidBody& body) const { return equations_.pushed(body_index(body)); }
+
   //! Since the audit began.
   const ImpulseWork& impulse_work() const { return impulses_.work; }
 

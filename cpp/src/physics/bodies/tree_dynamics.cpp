@@ -21,8 +21,7 @@ TreeDynamics::TreeDynamics(Articulation& tree)
       forces_(count_),
       bias_(count_),
       rates_(count_),
-      free_(count_),
-      surplus_(count_),
+      coasting_(count_),
       kicked_(count_),
       bodies_(tree.links().size()),
       composites_(tree.links().size()),
@@ -44,13 +43,15 @@ void TreeDynamics::drive_base(const btVector3& linear, const btVector3& angular)
   }
 }
 
-void TreeDynamics::prepare(double duration, const btVector3& gravity) {
+void TreeDynamics::prepare(double duration, const btVector3& gravity, bool alone) {
   find_inertia();
-  find_forces(gravity);
+  find_forces(alone ? btVector3(0, 0, 0) : gravity, true);
+  coasting_gravity_ = alone ? gravity : btVector3(0, 0, 0);
   kick(duration);
-  find_bias(kicked_);
-  motions_ = tree_.link_motions(kicked_);
-  coast(duration);
+  find_bias(tree_.velocities());
+  for (std::size_t i = 0; i < count_; ++i) coasting_[i] = -bias_[i];
+  accelerate(factors_, coasting_);
+  find_accelerations();
 }
 
 void TreeDynamics::find_inertia() {
@@ -77,13 +78,15 @@ void TreeDynamics::find_inertia() {
   }
 }
 
-// Along the velocities, of gravity and loads.
-void TreeDynamics::find_forces(const btVector3& gravity) {
+// Along the velocities, of gravity and maybe loads.
+void TreeDynamics::find_forces(const btVector3& gravity, bool loads) {
   const std::vector<Articulation::Link>& links = tree_.links();
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const btVector3 force = links[i].force + gravity * links[i].mass;
+    btVector3 force = gravity * links[i].mass;
+    if (loads) force += links[i].force;
     const btVector3 arm = links[i].pose.getOrigin() - tree_.origin();
-    link_forces_[i] = {arm.cross(force) + links[i].torque, force};
+    link_forces_[i] = {arm.cross(force), force};
+    if (loads) link_forces_[i].angular += links[i].torque;
   }
   for (std::size_t i = links.size() - 1; i > 0; --i) {
     link_forces_[static_cast<std::size_t>(links[i].parent)] += link_forces_[i];
@@ -97,7 +100,7 @@ void TreeDynamics::find_forces(const btVector3& gravity) {
 // line then: what is at the common point is another point of it in each moment, which makes an acceleration.
 void TreeDynamics::find_bias(const std::vector<double>& velocities) {
   const std::vector<Articulation::Link>& links = tree_.links();
-  const std::vector<SpatialVector>& motions = tree_.link_motions(velocities);
+  const std::vector<SpatialVector>& motions = motions_ = tree_.link_motions(velocities);
   accelerations_[0] = {btVector3(0, 0, 0), motions[0].linear.cross(motions[0].angular)};
   for (std::size_t i = 0; i < links.size(); ++i) {
     const Articulation::Link& link = links[i];
@@ -143,45 +146,53 @@ void TreeDynamics::kick(double duration) {
   std::copy_n(base_.begin(), prescribed(), kicked_.begin());
 }
 
-void TreeDynamics::coast(double duration) {
-  for (std::size_t i = 0; i < count_; ++i) rates_[i] = -duration * bias_[i];
-  accelerate(factors_, rates_);
+// Of the links, as the tree coasts, from those that it has at constant velocities.
+void TreeDynamics::find_accelerations() {
+  const std::vector<Articulation::Link>& links = tree_.links();
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (links[i].last_velocity < 0) continue;
+    for (int j = links[i].last_velocity; j >= 0; j = tree_.above(j)) {
+      accelerations_[i] += tree_.motions()[static_cast<std::size_t>(j)] * coasting_[static_cast<std::size_t>(j)];
+    }
+  }
+}
+
+void TreeDynamics::coast(double duration, std::vector<double>& velocities, std::vector<double>& way) {
   double fastest = 0.0, most = 0.0;
   for (std::size_t i = prescribed(); i < count_; ++i) {
-    fastest = std::max(fastest, std::abs(kicked_[i]));
-    most = std::max(most, std::abs(rates_[i]));
+    fastest = std::max(fastest, std::abs(velocities[i]));
+    most = std::max(most, std::abs(duration * coasting_[i]));
   }
   const bool exact = !drives_ || (tree_.free() && !tree_.kinematic());
-  if (exact && most > steady * fastest) return coast_by_runge_kutta(duration);
+  if (exact && (most > steady * fastest || !coasting_gravity_.isZero())) {
+    return coast_by_runge_kutta(duration, velocities, way);
+  }
   for (std::size_t i = 0; i < count_; ++i) {
-    free_[i] = kicked_[i] + rates_[i];
-    surplus_[i] = 0.5 * rates_[i];
+    way[i] = velocities[i] + 0.5 * duration * coasting_[i];
+    velocities[i] += duration * coasting_[i];
   }
 }
 
 // The classical one of the fourth order.
-void TreeDynamics::coast_by_runge_kutta(double duration) {
-  std::vector<double> way(count_, 0.0), velocities = kicked_;
-  std::vector<double> way_rate(count_), acceleration(count_);
-  std::vector<double> whole_way(count_, 0.0), whole_change(count_, 0.0);
+void TreeDynamics::coast_by_runge_kutta(double duration, std::vector<double>& velocities, std::vector<double>& way) {
+  const std::vector<double> start = velocities;
+  std::vector<double> off(count_, 0.0), whole(count_, 0.0), change(count_, 0.0);
+  std::vector<double> rate_of_way(count_), acceleration(count_);
   const double shares[] = {0.5, 0.5, 1.0, 0.0};
   const double weights[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   for (int stage = 0; stage < 4; ++stage) {
-    rate(way, velocities, way_rate, acceleration);
+    rate(off, velocities, rate_of_way, acceleration);
     for (std::size_t i = 0; i < count_; ++i) {
-      whole_way[i] += weights[stage] * duration * way_rate[i];
-      whole_change[i] += weights[stage] * duration * acceleration[i];
-      way[i] = shares[stage] * duration * way_rate[i];
-      velocities[i] = kicked_[i] + shares[stage] * duration * acceleration[i];
+      whole[i] += weights[stage] * rate_of_way[i];
+      change[i] += weights[stage] * duration * acceleration[i];
+      off[i] = shares[stage] * duration * rate_of_way[i];
+      velocities[i] = start[i] + shares[stage] * duration * acceleration[i];
     }
   }
   tree_.put_back();
-  for (std::size_t i = 0; i < count_; ++i) {
-    free_[i] = kicked_[i] + whole_change[i];
-    surplus_[i] = free_[i] - whole_way[i] / duration;
-  }
   find_inertia();
-  find_bias(kicked_);
+  for (std::size_t i = 0; i < count_; ++i) velocities[i] = start[i] + change[i];
+  way = whole;
 }
 
 // Rates of the way and of the velocities, a way off. The turn of a base is a vector, whose rate is not the angular
@@ -194,6 +205,10 @@ void TreeDynamics::rate(const std::vector<double>& way, const std::vector<double
   Matrix factors = inertia_;
   factor(factors);
   for (std::size_t i = 0; i < count_; ++i) acceleration[i] = -bias_[i];
+  if (!coasting_gravity_.isZero()) {
+    find_forces(coasting_gravity_, false);
+    for (std::size_t i = 0; i < count_; ++i) acceleration[i] += forces_[i];
+  }
   accelerate(factors, acceleration);
   way_rate = velocities;
   if (!tree_.free()) return;
@@ -221,6 +236,24 @@ double TreeDynamics::work_on_base(double duration, const double* before, const d
     work += 0.5 * (before[i] + after[i]) * impulse;
   }
   return work;
+}
+
+double TreeDynamics::gravity_beside(double duration, const std::vector<double>& before,
+                                    const std::vector<double>& after) {
+  if (coasting_gravity_.isZero()) return 0.0;
+  const auto power = [&](const std::vector<double>& velocities) {
+    find_forces(coasting_gravity_, false);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) sum += forces_[i] * velocities[i];
+    return sum;
+  };
+  const double at_start = power(before);
+  std::vector<double> way = tree_.ways();
+  for (double& along : way) along *= duration;
+  tree_.put_off(way);
+  const double at_end = power(after);
+  tree_.put_back();
+  return 0.5 * duration * (at_end - at_start);
 }
 
 // Cholesky's factor of what is not prescribed, in the lower triangle, with the inverse of its diagonal.

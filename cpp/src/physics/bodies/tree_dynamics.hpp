@@ -15,8 +15,9 @@ namespace energymargin {
 //! Newton and Euler's recursion for the bias (Featherstone 2008, tables 6.2 and 5.1). Drives without a torque limit are
 //! implicit: what they resist counts as inertia.
 //!
-//! A part of a step kicks the velocities by all forces, and then lets the tree coast. Coasting keeps energy and
-//! momentum: it is a Runge-Kutta step of the fourth order where they count, which is without drives, or on a free base.
+//! A part of a step kicks the velocities where the tree stands, by forces and by the impulses of constraints, and then
+//! lets it coast. Coasting keeps energy and momentum: it is a Runge-Kutta step of the fourth order where they count,
+//! which is without drives, or on a free base.
 class TreeDynamics {
  public:
   //! The tree outlives this.
@@ -31,22 +32,30 @@ class TreeDynamics {
   void keep_base();
   void drive_base(const btVector3& linear, const btVector3& angular);
 
-  //! Where the tree is, with its loads: what it does in `duration` [s] without contacts, stops and limited drives.
-  void prepare(double duration, const btVector3& gravity);
+  //! Where the tree is, with its loads: what they do in `duration` [s]. A tree that is `alone`, which nothing constrains
+  //! and nothing drives, feels gravity as it coasts.
+  void prepare(double duration, const btVector3& gravity, bool alone);
+  bool drives() const { return drives_; }
 
   //! Inertia with what the drives resist, row by row, count() each.
   std::size_t count() const { return count_; }
   const double* inertia_row(std::size_t i) const { return driven_.data() + i * count_; }
 
-  //! Velocities at the end, and what they are more than the way by the time.
-  const std::vector<double>& free() const { return free_; }
-  const std::vector<double>& surplus() const { return surplus_; }
+  //! Velocities after the forces.
+  const std::vector<double>& kicked() const { return kicked_; }
 
-  //! Acceleration of a link's point that comes from the velocities alone [m/s^2].
+  //! Acceleration of a link's point as the tree coasts [m/s^2].
   btVector3 bend(int link, const btVector3& point) const;
+
+  //! Lets the tree coast from these velocities: they become those at the end, and `way` those of the way to there.
+  void coast(double duration, std::vector<double>& velocities, std::vector<double>& way);
 
   //! Work of what drives a kinematic base, but for impulses on the tree, from velocities before to after [J].
   double work_on_base(double duration, const double* before, const double* after) const;
+
+  //! Of a tree that feels gravity as it coasts: half a part's length times by how much its power grows, from velocities
+  //! before to after, which is where its way ends [J]. Zero for other trees.
+  double gravity_beside(double duration, const std::vector<double>& before, const std::vector<double>& after);
 
   //! Adds what an impulse on a link is along the velocities.
   void add(int link, const btVector3& point, const btVector3& impulse, double* impulses) const;
@@ -55,11 +64,11 @@ class TreeDynamics {
   using Matrix = std::vector<double>;
 
   void find_inertia();
-  void find_forces(const btVector3& gravity);
+  void find_forces(const btVector3& gravity, bool loads);
   void find_bias(const std::vector<double>& velocities);
+  void find_accelerations();
   void kick(double duration);
-  void coast(double duration);
-  void coast_by_runge_kutta(double duration);
+  void coast_by_runge_kutta(double duration, std::vector<double>& velocities, std::vector<double>& way);
   void rate(const std::vector<double>& way, const std::vector<double>& velocities, std::vector<double>& way_rate,
             std::vector<double>& acceleration);
   void accelerate(const Matrix& factors, std::vector<double>& rates) const;
@@ -69,11 +78,12 @@ class TreeDynamics {
   std::size_t count_;
   std::vector<int> links_;  // of the velocities
   Matrix inertia_, driven_, factors_;
-  std::vector<double> forces_, bias_, rates_, free_, surplus_, kicked_;
+  std::vector<double> forces_, bias_, rates_, coasting_, kicked_;
   std::array<double, velocities_of_free_body> base_{};      // velocities of a kinematic base in this part
   std::vector<SpatialInertia> bodies_, composites_;         // each link alone, and with all that hangs on it
   std::vector<SpatialVector> accelerations_, link_forces_;  // of the links, with constant velocities
-  std::vector<SpatialVector> motions_;                      // of the links, at the kicked velocities
+  std::vector<SpatialVector> motions_;                      // of the links
+  btVector3 coasting_gravity_ = btVector3(0, 0, 0);
   bool drives_ = false;
 };
 

@@ -40,11 +40,17 @@ Corner between(const Corner& a, const Corner& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
 }
 
-// Calls `visit` with the points of a core that can be corners of its outermost face along `direction`, in its own
+// Whether corners are those of the solid with its margin; others are those of its core.
+bool has_sharp_corners(const Core& core) {
+  return core.kind() == BOX_SHAPE_PROXYTYPE || core.kind() == CYLINDER_SHAPE_PROXYTYPE;
+}
+
+// Calls `visit` with the points of a solid that can be corners of its outermost face along `direction`, in its own
 // frame.
 template <typename Visit>
-void for_each_corner(const Core& core, const btVector3& direction, const Visit& visit) {
-  const btVector3& half = core.half();
+void for_each_corner(const Core& core, double margin, const btVector3& direction, const Visit& visit) {
+  const double sharp = has_sharp_corners(core) ? margin : 0.0;
+  const btVector3 half = core.half() + btVector3(sharp, sharp, sharp);
   switch (core.kind()) {
     case CONVEX_HULL_SHAPE_PROXYTYPE:
       for (const btVector3& point : core) visit(point);
@@ -138,16 +144,17 @@ void find_face(const Core& core, const btTransform& pose, const ContactPlane& pl
   face.clear();
   const btVector3 direction = plane.normal * outward * pose.getBasis();
   double least = BT_LARGE_FLOAT, most = -BT_LARGE_FLOAT;
-  for_each_corner(core, direction, [&](const btVector3& point) {
+  for_each_corner(core, margin, direction, [&](const btVector3& point) {
     const double along = direction.dot(point);
     least = std::min(least, along);
     most = std::max(most, along);
   });
   if (has_back(core)) depth = std::min(depth, 0.5 * (most - least));
-  for_each_corner(core, direction, [&](const btVector3& point) {
+  const double outside = has_sharp_corners(core) ? 0.0 : margin;
+  for_each_corner(core, margin, direction, [&](const btVector3& point) {
     if (direction.dot(point) < most - depth) return;
     face.push_back(plane(pose(point)));
-    face.back().height += outward * margin;
+    face.back().height += outward * outside;
   });
   order(face, scratch, outward, depth);
 }

@@ -258,7 +258,8 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
       continue;
     }
     order(island);
-    converged = solve(island, iterations, tolerance) && converged;
+    const bool solved = solve(island, iterations, tolerance);
+    converged = converged && solved;
     for (const int k : island.contacts) {
       contacts_[static_cast<std::size_t>(k)].impulse = responses_[static_cast<std::size_t>(k)].impulse;
     }
@@ -266,6 +267,7 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
       LimitedRow& row = limited_[static_cast<std::size_t>(k)];
       row.impulse = limited_impulse(row, limited_misses_[static_cast<std::size_t>(k)]);
     }
+    if (solved) balance(island);  // what is left of an error would be blown up
     recover(island);
   }
   return converged;
@@ -564,6 +566,34 @@ void NewtonSolver::add_step(const Island& island, double length) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
     for (int j = mover.begin; j < mover.begin + mover.count; ++j) {
       velocities_[static_cast<std::size_t>(j)] += length * direction_[static_cast<std::size_t>(j)];
+    }
+  }
+}
+
+// Takes the rest of the residual out, mover by mover: so velocities change by the impulses to the last digit, and what
+// one body gives another one gets.
+void NewtonSolver::balance(const Island& island) {
+  for (const int i : island.movers) {
+    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const int count = mover.count;
+    double* const velocities = velocities_.data() + mover.begin;
+    double* const rest = residual_.data() + mover.begin;
+    factors_.assign(inertias_.begin() + static_cast<std::ptrdiff_t>(mover.inertia),
+                    inertias_.begin() + static_cast<std::ptrdiff_t>(mover.inertia) + count * count);
+    double* const m = factors_.data();
+    for (int k = 0; k < count; ++k) {  // L D L' by columns; linear ones stand alone
+      for (int j = k + 1; j < count; ++j) {
+        const double factor = m[j * count + k] / m[k * count + k];
+        if (factor == 0.0) continue;
+        for (int l = j; l < count; ++l) m[l * count + j] -= factor * m[l * count + k];
+        rest[j] -= factor * rest[k];
+      }
+    }
+    for (int k = count; k-- > 0;) {
+      double sum = rest[k];
+      for (int j = k + 1; j < count; ++j) sum -= m[j * count + k] * rest[j];
+      rest[k] = sum / m[k * count + k];
+      velocities[k] -= rest[k];
     }
   }
 }

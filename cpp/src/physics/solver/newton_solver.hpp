@@ -114,6 +114,7 @@ class NewtonSolver {
   void add_block(const RowSides& sides, int rows, const double* slope);
   double line_search(const Island& island);
   void add_step(const Island& island, double length);
+  void balance(const Island& island);
   void recover(const Island& island);
 
   std::vector<Mover> movers_;
@@ -130,6 +131,7 @@ class NewtonSolver {
   std::vector<double> shifts_;
   std::vector<double> limited_slopes_;
   std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
+  std::vector<double> factors_;                                  // of one mover's inertia
   EnvelopeLu matrix_;
   double softening_ = 1.0;  // of all contacts, while a start is looked for
   int iterations_ = 0;

@@ -42,6 +42,8 @@ StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAu
   find_axes(scene);
   for (const auto& tree : bodies.trees()) trees_.emplace_back(*tree);
   tree_movers_.resize(trees_.size(), -1);
+  tree_pushed_.resize(trees_.size());
+  tree_ends_.resize(trees_.size());
 }
 
 void StepEquations::find_axes(const Scene& scene) {
@@ -74,8 +76,8 @@ bool StepEquations::solve(const StepPart& part) {
     contact_points_.push_back(i);
   }
   const bool converged = solver_.solve(part.iterations, part.tolerance);
-  for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i);
-  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, part.duration);
+  for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, part.duration);
   return converged;
 }
 
@@ -98,7 +100,7 @@ void StepEquations::drive_kinematic(const Motor& motor) {
 void StepEquations::add_rigid(std::size_t i, double duration) {
   RigidMover& rigid = rigids_[i];
   const btRigidBody& body = *bodies_.rigids().moving()[i];
-  rigid.surplus.setZero();
+  rigid.turning.setZero();
   if (is_kinematic(body)) return;
   const int count = static_cast<int>(rigid.axes.size());
   rigid.mover = solver_.add_mover(count);
@@ -119,7 +121,7 @@ void StepEquations::add_rigid(std::size_t i, double duration) {
     }
   }
   kick(i, duration, solver_.free(rigid.mover));
-  if (count == 6) coast(i, duration, solver_.free(rigid.mover));
+  if (count == 6) find_turning(i, duration);
 }
 
 // Velocities after the loads of the part.
@@ -154,30 +156,58 @@ void StepEquations::kick(std::size_t i, double duration, double* free) const {
   }
 }
 
+// Zero where the spin stays what it is, or nearly so.
+void StepEquations::find_turning(std::size_t i, double duration) {
+  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  const btMatrix3x3& axes = body.getWorldTransform().getBasis();
+  const btVector3& moments = bodies_.rigids().moments(i);
+  const btVector3 local = body.getAngularVelocity() * axes;
+  const btVector3 turning = local.cross(moments * local) / moments;
+  if (turning.length2() * duration * duration <= steady_spin * steady_spin * local.length2()) return;
+  rigids_[i].turning = axes * turning;
+}
+
 // A body that turns freely keeps its angular momentum, and by the midpoint rule its energy (Simo and Wong 1991).
-void StepEquations::coast(std::size_t i, double duration, double* free) {
+void StepEquations::coast(std::size_t i, double duration, btVector3& mean) {
+  RigidMover& rigid = rigids_[i];
   const btTransform& pose = bodies_.rigids().moving()[i]->getWorldTransform();
   const btVector3& moments = bodies_.rigids().moments(i);
-  const btVector3 spin = vector(free + 3);
-  const btVector3 local = spin * pose.getBasis();
-  const btVector3 change = local.cross(moments * local) / moments * duration;
-  if (change.length2() <= steady_spin * steady_spin * spin.length2()) return;
-  const btVector3 momentum = bodies_.rigids().inertia(i) * spin;
+  const btVector3 momentum = bodies_.rigids().inertia(i) * rigid.pushed.angular;
   const auto spin_after = [&](const btVector3& turn) {
     return outer_inverse(moved_pose(pose, btVector3(0, 0, 0), turn).getBasis(), moments) * momentum;
   };
-  btVector3 mean = spin;
   for (int round = 0; round < midpoint_rounds; ++round) mean = spin_after(mean * (0.5 * duration));
-  const btVector3 end = spin_after(mean * duration);
-  rigids_[i].surplus = end - mean;
-  for (int axis = 0; axis < 3; ++axis) free[3 + axis] = end[axis];
+  rigid.spin = spin_after(mean * duration);
+}
+
+// Whether nothing constrains a tree in this part, and nothing drives it.
+bool StepEquations::is_alone(std::size_t index, const StepPart& part) const {
+  const Articulation& tree = trees_[index].tree();
+  if (trees_[index].drives() || tree.kinematic()) return false;
+  const auto is_here = [&](std::size_t body) { return bodies_.tree_of(body) == index; };
+  for (const Articulation::Link& link : tree.links()) {
+    if (!link.force.isZero() || !link.torque.isZero()) return false;
+  }
+  for (const ContactPoint& point : part.contacts) {
+    if (is_here(point.a) || is_here(point.b)) return false;
+  }
+  for (const Motor& motor : part.motors) {
+    if (is_here(motor.body)) return false;
+  }
+  for (const MimicConstraint& mimic : bodies_.mimics()) {
+    if (mimic.follower.tree == index || mimic.followed.tree == index) return false;
+  }
+  return std::all_of(bodies_.trees()[index]->controls().begin(), bodies_.trees()[index]->controls().end(),
+                     [](const JointControl& control) {
+                       return std::isinf(control.joint->lower) && std::isinf(control.joint->upper);
+                     });
 }
 
 // A joint that hits its stop speeds up its neighbours within the same step.
 void StepEquations::add_tree(std::size_t i, const StepPart& part) {
   TreeDynamics& dynamics = trees_[i];
   Articulation& tree = dynamics.tree();
-  dynamics.prepare(part.duration, gravity_);
+  dynamics.prepare(part.duration, gravity_, is_alone(i, part));
   const std::size_t skipped = dynamics.prescribed();
   const std::size_t count = dynamics.count() - skipped;
   tree_movers_[i] = -1;
@@ -185,13 +215,13 @@ void StepEquations::add_tree(std::size_t i, const StepPart& part) {
   const int mover = tree_movers_[i] = solver_.add_mover(static_cast<int>(count));
   for (std::size_t row = 0; row < count; ++row) {
     std::copy_n(dynamics.inertia_row(skipped + row) + skipped, count, solver_.inertia(mover) + row * count);
-    solver_.free(mover)[row] = dynamics.free()[skipped + row];
+    solver_.free(mover)[row] = dynamics.kicked()[skipped + row];
     solver_.velocities(mover)[row] = tree.velocities()[skipped + row];
   }
   double fastest = 0.0;
   for (const JointControl& control : tree.controls()) {
     const auto velocity = static_cast<std::size_t>(control.velocity);
-    fastest = std::max({fastest, std::abs(dynamics.free()[velocity]), std::abs(tree.velocities()[velocity])});
+    fastest = std::max({fastest, std::abs(dynamics.kicked()[velocity]), std::abs(tree.velocities()[velocity])});
   }
   const double reach = std::max(stop_reach, stop_steps * part.duration * fastest);
   for (const JointControl& control : tree.controls()) {
@@ -241,7 +271,6 @@ void StepEquations::add_stop(std::size_t tree, const JointControl& control, doub
   row.softness = softness_share * solver_.inverse_mass(row, 0);
   row.target = -gap / part.duration;
   if (gap <= 0.0) share_error(-gap, part, row.target, row.recovery);
-  row.target += direction * dynamics.surplus()[velocity];
 }
 
 void StepEquations::add_mimic(const MimicConstraint& mimic, const StepPart& part) {
@@ -261,8 +290,6 @@ void StepEquations::add_mimic(const MimicConstraint& mimic, const StepPart& part
   const double error = follower.position - multiplier * followed.position - mimic.mimic.offset;
   row.softness = mimic_softness * solver_.inverse_mass(row, 0);
   share_error(-error, part, row.target, row.recovery);
-  row.target += trees_[tree_a].surplus()[static_cast<std::size_t>(follower.velocity)] -
-                multiplier * trees_[tree_b].surplus()[static_cast<std::size_t>(followed.velocity)];
 }
 
 // A row along and about each axis that is not locked.
@@ -315,14 +342,13 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
   const btVector3& spin = body.getAngularVelocity();
   const btVector3 arm = end.point - body.getCenterOfMassPosition();
   const btVector3 grip = end.grip - body.getCenterOfMassPosition();
-  const btVector3 bend = spin.cross(spin.cross(grip)) * (0.5 * duration);
+  const btVector3 bend = (spin.cross(spin.cross(grip)) + rigid.turning.cross(grip)) * (0.5 * duration);
   if (rigid.mover < 0) {
     const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
     const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
     for (std::size_t i = 0; i < 3; ++i) rows.target[i] -= end.sign * frame.axes[i].dot(i < 2 ? at_grip : at_point);
     return;
   }
-  const btVector3 less = rigid.surplus.cross(grip) - bend;
   const auto count = rigid.axes.size();
   double* const jacobian = solver_.numbers(rows.a == rigid.mover ? rows.of_a : rows.of_b);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -340,7 +366,7 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
         row[column] = axis < 3 ? along[axis] : about[axis - 3];
       }
     }
-    rows.target[i] += along.dot(i < 2 ? less : rigid.surplus.cross(arm));
+    if (i < 2) rows.target[i] -= along.dot(bend);
   }
 }
 
@@ -358,8 +384,7 @@ void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame&
     const btVector3 along = frame.axes[i] * end.sign;
     std::fill(whole.begin(), whole.end(), 0.0);
     dynamics.add(link, i < 2 ? end.grip : end.point, along, whole.data());
-    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * dynamics.free()[k];
-    for (std::size_t k = skipped; k < dynamics.count(); ++k) rows.target[i] += whole[k] * dynamics.surplus()[k];
+    for (std::size_t k = 0; k < skipped; ++k) rows.target[i] -= whole[k] * dynamics.kicked()[k];
     if (i < 2) rows.target[i] -= along.dot(bend);
     if (mover < 0) continue;
     double* const row = solver_.numbers(rows.a == mover ? rows.of_a : rows.of_b) + i * count;
@@ -367,58 +392,55 @@ void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame&
   }
 }
 
-void StepEquations::set_rigid(std::size_t i) {
-  const RigidMover& rigid = rigids_[i];
+void StepEquations::set_rigid(std::size_t i, double duration) {
+  RigidMover& rigid = rigids_[i];
   const btRigidBody& body = *bodies_.rigids().moving()[i];
-  Velocity way{body.getLinearVelocity(), body.getAngularVelocity()};
-  if (rigid.mover >= 0) {
-    const double* velocities = solver_.velocities(rigid.mover);
-    const double* recovery = solver_.recovery(rigid.mover);
-    for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
-      const int axis = rigid.axes[row];
-      (axis < 3 ? way.linear[axis] : way.angular[axis - 3]) = velocities[row] + recovery[row];
-    }
-    way.angular -= rigid.surplus;
+  rigid.pushed = {body.getLinearVelocity(), body.getAngularVelocity()};
+  Velocity recovery;
+  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+    const int axis = rigid.axes[row];
+    (axis < 3 ? rigid.pushed.linear[axis] : rigid.pushed.angular[axis - 3]) = solver_.velocities(rigid.mover)[row];
+    (axis < 3 ? recovery.linear[axis] : recovery.angular[axis - 3]) = solver_.recovery(rigid.mover)[row];
   }
-  bodies_.rigids().set_way(i, way);
+  Velocity way = rigid.pushed;
+  rigid.spin = rigid.pushed.angular;
+  if (!rigid.turning.isZero()) coast(i, duration, way.angular);
+  bodies_.rigids().set_way(i, {way.linear + recovery.linear, way.angular + recovery.angular});
 }
 
-void StepEquations::set_tree(std::size_t i) {
+void StepEquations::set_tree(std::size_t i, double duration) {
   TreeDynamics& dynamics = trees_[i];
   std::vector<double>& ways = dynamics.tree().ways();
-  const std::size_t skipped = dynamics.prescribed();
-  std::copy_n(dynamics.free().begin(), skipped, ways.begin());
-  if (tree_movers_[i] < 0) return;
-  const double* velocities = solver_.velocities(tree_movers_[i]);
-  const double* recovery = solver_.recovery(tree_movers_[i]);
-  for (std::size_t k = skipped; k < dynamics.count(); ++k) {
-    ways[k] = velocities[k - skipped] + recovery[k - skipped] - dynamics.surplus()[k];
+  const auto skipped = static_cast<std::ptrdiff_t>(dynamics.prescribed());
+  tree_pushed_[i] = dynamics.kicked();
+  if (tree_movers_[i] >= 0) {
+    std::copy_n(solver_.velocities(tree_movers_[i]), solver_.count(tree_movers_[i]),
+                tree_pushed_[i].begin() + skipped);
   }
+  tree_ends_[i] = tree_pushed_[i];
+  dynamics.coast(duration, tree_ends_[i], ways);
+  if (tree_movers_[i] < 0) return;
+  const double* recovery = solver_.recovery(tree_movers_[i]);
+  for (std::size_t k = dynamics.prescribed(); k < dynamics.count(); ++k) ways[k] += recovery[k - dynamics.prescribed()];
 }
 
+// Work is done before all coasts.
 void StepEquations::commit(const StepPart& part) {
   write_contacts(part.contacts);
+  const auto& moving = bodies_.rigids().moving();
   for (std::size_t i = 0; i < rigids_.size(); ++i) {
-    if (rigids_[i].mover < 0) continue;
-    btRigidBody& body = *bodies_.rigids().moving()[i];
-    btVector3 linear(0, 0, 0), angular(0, 0, 0);
-    const double* velocities = solver_.velocities(rigids_[i].mover);
-    for (std::size_t row = 0; row < rigids_[i].axes.size(); ++row) {
-      const int axis = rigids_[i].axes[row];
-      (axis < 3 ? linear[axis] : angular[axis - 3]) = velocities[row];
+    moving[i]->setLinearVelocity(rigids_[i].pushed.linear);
+    moving[i]->setAngularVelocity(rigids_[i].pushed.angular);
+  }
+  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_pushed_[i];
+  if (audit_.before) {
+    add_work(part);
+    for (std::size_t i = 0; i < trees_.size(); ++i) {
+      audit_.work.gravity += trees_[i].gravity_beside(part.duration, audit_.before->trees[i], tree_ends_[i]);
     }
-    body.setLinearVelocity(linear);
-    body.setAngularVelocity(angular);
   }
-  for (std::size_t i = 0; i < trees_.size(); ++i) {
-    std::vector<double>& velocities = trees_[i].tree().velocities();
-    const std::size_t skipped = trees_[i].prescribed();
-    std::copy_n(trees_[i].free().begin(), skipped, velocities.begin());
-    if (tree_movers_[i] < 0) continue;
-    std::copy_n(solver_.velocities(tree_movers_[i]), velocities.size() - skipped,
-                velocities.begin() + static_cast<std::ptrdiff_t>(skipped));
-  }
-  if (audit_.before) add_work(part);
+  for (std::size_t i = 0; i < rigids_.size(); ++i) moving[i]->setAngularVelocity(rigids_[i].spin);
+  for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_ends_[i];
 }
 
 void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {

@@ -24,8 +24,8 @@ struct StepPart {
 //! Bodies and trees are alike for it: each is a mover with some of all velocities. Contacts, stops, limited drives,
 //! mimics and motors are rows over these.
 //!
-//! Rows ask for velocities at the end of the part, and speak of the way: a body that turns or a linkage that swings does
-//! not end where its last velocity points. What velocity is more than way is the mover's surplus.
+//! Loads and impulses act where the bodies stand; then all coasts to the end of the part. A body that turns and a linkage
+//! that swings coast along ways that bend: rows along which something sticks know by how much.
 class StepEquations {
  public:
   //! `bodies` and `audit` outlive this. Adds to the work of `audit` while that is on.
@@ -37,12 +37,19 @@ class StepEquations {
   //! The bodies have these velocities from now on, and the contacts their impulses.
   void commit(const StepPart& part);
 
+  //! Velocities of a body on its own after the loads and impulses of the part, before it coasted.
+  const Velocity& pushed(std::size_t body) const {
+    return rigids_[static_cast<std::size_t>(rigid_of_[body])].pushed;
+  }
+
  private:
   enum class Kind { motor, drive, stop, mimic };
   struct RigidMover {
     int mover = -1;                         // of the solver; -1: kinematic
     std::vector<int> axes{};                // that are not locked: 0..2 linear, 3..5 angular
-    btVector3 surplus = btVector3(0, 0, 0);  // of the angular velocity [rad/s]
+    btVector3 turning = btVector3(0, 0, 0);  // angular acceleration as it coasts [rad/s^2]
+    Velocity pushed{};                       // after loads and impulses
+    btVector3 spin = btVector3(0, 0, 0);     // angular velocity at the end of the part [rad/s]
   };
   struct Frame {
     btVector3 axes[3];  // two along the plane of contact, and the normal
@@ -56,7 +63,8 @@ class StepEquations {
   void find_axes(const Scene& scene);
   void add_rigid(std::size_t i, double duration);
   void kick(std::size_t i, double duration, double* free) const;
-  void coast(std::size_t i, double duration, double* free);
+  void find_turning(std::size_t i, double duration);
+  void coast(std::size_t i, double duration, btVector3& mean);
   void add_tree(std::size_t i, const StepPart& part);
   LimitedRow& add_limited(Kind kind, int a, int b);
   void add_motor(const Motor& motor, double duration);
@@ -70,8 +78,9 @@ class StepEquations {
   void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void share_error(double error, const StepPart& part, double& target, double& recovery) const;
   void write_contacts(std::vector<ContactPoint>& points) const;
-  void set_rigid(std::size_t i);
-  void set_tree(std::size_t i);
+  void set_rigid(std::size_t i, double duration);
+  void set_tree(std::size_t i, double duration);
+  bool is_alone(std::size_t tree, const StepPart& part) const;
   int mover_of(std::size_t body) const;
   btVector3 mean_velocity(std::size_t body, const btVector3& point) const;
   btVector3 prescribed_velocity(std::size_t body, const btVector3& point) const;
@@ -87,6 +96,7 @@ class StepEquations {
   std::vector<int> rigid_of_;  // by the index in the scene; -1: in a tree, or fixed
   std::vector<TreeDynamics> trees_;
   std::vector<int> tree_movers_;
+  std::vector<std::vector<double>> tree_pushed_, tree_ends_;  // velocities before and after the trees coast
   NewtonSolver solver_;
   std::vector<Kind> kinds_;                  // of the solver's limited rows
   std::vector<std::size_t> contact_points_;  // of the solver's contacts
