@@ -51,6 +51,10 @@ void TreeDynamics::prepare(double duration, const btVector3& gravity, bool alone
   find_bias(tree_.velocities());
   for (std::size_t i = 0; i < count_; ++i) coasting_[i] = -bias_[i];
   accelerate(factors_, coasting_);
+  if (coupled_) {
+    for (std::size_t i = 0; i < count_; ++i) kicked_[i] += duration * coasting_[i];
+    std::fill(coasting_.begin(), coasting_.end(), 0.0);
+  }
   find_accelerations();
 }
 
@@ -163,7 +167,7 @@ void TreeDynamics::coast(double duration, std::vector<double>& velocities, std::
     fastest = std::max(fastest, std::abs(velocities[i]));
     most = std::max(most, std::abs(duration * coasting_[i]));
   }
-  const bool exact = !drives_ || (tree_.free() && !tree_.kinematic());
+  const bool exact = !coupled_ && (!drives_ || (tree_.free() && !tree_.kinematic()));
   if (exact && (most > steady * fastest || !coasting_gravity_.isZero())) {
     return coast_by_runge_kutta(duration, velocities, way);
   }

@@ -37,6 +37,9 @@ class TreeDynamics {
   void prepare(double duration, const btVector3& gravity, bool alone);
   bool drives() const { return drives_; }
 
+  //! A tree whose joints follow others does not coast, which would part them: what its velocities do to it is a force.
+  void couple() { coupled_ = true; }
+
   //! Inertia with what the drives resist, row by row, count() each.
   std::size_t count() const { return count_; }
   const double* inertia_row(std::size_t i) const { return driven_.data() + i * count_; }
@@ -84,7 +87,7 @@ class TreeDynamics {
   std::vector<SpatialVector> accelerations_, link_forces_;  // of the links, with constant velocities
   std::vector<SpatialVector> motions_;                      // of the links
   btVector3 coasting_gravity_ = btVector3(0, 0, 0);
-  bool drives_ = false;
+  bool drives_ = false, coupled_ = false;
 };
 
 }  // namespace energymargin

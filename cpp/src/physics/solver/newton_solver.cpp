@@ -18,24 +18,16 @@ bool g_trace=false;
 namespace energymargin {
 namespace {
 
-// So many iterations on Coulomb's law have to leave less than this share of the error.
+// So many iterations have to leave less than this share of the error.
 constexpr double enough = 0.5;
 constexpr int patience = 3;
 
-// The convex law is solved to this error before Coulomb's is tried again.
-constexpr double convex_tolerance = 1e-3;
+// Sweeps at first, and most at a time.
+constexpr int first_sweeps = 16;
+constexpr int most_sweeps = 512;
 
-// Contacts are softer by these factors, one after the other, while a start for Coulomb's law is looked for; and what is
-// good enough on the way.
-constexpr double softenings[] = {1.0};
-constexpr double soft_tolerance = 0.1;
-
-// A line search ends where this share of the slope is left.
-constexpr double flat_share = 0.1;
-constexpr int most_trials = 20;
-
-// The error that rounding leaves in stiff rows, as a share of the momenta.
-constexpr double rounding_share = 1e-10;
+// Errors are told as a share of the impulses, or of this share of the momenta where impulses are next to nothing.
+constexpr double least_turnover = 1e-3;
 
 double dot(const double* a, const double* b, int count) {
   double sum = 0.0;
@@ -243,11 +235,9 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
   const std::size_t size = velocities_.size();
   for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_}) numbers->resize(size);
   misses_.resize(contacts_.size());
-  miss_changes_.resize(contacts_.size());
   responses_.resize(contacts_.size());
-  shifts_.resize(contacts_.size());
+  directions_.resize(contacts_.size());
   limited_misses_.resize(limited_.size());
-  limited_changes_.resize(limited_.size());
   limited_slopes_.resize(limited_.size());
   iterations_ = 0;
   bool converged = true;
@@ -275,17 +265,18 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
 
 bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   int left = iterations;
-  double error = coulomb_error(island);
+  int sweeps = 0;
+  double error = coulomb_error(island, false);
   TRACE("start %g |", error);
   while (error > tolerance && left > 0) {
     saved_ = velocities_;
     double next = error;
-    int tries = 0;
-    while (tries < patience && left > 0 && find_direction(island)) {
-      COUNT(0,1); add_step(island, 1.0);
+    for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {
+      keep_directions(island);
+      add_step(island, 1.0);
       --left;
-      ++tries;
-      next = coulomb_error(island);
+      COUNT(0, 1);
+      next = coulomb_error(island, true);
       TRACE(" C%.1e", next);
       if (next < enough * error || next <= tolerance) break;
     }
@@ -293,13 +284,20 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
       error = next;
       continue;
     }
+    if (left == 0) break;
     velocities_.swap(saved_);
-    coulomb_error(island);
-    if (!find_start(island, left, tolerance)) break;
-    error = coulomb_error(island);
+    sweeps = sweeps == 0 ? first_sweeps : std::min(2 * sweeps, most_sweeps);
+    COUNT(1, sweeps); COUNT(2, 1);
+    error = step_from_sweeps(island, sweeps);
+    --left;
+    TRACE(" S%d:%.1e", sweeps, error);
   }
   iterations_ += iterations - left;
   TRACE("\n");
+#ifdef DEV_COUNT
+  if (g_trace && error > tolerance) for (const int i : island.contacts) { const auto k=(size_t)i; const auto& c=contacts_[k]; std::printf("   c %d %d mu %g Rt %.2e Rn %.2e target %.3g %.3g %.3g rec %.3g miss %.4g %.4g %.4g imp %.4g %.4g %.4g regime %d\n", c.a,c.b,c.law.friction,c.law.tangential_softness,c.law.normal_softness,c.target[0],c.target[1],c.target[2],c.recovery,misses_[k][0],misses_[k][1],misses_[k][2],responses_[k].impulse[0],responses_[k].impulse[1],responses_[k].impulse[2],(int)responses_[k].regime); }
+#endif
+  if (error > tolerance && sweeps > 0) take_swept(island);
   return error <= tolerance;
 }
 
@@ -346,7 +344,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
           rows.target[static_cast<std::size_t>(row)] - speed(rows, row, velocities_);
     }
     respond(k);
-    if (responses_[k].open) continue;
+    if (responses_[k].regime == Regime::open) continue;
     take(rows.a, rows.of_a, responses_[k].impulse.data(), 3);
     take(rows.b, rows.of_b, responses_[k].impulse.data(), 3);
   }
@@ -362,12 +360,15 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
   return error(island);
 }
 
-double NewtonSolver::coulomb_error(const Island& island) {
-  return evaluate(island, [this](std::size_t k) { coulomb(contacts_[k].law, misses_[k], responses_[k]); });
-}
-
-double NewtonSolver::convex_error(const Island& island) {
-  return evaluate(island, [this](std::size_t k) { convex(softened(contacts_[k].law), misses_[k], shifts_[k], responses_[k]); });
+// After a step, what slid and would go on the other way has stopped on the way: it sticks, before one can tell.
+double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
+  return evaluate(island, [this, after_step](std::size_t k) {
+    const ContactVector& miss = misses_[k];
+    const auto& [x, y] = directions_[k];
+    const bool turns_round = after_step && miss[2] > 0.0 && x * miss[0] + y * miss[1] < 0.0;
+    if (turns_round) return respond_as(Regime::sticks, contacts_[k].law, miss, responses_[k]);
+    coulomb(contacts_[k].law, miss, responses_[k]);
+  });
 }
 
 // The largest residual of a mover as a share of what is turned over there, in units of its inertia.
@@ -381,54 +382,184 @@ double NewtonSolver::error(const Island& island) const {
       const auto index = static_cast<std::size_t>(mover.begin + j);
       const double mass = inertia[j * mover.count + j];
       const double momentum = mass * (std::abs(velocities_[index]) + std::abs(free_[index]));
-      error = std::max(error, std::max(0.0, std::abs(residual_[index]) - rounding_share * momentum) *
-                                  std::max(0.0, std::abs(residual_[index]) - rounding_share * momentum) / mass);
-      turnover = std::max(turnover, turnover_[index] * turnover_[index] / mass);
+      const double turned = std::max(turnover_[index], least_turnover * momentum);
+      error = std::max(error, residual_[index] * residual_[index] / mass);
+      turnover = std::max(turnover, turned * turned / mass);
     }
     if (error > 0.0) worst = std::max(worst, error / turnover);
   }
   return std::isnan(worst) ? std::numeric_limits<double>::infinity() : std::sqrt(worst);
 }
 
-FrictionLaw NewtonSolver::softened(const FrictionLaw& law) const {
-  return {law.friction, softening_ * law.tangential_softness, softening_ * law.normal_softness};
-}
-
-// Softer contacts have a cost of fewer kinks: so they are stiffened one after the other.
-bool NewtonSolver::find_start(const Island& island, int& left, double tolerance) {
-  bool moved = false;
-  for (const double softening : softenings) {
-    softening_ = softening;
-    const double to = softening > 1.0 ? soft_tolerance : std::max(convex_tolerance, tolerance);
-    moved = convex_descent(island, left, to) || moved;
-  }
-  softening_ = 1.0;
-  return moved;
-}
-
-void NewtonSolver::freeze_shifts(const Island& island) {
+// Of what slides, before a step.
+void NewtonSolver::keep_directions(const Island& island) {
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
-    shifts_[k] = shift_of(contacts_[k].law, misses_[k]);
+    const double slip = std::hypot(misses_[k][0], misses_[k][1]);
+    directions_[k] = {0.0, 0.0};
+    if (slip > 0.0 && responses_[k].regime == Regime::slides) directions_[k] = {misses_[k][0] / slip, misses_[k][1] / slip};
   }
 }
 
-// Newton's method with a line search on the convex law. False where it gets no further.
-bool NewtonSolver::convex_descent(const Island& island, int& left, double tolerance) {
-  COUNT(2,1); freeze_shifts(island);
-  double error = convex_error(island);
-  bool moved = false;
-  while (error > tolerance && left > 0) {
-    if (!find_direction(island)) return moved;
-    const double length = line_search(island);
-    if (length == 0.0) return moved;
-    COUNT(1,1); add_step(island, length);
-    --left;
-    error = convex_error(island);
-    TRACE(" x%.1e(%.2g)", error, length);
-    moved = true;
+// What velocities answer to impulses along the rows: products with the inverse of each mover's inertia.
+void NewtonSolver::prepare_sweeps(const Island& island) {
+  inverses_.resize(inertias_.size());
+  for (const int i : island.movers) {
+    const Mover& mover = movers_[static_cast<std::size_t>(i)];
+    const int count = mover.count;
+    double* const m = inverses_.data() + mover.inertia;
+    std::copy_n(inertias_.data() + mover.inertia, count * count, m);
+    for (int k = 0; k < count; ++k) {  // Gauss and Jordan's way; an inertia needs no pivots
+      const double inverse = 1.0 / m[k * count + k];
+      m[k * count + k] = 1.0;
+      for (int j = 0; j < count; ++j) m[k * count + j] *= inverse;
+      for (int l = 0; l < count; ++l) {
+        const double factor = m[l * count + k];
+        if (l == k || factor == 0.0) continue;
+        m[l * count + k] = 0.0;
+        for (int j = 0; j < count; ++j) m[l * count + j] -= factor * m[k * count + j];
+      }
+    }
   }
-  return moved;
+  answers_.clear();
+  const auto answer = [&](int index, std::size_t begin, int rows, double* inverse_masses) {
+    const std::size_t at = answers_.size();
+    if (index < 0) return at;
+    const Mover& mover = movers_[static_cast<std::size_t>(index)];
+    answers_.resize(at + static_cast<std::size_t>(rows * mover.count));
+    for (int row = 0; row < rows; ++row) {
+      const double* jacobian = numbers_.data() + begin + row * mover.count;
+      double* const of_row = answers_.data() + at + row * mover.count;
+      for (int j = 0; j < mover.count; ++j) {
+        of_row[j] = dot(inverses_.data() + mover.inertia + j * mover.count, jacobian, mover.count);
+      }
+      inverse_masses[row] += dot(jacobian, of_row, mover.count);
+    }
+    return at;
+  };
+  for (const int i : island.contacts) {
+    const ContactRows& rows = contacts_[static_cast<std::size_t>(i)];
+    Swept& swept = swept_[static_cast<std::size_t>(i)];
+    swept = {};
+    swept.of_a = answer(rows.a, rows.of_a, 3, swept.inverse_masses.data());
+    swept.of_b = answer(rows.b, rows.of_b, 3, swept.inverse_masses.data());
+  }
+  for (const int i : island.limited) {
+    const LimitedRow& row = limited_[static_cast<std::size_t>(i)];
+    SweptRow& swept = swept_rows_[static_cast<std::size_t>(i)];
+    swept = {};
+    swept.of_a = answer(row.a, row.of_a, 1, &swept.inverse_mass);
+    swept.of_b = answer(row.b, row.of_b, 1, &swept.inverse_mass);
+  }
+}
+
+// Sequential impulses from one contact to the next, and every other time the other way round.
+void NewtonSolver::sweep(const Island& island, int sweeps) {
+  velocities_.swap(swept_velocities_);
+  for (int i = 0; i < sweeps; ++i) {
+    for (const int k : island.limited) resolve_limited(static_cast<std::size_t>(k));
+    if (i % 2 == 0) {
+      for (const int k : island.contacts) resolve_contact(static_cast<std::size_t>(k));
+    } else {
+      for (auto k = island.contacts.rbegin(); k != island.contacts.rend(); ++k) {
+        resolve_contact(static_cast<std::size_t>(*k));
+      }
+    }
+  }
+  velocities_.swap(swept_velocities_);
+}
+
+void NewtonSolver::push(const RowSides& sides, int row, int rows, std::size_t of_a, std::size_t of_b, double impulse) {
+  static_cast<void>(rows);
+  const auto add = [&](int index, std::size_t begin) {
+    if (index < 0) return;
+    const Mover& mover = movers_[static_cast<std::size_t>(index)];
+    const double* answer = answers_.data() + begin + row * mover.count;
+    double* const velocities = velocities_.data() + mover.begin;
+    for (int j = 0; j < mover.count; ++j) velocities[j] += answer[j] * impulse;
+  };
+  add(sides.a, of_a);
+  add(sides.b, of_b);
+}
+
+void NewtonSolver::resolve_contact(std::size_t k) {
+  const ContactRows& rows = contacts_[k];
+  Swept& swept = swept_[k];
+  const auto set = [&](int row, double impulse) {
+    const double change = impulse - swept.impulse[static_cast<std::size_t>(row)];
+    if (change == 0.0) return;
+    swept.impulse[static_cast<std::size_t>(row)] = impulse;
+    push(rows, row, 3, swept.of_a, swept.of_b, change);
+  };
+  const auto asked = [&](int row, double softness) {
+    const auto i = static_cast<std::size_t>(row);
+    const double miss = rows.target[i] - speed(rows, row, velocities_) - softness * swept.impulse[i];
+    return swept.impulse[i] + miss / (swept.inverse_masses[i] + softness);
+  };
+  set(2, std::max(0.0, asked(2, rows.law.normal_softness)));
+  if (rows.law.friction == 0.0) return;
+  double x = asked(0, rows.law.tangential_softness);
+  double y = asked(1, rows.law.tangential_softness);
+  const double most = rows.law.friction * swept.impulse[2];
+  const double length = std::hypot(x, y);
+  if (length > most) {
+    x *= most / length;
+    y *= most / length;
+  }
+  set(0, x);
+  set(1, y);
+}
+
+void NewtonSolver::resolve_limited(std::size_t k) {
+  const LimitedRow& row = limited_[k];
+  SweptRow& swept = swept_rows_[k];
+  const double miss = row.target - speed(row, 0, velocities_) - row.softness * swept.impulse;
+  const double asked = swept.impulse + miss / (swept.inverse_mass + row.softness);
+  const double impulse = std::min(std::max(asked, row.low), row.high);
+  push(row, 0, 1, swept.of_a, swept.of_b, impulse - swept.impulse);
+  swept.impulse = impulse;
+}
+
+// A step of Newton's method from what the sweeps found: what opens, sticks and slides, and where to.
+double NewtonSolver::step_from_sweeps(const Island& island, int sweeps) {
+  if (sweeps == first_sweeps) {
+    swept_.resize(contacts_.size());
+    swept_rows_.resize(limited_.size());
+    prepare_sweeps(island);
+    swept_velocities_ = velocities_;
+    for (const int i : island.movers) std::copy_n(free(i), count(i), swept_velocities_.data() + begin(i));
+  }
+  sweep(island, sweeps);
+  for (const int i : island.movers) {
+    std::copy_n(swept_velocities_.data() + begin(i), count(i), velocities(i));
+  }
+  evaluate(island, [this](std::size_t k) {
+    const FrictionLaw& law = contacts_[k].law;
+    const ContactVector& impulse = swept_[k].impulse;
+    const double friction = std::hypot(impulse[0], impulse[1]);
+    const Regime regime = !(impulse[2] > 0.0)                                  ? Regime::open
+                          : friction < law.friction * impulse[2] * (1.0 - 1e-9) ? Regime::sticks
+                                                                               : Regime::slides;
+    respond_as(regime, law, misses_[k], responses_[k]);
+  });
+  if (!find_direction(island)) return std::numeric_limits<double>::infinity();
+  keep_directions(island);
+  add_step(island, 1.0);
+  return coulomb_error(island, true);
+}
+
+// Impulses and velocities that belong together, where nothing better was found.
+void NewtonSolver::take_swept(const Island& island) {
+  for (const int i : island.movers) {
+    std::copy_n(swept_velocities_.data() + begin(i), count(i), velocities(i));
+  }
+  for (const int i : island.contacts) {
+    responses_[static_cast<std::size_t>(i)].impulse = swept_[static_cast<std::size_t>(i)].impulse;
+  }
+  for (const int i : island.limited) {
+    const auto k = static_cast<std::size_t>(i);
+    limited_misses_[k] = swept_rows_[k].impulse * limited_[k].softness;
+  }
 }
 
 bool NewtonSolver::find_direction(const Island& island) {
@@ -465,7 +596,7 @@ void NewtonSolver::assemble(const Island& island) {
   }
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
-    if (!responses_[k].open) add_block(contacts_[k], 3, responses_[k].slope[0].data());
+    if (responses_[k].regime != Regime::open) add_block(contacts_[k], 3, responses_[k].slope[0].data());
   }
   for (const int i : island.limited) {
     const auto k = static_cast<std::size_t>(i);
@@ -496,69 +627,6 @@ void NewtonSolver::add_block(const RowSides& sides, int rows, const double* slop
   add(sides.a, sides.of_a, sides.b, sides.of_b);
   add(sides.b, sides.of_b, sides.a, sides.of_a);
   add(sides.b, sides.of_b, sides.b, sides.of_b);
-}
-
-// The length at which the convex cost is lowest along the direction, or nearly so: Newton's method within a bracket.
-double NewtonSolver::line_search(const Island& island) {
-  double constant = 0.0, linear = 0.0;  // of the slope of the inertia's part
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    const double* inertia = inertias_.data() + mover.inertia;
-    const double* direction = direction_.data() + mover.begin;
-    for (int j = 0; j < mover.count; ++j) {
-      const double momentum = dot(inertia + j * mover.count, direction, mover.count);
-      linear += momentum * direction[j];
-      constant += momentum * (velocities_[static_cast<std::size_t>(mover.begin + j)] -
-                              free_[static_cast<std::size_t>(mover.begin + j)]);
-    }
-  }
-  for (const int i : island.contacts) {
-    const auto k = static_cast<std::size_t>(i);
-    for (int row = 0; row < 3; ++row) {
-      miss_changes_[k][static_cast<std::size_t>(row)] = -speed(contacts_[k], row, direction_);
-    }
-  }
-  for (const int i : island.limited) {
-    const auto k = static_cast<std::size_t>(i);
-    limited_changes_[k] = -speed(limited_[k], 0, direction_);
-  }
-  const auto slope = [&](double length, double& bend) {
-    double sum = constant + linear * length;
-    bend = linear;
-    ContactResponse response;
-    for (const int i : island.contacts) {
-      const auto k = static_cast<std::size_t>(i);
-      const ContactVector& change = miss_changes_[k];
-      ContactVector miss = misses_[k];
-      for (std::size_t row = 0; row < 3; ++row) miss[row] += length * change[row];
-      convex(softened(contacts_[k].law), miss, shifts_[k], response);
-      if (response.open) continue;
-      for (std::size_t row = 0; row < 3; ++row) {
-        sum += response.impulse[row] * change[row];
-        for (std::size_t m = 0; m < 3; ++m) bend += change[row] * response.slope[row][m] * change[m];
-      }
-    }
-    for (const int i : island.limited) {
-      const auto k = static_cast<std::size_t>(i);
-      const double miss = limited_misses_[k] + length * limited_changes_[k];
-      sum += limited_impulse(limited_[k], miss) * limited_changes_[k];
-      bend += limited_slope(limited_[k], miss) * limited_changes_[k] * limited_changes_[k];
-    }
-    return sum;
-  };
-  double bend = 0.0;
-  const double at_start = slope(0.0, bend);
-  if (!(at_start < 0.0)) return 0.0;
-  double low = 0.0, high = std::numeric_limits<double>::infinity(), length = 1.0;
-  for (int i = 0; i < most_trials; ++i) {
-    const double now = slope(length, bend);
-    if (std::abs(now) <= -flat_share * at_start) break;
-    (now < 0.0 ? low : high) = length;
-    double next = length - now / bend;
-    if (!(next > low && next < high)) next = std::isinf(high) ? 2.0 * length : 0.5 * (low + high);
-    length = next;
-  }
-  return length;
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {
@@ -623,12 +691,10 @@ void NewtonSolver::recover(const Island& island) {
     const ContactRows& rows = contacts_[k];
     const double leaving = std::max(0.0, rows.target[2] - misses_[k][2]) ;
     const double asked = std::max(0.0, rows.recovery - leaving);
-    ContactResponse& response = responses_[k];
-    response.open = !(rows.impulse[2] > 0.0 || asked > 0.0);
-    if (response.open) continue;
-    const double tangential = rows.law.friction > 0.0 ? 1.0 / rows.law.tangential_softness : 0.0;
+    const bool presses = rows.impulse[2] > 0.0 || asked > 0.0;
+    respond_as(presses ? Regime::sticks : Regime::open, rows.law, {}, responses_[k]);
+    if (!presses) continue;
     const double normal = 1.0 / rows.law.normal_softness;
-    response.slope = {{{tangential, 0.0, 0.0}, {0.0, tangential, 0.0}, {0.0, 0.0, normal}}};
     press(rows.a, rows.of_a, 2, normal * asked);
     press(rows.b, rows.of_b, 2, normal * asked);
   }

@@ -36,9 +36,9 @@ struct LimitedRow : RowSides {
 //! Finds velocities v with A (v - v_free) = sum of J' impulse(J v). Movers are groups of velocities with an inertia A
 //! of their own; those that constraints connect are an island, and each island is solved on its own.
 //!
-//! Newton's method on Coulomb's law converges in one to three iterations from a good guess. Where an iteration brings
-//! the error down by too little, the convex law takes over: it has a cost that a line search brings down from anywhere
-//! (Castro, Permenter and Han 2022). Coulomb's law then goes on from there.
+//! Newton's method on Coulomb's law converges in one to three iterations from a good guess. Where some iterations bring
+//! the error down by too little, as in a blow, sweeps of sequential impulses find out what opens, sticks and slides, and
+//! Newton's method goes on from there.
 class NewtonSolver {
  public:
   void clear();
@@ -63,6 +63,7 @@ class NewtonSolver {
 
   //! Rows between two movers, with Jacobians of zero; all movers come first. References hold until the next one.
   ContactRows& add_contact(int a, int b);
+  void drop_contact() { contacts_.pop_back(); }
   LimitedRow& add_limited(int a, int b);
   double* numbers(std::size_t begin) { return numbers_.data() + begin; }
   const double* numbers(std::size_t begin) const { return numbers_.data() + begin; }
@@ -102,17 +103,19 @@ class NewtonSolver {
   bool solve(Island& island, int iterations, double tolerance);
   template <typename Respond>
   double evaluate(const Island& island, const Respond& respond);
-  double coulomb_error(const Island& island);
-  double convex_error(const Island& island);
+  double coulomb_error(const Island& island, bool after_step);
   double error(const Island& island) const;
-  void freeze_shifts(const Island& island);
-  bool find_start(const Island& island, int& left, double tolerance);
-  bool convex_descent(const Island& island, int& left, double tolerance);
-  FrictionLaw softened(const FrictionLaw& law) const;
+  void keep_directions(const Island& island);
+  void prepare_sweeps(const Island& island);
+  void sweep(const Island& island, int sweeps);
+  void resolve_contact(std::size_t k);
+  void resolve_limited(std::size_t k);
+  void push(const RowSides& sides, int row, int rows, std::size_t of_a, std::size_t of_b, double impulse);
+  double step_from_sweeps(const Island& island, int sweeps);
+  void take_swept(const Island& island);
   bool find_direction(const Island& island);
   void assemble(const Island& island);
   void add_block(const RowSides& sides, int rows, const double* slope);
-  double line_search(const Island& island);
   void add_step(const Island& island, double length);
   void balance(const Island& island);
   void recover(const Island& island);
@@ -125,15 +128,28 @@ class NewtonSolver {
   std::size_t island_count_ = 0;
   std::vector<int> parents_, first_;
 
-  std::vector<ContactVector> misses_, miss_changes_;  // of the contacts, and along the direction
-  std::vector<double> limited_misses_, limited_changes_;
+  std::vector<ContactVector> misses_;  // of the contacts
+  std::vector<double> limited_misses_;
   std::vector<ContactResponse> responses_;
-  std::vector<double> shifts_;
+  std::vector<std::array<double, 2>> directions_;  // of the slip of contacts, before the last step
   std::vector<double> limited_slopes_;
   std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
   std::vector<double> factors_;                                  // of one mover's inertia
+
+  struct Swept {  // a contact's impulse, and how velocities answer to one along its rows: where that is in `answers_`
+    ContactVector impulse{};
+    ContactVector inverse_masses{};
+    std::size_t of_a = 0, of_b = 0;
+  };
+  struct SweptRow {
+    double impulse = 0.0, inverse_mass = 0.0;
+    std::size_t of_a = 0, of_b = 0;
+  };
+  std::vector<Swept> swept_;
+  std::vector<SweptRow> swept_rows_;
+  std::vector<double> answers_, inverses_, swept_velocities_;
+
   EnvelopeLu matrix_;
-  double softening_ = 1.0;  // of all contacts, while a start is looked for
   int iterations_ = 0;
 };
 

@@ -41,6 +41,10 @@ StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAu
     : bodies_(bodies), audit_(audit), gravity_(to_bullet(scene.gravity())), rigid_of_(scene.bodies().size(), -1) {
   find_axes(scene);
   for (const auto& tree : bodies.trees()) trees_.emplace_back(*tree);
+  for (const MimicConstraint& mimic : bodies.mimics()) {
+    trees_[mimic.follower.tree].couple();
+    trees_[mimic.followed.tree].couple();
+  }
   tree_movers_.resize(trees_.size(), -1);
   tree_pushed_.resize(trees_.size());
   tree_ends_.resize(trees_.size());
@@ -72,8 +76,7 @@ bool StepEquations::solve(const StepPart& part) {
   for (std::size_t i = 0; i < part.contacts.size(); ++i) {
     const ContactPoint& point = part.contacts[i];
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
-    add_contact(point, part);
-    contact_points_.push_back(i);
+    if (add_contact(point, part)) contact_points_.push_back(i);
   }
   const bool converged = solver_.solve(part.iterations, part.tolerance);
   for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, part.duration);
@@ -310,7 +313,8 @@ void StepEquations::add_motor(const Motor& motor, double duration) {
   }
 }
 
-void StepEquations::add_contact(const ContactPoint& point, const StepPart& part) {
+// False where an impulse along the normal moves nothing.
+bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part) {
   Frame frame;
   frame.axes[2] = point.normal;
   btPlaneSpace1(frame.axes[2], frame.axes[0], frame.axes[1]);
@@ -324,10 +328,15 @@ void StepEquations::add_contact(const ContactPoint& point, const StepPart& part)
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
   rows.law.friction = point.friction;
   rows.law.normal_softness = softness_share * solver_.inverse_mass(rows, 2);
+  if (!(rows.law.normal_softness > 0.0)) {
+    solver_.drop_contact();
+    return false;
+  }
   rows.law.tangential_softness =
       0.5 * softness_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
   // What cannot move along the plane of contact has no friction.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
+  return true;
 }
 
 void StepEquations::add_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {

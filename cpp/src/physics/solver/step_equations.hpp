@@ -72,7 +72,7 @@ class StepEquations {
   void add_stop(std::size_t tree, const JointControl& control, double direction, double gap, const StepPart& part);
   void add_drive(std::size_t tree, const JointControl& control, double position, double duration);
   void add_mimic(const MimicConstraint& mimic, const StepPart& part);
-  void add_contact(const ContactPoint& point, const StepPart& part);
+  bool add_contact(const ContactPoint& point, const StepPart& part);
   void add_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
