@@ -139,7 +139,7 @@ struct Stepping {
   int iterations = 50;        //!< Newton iterations of the contact solver in a step, at most; 1..most_solver_iterations
   //! A step has converged when the residual of the equations of motion is below this share of the impulses that act in
   //! it: relative, without a unit; above 0, at most most_solver_tolerance.
-  double tolerance = 1e-6;
+  double tolerance = 1e-5;
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
 };
 

@@ -15,8 +15,8 @@
 #include "physics/contacts/dispatcher.hpp"
 #include "physics/pair_query.hpp"
 #include "physics/shapes.hpp"
-#include "physics/springs.hpp"
 #include "physics/solver/step_equations.hpp"
+#include "physics/springs.hpp"
 
 namespace energymargin {
 
@@ -122,8 +122,8 @@ class Simulation {
   std::vector<Load> loads_;
   std::vector<Load> actuations_;
   std::vector<Motor> motors_;
-  std::vector<Velocity> ways_;    // of all bodies
-  double last_duration_ = 0.0;    // of the part before; 0: none since `restore` [s]
+  std::vector<Velocity> ways_;  // of all bodies
+  double last_duration_ = 0.0;  // of the part before; 0: none since `restore` [s]
 };
 
 }  // namespace energymargin

@@ -224,9 +224,9 @@ std::vector<Warning> implausible_joints(const Scene& scene, const State& state) 
     const std::string unit = revolute ? " rad" : " m";
     const bool low = position < joint.lower;
     warn(warnings, "state: joint '" + joint.name + "': position", text(position) + unit,
-          text(beyond) + unit + " beyond its " + (low ? "lower" : "upper") + " limit of " +
-              text(low ? joint.lower : joint.upper) + unit + ", which pushes it back in a simulation" +
-              (revolute ? ": was it meant in degrees?" : ": was it meant in millimetres?"));
+         text(beyond) + unit + " beyond its " + (low ? "lower" : "upper") + " limit of " +
+             text(low ? joint.lower : joint.upper) + unit + ", which pushes it back in a simulation" +
+             (revolute ? ": was it meant in degrees?" : ": was it meant in millimetres?"));
   }
   return warnings;
 }

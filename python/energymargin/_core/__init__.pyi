@@ -464,7 +464,7 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-06, margin: float | None = None, friction_rule: str = 'product') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int = 50, solver_tolerance: float = 1e-05, margin: float | None = None, friction_rule: str = 'product') -> None:
         """
         An empty scene.
         

@@ -223,8 +223,7 @@ void Articulation::put_off(const std::vector<double>& way) {
     for (const Link& link : links_) positions_.push_back(link.position);
   }
   if (free_) {
-    links_.front().pose =
-        moved_pose(base_pose_, btVector3(way[0], way[1], way[2]), btVector3(way[3], way[4], way[5]));
+    links_.front().pose = moved_pose(base_pose_, btVector3(way[0], way[1], way[2]), btVector3(way[3], way[4], way[5]));
   }
   for (std::size_t i = 1; i < links_.size(); ++i) {
     if (links_[i].velocity < 0) continue;

@@ -47,8 +47,8 @@ class MovingBodies {
   //! Writes the bodies' numbers into a state of the scene's dimension.
   void read(State& state) const;
 
-  //! Reads the velocities of all bodies that move, each at the index of its body in the scene, or those at which they go
-  //! on their ways.
+  //! Reads the velocities of all bodies that move, each at the index of its body in the scene, or those at which they
+  //! go on their ways.
   void read(std::vector<Velocity>& velocities) const;
   void read_ways(std::vector<Velocity>& velocities) const;
 

@@ -108,7 +108,8 @@ void RigidBodies::move(double duration, double share) {
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     btRigidBody& body = *moving_[i];
     const double moved = is_kinematic(body) ? duration : share * duration;
-    body.setCenterOfMassTransform(moved_pose(body.getWorldTransform(), ways_[i].linear * moved, ways_[i].angular * moved));
+    body.setCenterOfMassTransform(
+        moved_pose(body.getWorldTransform(), ways_[i].linear * moved, ways_[i].angular * moved));
   }
 }
 

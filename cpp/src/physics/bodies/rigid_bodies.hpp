@@ -63,7 +63,7 @@ class RigidBodies {
   StateLayout layout_;
   std::vector<std::unique_ptr<btRigidBody>> all_;
   std::vector<btRigidBody*> moving_, objects_;
-  std::vector<Free> free_;  // of each that moves
+  std::vector<Free> free_;   // of each that moves
   std::vector<Load> loads_;  // of each that moves
   std::vector<Velocity> ways_;
   std::vector<int> slots_;  // among those that move, by the index in the scene; -1: none

@@ -32,8 +32,8 @@ class TreeDynamics {
   void keep_base();
   void drive_base(const btVector3& linear, const btVector3& angular);
 
-  //! Where the tree is, with its loads: what they do in `duration` [s]. A tree that is `alone`, which nothing constrains
-  //! and nothing drives, feels gravity as it coasts.
+  //! Where the tree is, with its loads: what they do in `duration` [s]. A tree that is `alone`, which nothing
+  //! constrains and nothing drives, feels gravity as it coasts.
   void prepare(double duration, const btVector3& gravity, bool alone);
   bool drives() const { return drives_; }
 

@@ -80,8 +80,7 @@ bool is_plane(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == STATIC_PLANE_PROXYTYPE;
 }
 
-// The solid always comes first: Bullet finds a point of the last step again by its place in the first body's frame, and
-// there a point of the solid stays where it is while the solid slides.
+// The solid always comes first.
 class PlaneContacts : public PairContacts {
  public:
   PlaneContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& a,

@@ -43,6 +43,32 @@ void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse&
   respond_as(sticks ? Regime::sticks : Regime::slides, law, miss, response);
 }
 
+void augmented(const FrictionLaw& law, const ContactVector& miss, const ContactVector& impulse,
+               ContactResponse& response) {
+  const double by_normal = FrictionLaw::normal_share / law.normal_softness;
+  const double normal = impulse[2] + by_normal * (miss[2] - law.normal_softness * impulse[2]);
+  if (!(normal > 0.0)) return respond_as(Regime::open, law, miss, response);
+  if (law.friction == 0.0) return respond_as(Regime::sticks, law, miss, response);
+  const double weight = FrictionLaw::tangential_share / law.tangential_softness;
+  const ContactVector asked{impulse[0] + weight * (miss[0] - law.tangential_softness * impulse[0]),
+                            impulse[1] + weight * (miss[1] - law.tangential_softness * impulse[1]), 0.0};
+  const double length = slip_of(asked);
+  const double most = law.friction * std::max(0.0, impulse[2]);
+  if (length <= most) return respond_as(Regime::sticks, law, miss, response);
+  response = {};
+  response.regime = Regime::slides;
+  const double stiffness = 1.0 / law.normal_softness;
+  press(miss[2] * stiffness, stiffness, response);
+  const double x = asked[0] / length;
+  const double y = asked[1] / length;
+  const double turning = std::min(most * weight / (length - most), 1.0 / law.tangential_softness);
+  const double across = y * miss[0] - x * miss[1];
+  response.impulse[0] = law.friction * response.impulse[2] * x + turning * y * across;
+  response.impulse[1] = law.friction * response.impulse[2] * y - turning * x * across;
+  response.slope[0] = {turning * y * y, -turning * x * y, law.friction * stiffness * x};
+  response.slope[1] = {-turning * x * y, turning * x * x, law.friction * stiffness * y};
+}
+
 void respond_as(Regime regime, const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
   response = {};
   response.regime = regime;

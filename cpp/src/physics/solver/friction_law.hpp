@@ -12,6 +12,11 @@ using ContactVector = std::array<double, 3>;
 //! `miss` is what the velocity should be minus what it is [m/s]; softness [m/s per N s] is so small that it only makes
 //! the impulses of redundant points unique.
 struct FrictionLaw {
+  //! How soft contacts are, as shares of what a unit impulse changes along a row. What sticks creeps by a
+  //! ten-thousandth of what it would fall in a step. Along the normal, positions make up for it.
+  static constexpr double normal_share = 1e-3;
+  static constexpr double tangential_share = 1e-4;
+
   double friction = 0.0;
   double tangential_softness = 0.0;
   double normal_softness = 0.0;
@@ -30,6 +35,12 @@ struct ContactResponse {
 
 //! Coulomb's law.
 void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response);
+
+//! The same law where the impulse is known from elsewhere, and does not yet belong to the miss: what opens, sticks and
+//! slides, and where to, follows from impulse + miss / (inverse effective mass), which neither of them decides alone
+//! (Alart and Curnier 1991). The response is linear in the miss.
+void augmented(const FrictionLaw& law, const ContactVector& miss, const ContactVector& impulse,
+               ContactResponse& response);
 
 //! The response if the contact goes on in a regime: on paper it may pull, or stick beyond its cone.
 void respond_as(Regime regime, const FrictionLaw& law, const ContactVector& miss, ContactResponse& response);

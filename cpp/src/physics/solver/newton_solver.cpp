@@ -5,16 +5,6 @@
 #include <limits>
 #include <numeric>
 
-#ifdef DEV_COUNT
-long g_newton[4];
-#define COUNT(i,n) g_newton[i]+=(n)
-#include <cstdio>
-bool g_trace=false;
-#define TRACE(...) if(g_trace) std::printf(__VA_ARGS__)
-#else
-#define COUNT(i,n)
-#define TRACE(...)
-#endif
 namespace energymargin {
 namespace {
 
@@ -22,17 +12,43 @@ namespace {
 constexpr double enough = 0.5;
 constexpr int patience = 3;
 
-// Sweeps at first, and most at a time.
+// Sweeps at first, and most at a time; and iterations that go on from them.
 constexpr int first_sweeps = 16;
-constexpr int most_sweeps = 512;
+constexpr int most_sweeps = 128;
+constexpr int most_after_sweeps = 16;
+
+// The first of these are whole steps; later, of which most have gone in circles, only every third.
+constexpr int whole_steps = 3;
+constexpr double shorter_step = 0.6;
 
 // Errors are told as a share of the impulses, or of this share of the momenta where impulses are next to nothing.
 constexpr double least_turnover = 1e-3;
 
+constexpr int most_at_once = 16;
+
+// Most movers are free bodies, for which loops of a known length are twice as fast.
+constexpr int usual_count = 6;
+
 double dot(const double* a, const double* b, int count) {
+  if (count == usual_count) {
+    return ((a[0] * b[0] + a[2] * b[2]) + a[4] * b[4]) + ((a[1] * b[1] + a[3] * b[3]) + a[5] * b[5]);
+  }
   double sum = 0.0;
   for (int i = 0; i < count; ++i) sum += a[i] * b[i];
   return sum;
+}
+
+// entries += factor * row
+template <int known>
+void add_multiple(double factor, const double* row, int count, double* entries) {
+  const int length = known > 0 ? known : count;
+#pragma GCC ivdep
+  for (int j = 0; j < length; ++j) entries[j] += factor * row[j];
+}
+
+void add_multiple(double factor, const double* row, int count, double* entries) {
+  if (count == usual_count) return add_multiple<usual_count>(factor, row, count, entries);
+  add_multiple<0>(factor, row, count, entries);
 }
 
 double limited_impulse(const LimitedRow& row, double miss) {
@@ -231,7 +247,7 @@ void NewtonSolver::order(Island& island) {
 }
 
 bool NewtonSolver::solve(int iterations, double tolerance) {
-  COUNT(3,(long)contacts_.size()); find_islands();
+  find_islands();
   const std::size_t size = velocities_.size();
   for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_}) numbers->resize(size);
   misses_.resize(contacts_.size());
@@ -267,7 +283,6 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   int left = iterations;
   int sweeps = 0;
   double error = coulomb_error(island, false);
-  TRACE("start %g |", error);
   while (error > tolerance && left > 0) {
     saved_ = velocities_;
     double next = error;
@@ -275,9 +290,7 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
       keep_directions(island);
       add_step(island, 1.0);
       --left;
-      COUNT(0, 1);
       next = coulomb_error(island, true);
-      TRACE(" C%.1e", next);
       if (next < enough * error || next <= tolerance) break;
     }
     if (next < enough * error || next <= tolerance) {
@@ -287,18 +300,16 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
     if (left == 0) break;
     velocities_.swap(saved_);
     sweeps = sweeps == 0 ? first_sweeps : std::min(2 * sweeps, most_sweeps);
-    COUNT(1, sweeps); COUNT(2, 1);
-    error = step_from_sweeps(island, sweeps);
-    --left;
-    TRACE(" S%d:%.1e", sweeps, error);
+    error = go_on_from_sweeps(island, sweeps, left, tolerance);
   }
   iterations_ += iterations - left;
-  TRACE("\n");
-#ifdef DEV_COUNT
-  if (g_trace && error > tolerance) for (const int i : island.contacts) { const auto k=(size_t)i; const auto& c=contacts_[k]; std::printf("   c %d %d mu %g Rt %.2e Rn %.2e target %.3g %.3g %.3g rec %.3g miss %.4g %.4g %.4g imp %.4g %.4g %.4g regime %d\n", c.a,c.b,c.law.friction,c.law.tangential_softness,c.law.normal_softness,c.target[0],c.target[1],c.target[2],c.recovery,misses_[k][0],misses_[k][1],misses_[k][2],responses_[k].impulse[0],responses_[k].impulse[1],responses_[k].impulse[2],(int)responses_[k].regime); }
-#endif
-  if (error > tolerance && sweeps > 0) take_swept(island);
-  return error <= tolerance;
+  if (error <= tolerance) return true;
+  if (sweeps == 0) {
+    start_sweeps(island);
+    sweep(island, first_sweeps);
+  }
+  take_swept(island);
+  return false;
 }
 
 // Residual of the equations, turnover of its terms, and responses, at the velocities.
@@ -309,13 +320,8 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     const double* inertia = inertias_.data() + mover.inertia;
     const double* velocities = velocities_.data() + mover.begin;
     const double* free = free_.data() + mover.begin;
-    double changes[64];
-    std::vector<double> many;
-    double* change = changes;
-    if (mover.count > 64) {
-      many.resize(static_cast<std::size_t>(mover.count));
-      change = many.data();
-    }
+    changes_.resize(static_cast<std::size_t>(mover.count));
+    double* const change = changes_.data();
     for (int j = 0; j < mover.count; ++j) change[j] = velocities[j] - free[j];
     for (int j = 0; j < mover.count; ++j) {
       const double momentum = dot(inertia + j * mover.count, change, mover.count);
@@ -329,11 +335,16 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     const double* jacobian = numbers_.data() + begin;
     double* residual = residual_.data() + mover.begin;
     double* turnover = turnover_.data() + mover.begin;
-    for (int j = 0; j < mover.count; ++j) {
-      double sum = 0.0;
-      for (int row = 0; row < rows; ++row) sum += jacobian[row * mover.count + j] * impulse[row];
-      residual[j] -= sum;
-      turnover[j] += std::abs(sum);
+    double sums[most_at_once];
+    for (int begin = 0; begin < mover.count; begin += most_at_once) {
+      const int length = std::min(mover.count - begin, most_at_once);
+      std::fill_n(sums, length, 0.0);
+      for (int row = 0; row < rows; ++row)
+        add_multiple(impulse[row], jacobian + row * mover.count + begin, length, sums);
+      for (int j = 0; j < length; ++j) {
+        residual[begin + j] -= sums[j];
+        turnover[begin + j] += std::abs(sums[j]);
+      }
     }
   };
   for (const int i : island.contacts) {
@@ -397,7 +408,8 @@ void NewtonSolver::keep_directions(const Island& island) {
     const auto k = static_cast<std::size_t>(i);
     const double slip = std::hypot(misses_[k][0], misses_[k][1]);
     directions_[k] = {0.0, 0.0};
-    if (slip > 0.0 && responses_[k].regime == Regime::slides) directions_[k] = {misses_[k][0] / slip, misses_[k][1] / slip};
+    if (slip > 0.0 && responses_[k].regime == Regime::slides)
+      directions_[k] = {misses_[k][0] / slip, misses_[k][1] / slip};
   }
 }
 
@@ -453,6 +465,16 @@ void NewtonSolver::prepare_sweeps(const Island& island) {
   }
 }
 
+// With no impulses.
+void NewtonSolver::start_sweeps(const Island& island) {
+  swept_.resize(contacts_.size());
+  swept_rows_.resize(limited_.size());
+  predicted_.resize(contacts_.size());
+  prepare_sweeps(island);
+  swept_velocities_ = velocities_;
+  for (const int i : island.movers) std::copy_n(free(i), count(i), swept_velocities_.data() + begin(i));
+}
+
 // Sequential impulses from one contact to the next, and every other time the other way round.
 void NewtonSolver::sweep(const Island& island, int sweeps) {
   velocities_.swap(swept_velocities_);
@@ -469,8 +491,7 @@ void NewtonSolver::sweep(const Island& island, int sweeps) {
   velocities_.swap(swept_velocities_);
 }
 
-void NewtonSolver::push(const RowSides& sides, int row, int rows, std::size_t of_a, std::size_t of_b, double impulse) {
-  static_cast<void>(rows);
+void NewtonSolver::push(const RowSides& sides, int row, std::size_t of_a, std::size_t of_b, double impulse) {
   const auto add = [&](int index, std::size_t begin) {
     if (index < 0) return;
     const Mover& mover = movers_[static_cast<std::size_t>(index)];
@@ -489,7 +510,7 @@ void NewtonSolver::resolve_contact(std::size_t k) {
     const double change = impulse - swept.impulse[static_cast<std::size_t>(row)];
     if (change == 0.0) return;
     swept.impulse[static_cast<std::size_t>(row)] = impulse;
-    push(rows, row, 3, swept.of_a, swept.of_b, change);
+    push(rows, row, swept.of_a, swept.of_b, change);
   };
   const auto asked = [&](int row, double softness) {
     const auto i = static_cast<std::size_t>(row);
@@ -516,36 +537,41 @@ void NewtonSolver::resolve_limited(std::size_t k) {
   const double miss = row.target - speed(row, 0, velocities_) - row.softness * swept.impulse;
   const double asked = swept.impulse + miss / (swept.inverse_mass + row.softness);
   const double impulse = std::min(std::max(asked, row.low), row.high);
-  push(row, 0, 1, swept.of_a, swept.of_b, impulse - swept.impulse);
+  push(row, 0, swept.of_a, swept.of_b, impulse - swept.impulse);
   swept.impulse = impulse;
 }
 
-// A step of Newton's method from what the sweeps found: what opens, sticks and slides, and where to.
-double NewtonSolver::step_from_sweeps(const Island& island, int sweeps) {
-  if (sweeps == first_sweeps) {
-    swept_.resize(contacts_.size());
-    swept_rows_.resize(limited_.size());
-    prepare_sweeps(island);
-    swept_velocities_ = velocities_;
-    for (const int i : island.movers) std::copy_n(free(i), count(i), swept_velocities_.data() + begin(i));
-  }
+// Newton's method from the impulses that the sweeps found. Each step predicts those that the next one starts from.
+double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance) {
+  if (sweeps == first_sweeps) start_sweeps(island);
   sweep(island, sweeps);
   for (const int i : island.movers) {
     std::copy_n(swept_velocities_.data() + begin(i), count(i), velocities(i));
   }
-  evaluate(island, [this](std::size_t k) {
-    const FrictionLaw& law = contacts_[k].law;
-    const ContactVector& impulse = swept_[k].impulse;
-    const double friction = std::hypot(impulse[0], impulse[1]);
-    const Regime regime = !(impulse[2] > 0.0)                                  ? Regime::open
-                          : friction < law.friction * impulse[2] * (1.0 - 1e-9) ? Regime::sticks
-                                                                               : Regime::slides;
-    respond_as(regime, law, misses_[k], responses_[k]);
-  });
-  if (!find_direction(island)) return std::numeric_limits<double>::infinity();
-  keep_directions(island);
-  add_step(island, 1.0);
-  return coulomb_error(island, true);
+  for (const int i : island.contacts) {
+    predicted_[static_cast<std::size_t>(i)] = swept_[static_cast<std::size_t>(i)].impulse;
+  }
+  double error = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
+    evaluate(island, [this](std::size_t k) { augmented(contacts_[k].law, misses_[k], predicted_[k], responses_[k]); });
+    if (!find_direction(island)) return error;
+    const double length = i < whole_steps || i % 3 == 2 ? 1.0 : shorter_step;
+    for (const int c : island.contacts) {
+      const auto k = static_cast<std::size_t>(c);
+      ContactVector whole = responses_[k].impulse;
+      for (std::size_t column = 0; column < 3; ++column) {
+        const double change = -speed(contacts_[k], static_cast<int>(column), direction_);
+        for (std::size_t row = 0; row < 3; ++row) whole[row] += responses_[k].slope[row][column] * change;
+      }
+      for (std::size_t row = 0; row < 3; ++row) predicted_[k][row] += length * (whole[row] - predicted_[k][row]);
+    }
+    add_step(island, length);
+    --left;
+
+    error = coulomb_error(island, false);
+    if (error <= tolerance) break;
+  }
+  return error;
 }
 
 // Impulses and velocities that belong together, where nothing better was found.
@@ -566,16 +592,12 @@ bool NewtonSolver::find_direction(const Island& island) {
   assemble(island);
   if (!matrix_.factor()) return false;
   std::vector<double>& direction = direction_;
-  double locals[64];
-  std::vector<double> many;
-  double* local = locals;
-  if (first_.size() > 64) {
-    many.resize(first_.size());
-    local = many.data();
-  }
+  changes_.resize(first_.size());
+  double* const local = changes_.data();
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    for (int j = 0; j < mover.count; ++j) local[mover.local + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
+    for (int j = 0; j < mover.count; ++j)
+      local[mover.local + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
   }
   matrix_.solve(local);
   for (const int i : island.movers) {
@@ -617,9 +639,7 @@ void NewtonSolver::add_block(const RowSides& sides, int rows, const double* slop
       for (int row = 0; row < rows; ++row) {
         double along = 0.0;
         for (int m = 0; m < rows; ++m) along += of_from[m * from.count + i] * slope[m * rows + row];
-        if (along == 0.0) continue;
-        const double* const jacobian = of_to + row * to.count;
-        for (int j = 0; j < to.count; ++j) entries[j] += along * jacobian[j];
+        if (along != 0.0) add_multiple(along, of_to + row * to.count, to.count, entries);
       }
     }
   };
@@ -670,11 +690,10 @@ void NewtonSolver::balance(const Island& island) {
 // that presses or sticks goes on doing so. It moves them, and speeds up nothing.
 void NewtonSolver::recover(const Island& island) {
   const auto overlaps = [](const auto& rows) { return rows.recovery > 0.0; };
-  const bool any =
-      std::any_of(island.contacts.begin(), island.contacts.end(),
-                  [&](int k) { return overlaps(contacts_[static_cast<std::size_t>(k)]); }) ||
-      std::any_of(island.limited.begin(), island.limited.end(),
-                  [&](int k) { return overlaps(limited_[static_cast<std::size_t>(k)]); });
+  const bool any = std::any_of(island.contacts.begin(), island.contacts.end(),
+                               [&](int k) { return overlaps(contacts_[static_cast<std::size_t>(k)]); }) ||
+                   std::any_of(island.limited.begin(), island.limited.end(),
+                               [&](int k) { return overlaps(limited_[static_cast<std::size_t>(k)]); });
   if (!any) return;
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
@@ -689,7 +708,7 @@ void NewtonSolver::recover(const Island& island) {
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
     const ContactRows& rows = contacts_[k];
-    const double leaving = std::max(0.0, rows.target[2] - misses_[k][2]) ;
+    const double leaving = std::max(0.0, rows.target[2] - misses_[k][2]);
     const double asked = std::max(0.0, rows.recovery - leaving);
     const bool presses = rows.impulse[2] > 0.0 || asked > 0.0;
     respond_as(presses ? Regime::sticks : Regime::open, rows.law, {}, responses_[k]);

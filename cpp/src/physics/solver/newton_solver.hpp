@@ -37,8 +37,8 @@ struct LimitedRow : RowSides {
 //! of their own; those that constraints connect are an island, and each island is solved on its own.
 //!
 //! Newton's method on Coulomb's law converges in one to three iterations from a good guess. Where some iterations bring
-//! the error down by too little, as in a blow, sweeps of sequential impulses find out what opens, sticks and slides, and
-//! Newton's method goes on from there.
+//! the error down by too little, as in a blow, sweeps of sequential impulses find out what opens, sticks and slides,
+//! and Newton's method goes on from there.
 class NewtonSolver {
  public:
   void clear();
@@ -57,9 +57,7 @@ class NewtonSolver {
   }
 
   //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing overlaps.
-  const double* recovery(int mover) const {
-    return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin;
-  }
+  const double* recovery(int mover) const { return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
 
   //! Rows between two movers, with Jacobians of zero; all movers come first. References hold until the next one.
   ContactRows& add_contact(int a, int b);
@@ -77,6 +75,7 @@ class NewtonSolver {
   //! Whether all islands converged: the error of each velocity is at most `tolerance` of the impulses on its mover.
   bool solve(int iterations, double tolerance);
 
+  std::vector<ContactRows>& contacts() { return contacts_; }
   const std::vector<ContactRows>& contacts() const { return contacts_; }
   const std::vector<LimitedRow>& limited() const { return limited_; }
   const std::vector<double>& all_velocities() const { return velocities_; }
@@ -107,11 +106,12 @@ class NewtonSolver {
   double error(const Island& island) const;
   void keep_directions(const Island& island);
   void prepare_sweeps(const Island& island);
+  void start_sweeps(const Island& island);
   void sweep(const Island& island, int sweeps);
   void resolve_contact(std::size_t k);
   void resolve_limited(std::size_t k);
-  void push(const RowSides& sides, int row, int rows, std::size_t of_a, std::size_t of_b, double impulse);
-  double step_from_sweeps(const Island& island, int sweeps);
+  void push(const RowSides& sides, int row, std::size_t of_a, std::size_t of_b, double impulse);
+  double go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance);
   void take_swept(const Island& island);
   bool find_direction(const Island& island);
   void assemble(const Island& island);
@@ -134,7 +134,7 @@ class NewtonSolver {
   std::vector<std::array<double, 2>> directions_;  // of the slip of contacts, before the last step
   std::vector<double> limited_slopes_;
   std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
-  std::vector<double> factors_;                                  // of one mover's inertia
+  std::vector<double> factors_, changes_;                        // scratch
 
   struct Swept {  // a contact's impulse, and how velocities answer to one along its rows: where that is in `answers_`
     ContactVector impulse{};
@@ -146,6 +146,7 @@ class NewtonSolver {
     std::size_t of_a = 0, of_b = 0;
   };
   std::vector<Swept> swept_;
+  std::vector<ContactVector> predicted_;  // impulses of contacts after a linear step
   std::vector<SweptRow> swept_rows_;
   std::vector<double> answers_, inverses_, swept_velocities_;
 

@@ -9,8 +9,7 @@
 namespace energymargin {
 namespace {
 
-// How soft contacts and motors are, as a share of what a unit impulse changes along a row: a body that rests sinks by a
-// hundred-thousandth of what it would fall in a step, and one that is held creeps as slowly.
+// Motors and stops are soft in the same sense.
 constexpr double softness_share = 1e-5;
 
 // Mimics hold more tightly.
@@ -20,7 +19,7 @@ constexpr double mimic_softness = 1e-7;
 constexpr double error_share = 0.2;
 
 // Up to this speed errors are put right by the velocities, which no one can tell from rest; beyond, beside them [m/s].
-constexpr double slow = 1e-4;
+constexpr double slow = 1e-3;
 
 constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
 constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get there in so many steps
@@ -28,6 +27,11 @@ constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get 
 // A body whose spin changes by less than this share of itself coasts as it is.
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_rounds = 4;
+
+// What sticks uses less than this share of its friction. Bends that change by less than this are not worth a solution
+// of their own [m/s].
+constexpr double sticking_share = 0.999;
+constexpr double least_bend = 1e-6;
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
@@ -78,7 +82,8 @@ bool StepEquations::solve(const StepPart& part) {
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
     if (add_contact(point, part)) contact_points_.push_back(i);
   }
-  const bool converged = solver_.solve(part.iterations, part.tolerance);
+  bool converged = solver_.solve(part.iterations, part.tolerance);
+  if (update_bends(part)) converged = solver_.solve(part.iterations, part.tolerance);
   for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, part.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, part.duration);
   return converged;
@@ -200,10 +205,9 @@ bool StepEquations::is_alone(std::size_t index, const StepPart& part) const {
   for (const MimicConstraint& mimic : bodies_.mimics()) {
     if (mimic.follower.tree == index || mimic.followed.tree == index) return false;
   }
-  return std::all_of(bodies_.trees()[index]->controls().begin(), bodies_.trees()[index]->controls().end(),
-                     [](const JointControl& control) {
-                       return std::isinf(control.joint->lower) && std::isinf(control.joint->upper);
-                     });
+  return std::all_of(
+      bodies_.trees()[index]->controls().begin(), bodies_.trees()[index]->controls().end(),
+      [](const JointControl& control) { return std::isinf(control.joint->lower) && std::isinf(control.joint->upper); });
 }
 
 // A joint that hits its stop speeds up its neighbours within the same step.
@@ -302,8 +306,8 @@ void StepEquations::add_motor(const Motor& motor, double duration) {
   if (mover < 0 || (tree && trees_[*tree].prescribed() > 0)) return;
   const int count = tree ? velocities_of_free_body : solver_.count(mover);
   for (int column = 0; column < count; ++column) {
-    const int axis = tree ? column
-                          : rigids_[static_cast<std::size_t>(rigid_of_[motor.body])].axes[static_cast<std::size_t>(column)];
+    const int axis =
+        tree ? column : rigids_[static_cast<std::size_t>(rigid_of_[motor.body])].axes[static_cast<std::size_t>(column)];
     LimitedRow& row = add_limited(Kind::motor, mover, -1);
     solver_.numbers(row.of_a)[column] = 1.0;
     row.softness = softness_share * solver_.inverse_mass(row, 0);
@@ -327,13 +331,13 @@ bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part)
   add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, part.duration);
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
   rows.law.friction = point.friction;
-  rows.law.normal_softness = softness_share * solver_.inverse_mass(rows, 2);
+  rows.law.normal_softness = FrictionLaw::normal_share * solver_.inverse_mass(rows, 2);
   if (!(rows.law.normal_softness > 0.0)) {
     solver_.drop_contact();
     return false;
   }
   rows.law.tangential_softness =
-      0.5 * softness_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
+      0.5 * FrictionLaw::tangential_share * (solver_.inverse_mass(rows, 0) + solver_.inverse_mass(rows, 1));
   // What cannot move along the plane of contact has no friction.
   if (!(rows.law.tangential_softness > 0.0)) rows.law.friction = 0.0;
   return true;
@@ -351,7 +355,7 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
   const btVector3& spin = body.getAngularVelocity();
   const btVector3 arm = end.point - body.getCenterOfMassPosition();
   const btVector3 grip = end.grip - body.getCenterOfMassPosition();
-  const btVector3 bend = (spin.cross(spin.cross(grip)) + rigid.turning.cross(grip)) * (0.5 * duration);
+  const btVector3 bend = bend_of(static_cast<std::size_t>(rigid_of_[end.body]), spin, grip, duration);
   if (rigid.mover < 0) {
     const btVector3 at_point = body.getLinearVelocity() + spin.cross(arm);
     const btVector3 at_grip = body.getLinearVelocity() + spin.cross(grip) + bend;
@@ -377,6 +381,47 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
     }
     if (i < 2) rows.target[i] -= along.dot(bend);
   }
+}
+
+// By what the way of a point is off a straight one, over the time [m/s].
+btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
+                                 double duration) const {
+  return (spin.cross(spin.cross(arm)) + rigids_[rigid].turning.cross(arm)) * (0.5 * duration);
+}
+
+// Ways bend by the spins at the end of the part, which were not known. That counts where something sticks, and would
+// creep. Whether it counts anywhere.
+bool StepEquations::update_bends(const StepPart& part) {
+  bool counts = false;
+  for (std::size_t k = 0; k < contact_points_.size(); ++k) {
+    ContactRows& rows = solver_.contacts()[k];
+    const double friction = std::hypot(rows.impulse[0], rows.impulse[1]);
+    if (!(friction < sticking_share * rows.law.friction * rows.impulse[2])) continue;
+    const ContactPoint& point = part.contacts[contact_points_[k]];
+    const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, part.duration) +
+                             bend_change({point.b, point.on_b, point.grip, -1.0}, part.duration);
+    if (!(change.length2() > least_bend * least_bend)) continue;
+    btVector3 x, y;
+    btPlaneSpace1(point.normal, x, y);
+    rows.target[0] -= x.dot(change);
+    rows.target[1] -= y.dot(change);
+    counts = true;
+  }
+  return counts;
+}
+
+btVector3 StepEquations::bend_change(const End& end, double duration) const {
+  if (rigid_of_[end.body] < 0) return {0, 0, 0};
+  const auto i = static_cast<std::size_t>(rigid_of_[end.body]);
+  const RigidMover& rigid = rigids_[i];
+  if (rigid.mover < 0) return {0, 0, 0};
+  const btRigidBody& body = *bodies_.rigids().moving()[i];
+  btVector3 spin(0, 0, 0);
+  for (std::size_t row = 0; row < rigid.axes.size(); ++row) {
+    if (rigid.axes[row] >= 3) spin[rigid.axes[row] - 3] = solver_.velocities(rigid.mover)[row];
+  }
+  const btVector3 arm = end.grip - body.getCenterOfMassPosition();
+  return end.sign * (bend_of(i, spin, arm, duration) - bend_of(i, body.getAngularVelocity(), arm, duration));
 }
 
 void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration) {
@@ -423,8 +468,7 @@ void StepEquations::set_tree(std::size_t i, double duration) {
   const auto skipped = static_cast<std::ptrdiff_t>(dynamics.prescribed());
   tree_pushed_[i] = dynamics.kicked();
   if (tree_movers_[i] >= 0) {
-    std::copy_n(solver_.velocities(tree_movers_[i]), solver_.count(tree_movers_[i]),
-                tree_pushed_[i].begin() + skipped);
+    std::copy_n(solver_.velocities(tree_movers_[i]), solver_.count(tree_movers_[i]), tree_pushed_[i].begin() + skipped);
   }
   tree_ends_[i] = tree_pushed_[i];
   dynamics.coast(duration, tree_ends_[i], ways);
@@ -490,8 +534,8 @@ btVector3 StepEquations::mean_velocity(std::size_t body, const btVector3& point)
   if (const auto& tree = bodies_.tree_of(body)) {
     const Articulation& of = *bodies_.trees()[*tree];
     const btCollisionObject& collider = *bodies_.colliders()[body];
-    return 0.5 * (of.velocity(collider, point, audit_.before->trees[*tree]) +
-                  of.velocity(collider, point, of.velocities()));
+    return 0.5 *
+           (of.velocity(collider, point, audit_.before->trees[*tree]) + of.velocity(collider, point, of.velocities()));
   }
   if (rigid_of_[body] < 0) return {0, 0, 0};
   const Motion::OfBody& before = audit_.before->bodies[body];

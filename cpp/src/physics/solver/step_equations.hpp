@@ -24,8 +24,8 @@ struct StepPart {
 //! Bodies and trees are alike for it: each is a mover with some of all velocities. Contacts, stops, limited drives,
 //! mimics and motors are rows over these.
 //!
-//! Loads and impulses act where the bodies stand; then all coasts to the end of the part. A body that turns and a linkage
-//! that swings coast along ways that bend: rows along which something sticks know by how much.
+//! Loads and impulses act where the bodies stand; then all coasts to the end of the part. A body that turns and a
+//! linkage that swings coast along ways that bend: rows along which something sticks know by how much.
 class StepEquations {
  public:
   //! `bodies` and `audit` outlive this. Adds to the work of `audit` while that is on.
@@ -38,15 +38,13 @@ class StepEquations {
   void commit(const StepPart& part);
 
   //! Velocities of a body on its own after the loads and impulses of the part, before it coasted.
-  const Velocity& pushed(std::size_t body) const {
-    return rigids_[static_cast<std::size_t>(rigid_of_[body])].pushed;
-  }
+  const Velocity& pushed(std::size_t body) const { return rigids_[static_cast<std::size_t>(rigid_of_[body])].pushed; }
 
  private:
   enum class Kind { motor, drive, stop, mimic };
   struct RigidMover {
-    int mover = -1;                         // of the solver; -1: kinematic
-    std::vector<int> axes{};                // that are not locked: 0..2 linear, 3..5 angular
+    int mover = -1;                          // of the solver; -1: kinematic
+    std::vector<int> axes{};                 // that are not locked: 0..2 linear, 3..5 angular
     btVector3 turning = btVector3(0, 0, 0);  // angular acceleration as it coasts [rad/s^2]
     Velocity pushed{};                       // after loads and impulses
     btVector3 spin = btVector3(0, 0, 0);     // angular velocity at the end of the part [rad/s]
@@ -76,6 +74,9 @@ class StepEquations {
   void add_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_rigid_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
   void add_tree_end(ContactRows& rows, const End& end, const Frame& frame, double duration);
+  btVector3 bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm, double duration) const;
+  bool update_bends(const StepPart& part);
+  btVector3 bend_change(const End& end, double duration) const;
   void share_error(double error, const StepPart& part, double& target, double& recovery) const;
   void write_contacts(std::vector<ContactPoint>& points) const;
   void set_rigid(std::size_t i, double duration);
