@@ -300,6 +300,7 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
     if (left == 0) break;
     velocities_.swap(saved_);
     sweeps = sweeps == 0 ? first_sweeps : std::min(2 * sweeps, most_sweeps);
+    --left;
     error = go_on_from_sweeps(island, sweeps, left, tolerance);
   }
   iterations_ += iterations - left;
@@ -336,14 +337,14 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     double* residual = residual_.data() + mover.begin;
     double* turnover = turnover_.data() + mover.begin;
     double sums[most_at_once];
-    for (int begin = 0; begin < mover.count; begin += most_at_once) {
-      const int length = std::min(mover.count - begin, most_at_once);
+    for (int at = 0; at < mover.count; at += most_at_once) {
+      const int length = std::min(mover.count - at, most_at_once);
       std::fill_n(sums, length, 0.0);
       for (int row = 0; row < rows; ++row)
-        add_multiple(impulse[row], jacobian + row * mover.count + begin, length, sums);
+        add_multiple(impulse[row], jacobian + row * mover.count + at, length, sums);
       for (int j = 0; j < length; ++j) {
-        residual[begin + j] -= sums[j];
-        turnover[begin + j] += std::abs(sums[j]);
+        residual[at + j] -= sums[j];
+        turnover[at + j] += std::abs(sums[j]);
       }
     }
   };
