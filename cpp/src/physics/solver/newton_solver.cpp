@@ -336,14 +336,14 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     double* residual = residual_.data() + mover.begin;
     double* turnover = turnover_.data() + mover.begin;
     double sums[most_at_once];
-    for (int begin = 0; begin < mover.count; begin += most_at_once) {
-      const int length = std::min(mover.count - begin, most_at_once);
+    for (int from = 0; from < mover.count; from += most_at_once) {
+      const int length = std::min(mover.count - from, most_at_once);
       std::fill_n(sums, length, 0.0);
       for (int row = 0; row < rows; ++row)
-        add_multiple(impulse[row], jacobian + row * mover.count + begin, length, sums);
+        add_multiple(impulse[row], jacobian + row * mover.count + from, length, sums);
       for (int j = 0; j < length; ++j) {
-        residual[begin + j] -= sums[j];
-        turnover[begin + j] += std::abs(sums[j]);
+        residual[from + j] -= sums[j];
+        turnover[from + j] += std::abs(sums[j]);
       }
     }
   };
