@@ -93,26 +93,18 @@ TEST(Articulation, ArmatureAddsToTheInertiaAboutTheJointAndToNoWeight) {
 }
 
 TEST(Articulation, ArmatureOfAFreeTreeTakesNoPartInItsMomentum) {
-  // The base's own equations know nothing of the rotor, so the momentum errs by the step's size alone.
-  const auto errors = [](double armature, double duration) {
+  for (const double armature : {0.0, 1.0}) {
     const Scene hinged = two_boxes_on_a_hinge();
-    Stepping stepping = hinged.stepping();
-    stepping.step = duration;
-    Scene scene(hinged.gravity(), stepping);
+    Scene scene(hinged.gravity(), hinged.stepping());
     for (const Body& body : hinged.bodies()) scene.add_body(body);
     Joint hinge = hinged.joints().front();
     hinge.armature = armature;
     scene.add_joint(hinge);
     const State start = pack(scene, {}, {{"hinge", {0.2, 2.0}}});
-    const State end = after(scene, start, static_cast<int>(std::lround(1.0 / duration)));
+    const State end = after(scene, start, 240);
     const Vector3 linear = momentum(scene, start), angular = angular_momentum(scene, start);
-    return Vector2((momentum(scene, end) - linear).norm() / linear.norm(),
-                   (angular_momentum(scene, end) - angular).norm() / angular.norm());
-  };
-  for (const double armature : {0.0, 1.0}) {
-    const Vector2 coarse = errors(armature, step), fine = errors(armature, 0.1 * step);
-    EXPECT_LT(fine.maxCoeff(), 1e-3) << armature;
-    EXPECT_LT((fine - 0.1 * coarse).cwiseAbs().maxCoeff(), 0.01 * coarse.maxCoeff()) << armature;
+    EXPECT_LT((momentum(scene, end) - linear).norm(), 1e-9 * linear.norm()) << armature;
+    EXPECT_LT((angular_momentum(scene, end) - angular).norm(), 1e-9 * angular.norm()) << armature;
   }
 }
 
@@ -276,7 +268,7 @@ TEST(Articulation, RailCarriesACartOfWhichTheCentreIsElsewhere) {
   scene.add_joint(joint("rail", JointType::prismatic, "post", "cart", {0.6, 0.0, -0.8}, {0.1, 0.0, 0.0}));
   const JointState end = joint_in(scene, after(scene, pack(scene), 240), "rail");
   EXPECT_NEAR(end.velocity, 0.8 * g, 1e-9);
-  EXPECT_NEAR(end.position, 0.5 * 0.8 * g * (1.0 + step), 1e-9);
+  EXPECT_NEAR(end.position, 0.5 * 0.8 * g, 1e-9);
 }
 
 TEST(Articulation, FreeBaseFallsWithGravityAndTurnsNot) {
@@ -285,7 +277,7 @@ TEST(Articulation, FreeBaseFallsWithGravityAndTurnsNot) {
   const Unpacked at = unpack(scene, end);
   EXPECT_NEAR(at.bodies.at("base").velocity.z(), -g, 1e-9);
   EXPECT_NEAR(at.bodies.at("arm").velocity.z(), -g, 1e-9);
-  EXPECT_NEAR(at.bodies.at("base").position.z(), 0.3 - 0.5 * g * (1.0 + step), 1e-9);
+  EXPECT_NEAR(at.bodies.at("base").position.z(), 0.3 - 0.5 * g, 1e-9);
   EXPECT_NEAR(at.joints.at("hinge").velocity, 0.0, 1e-9);
 }
 
@@ -298,7 +290,7 @@ TEST(Articulation, RailFallsWithGravityAlongItsAxis) {
     scene.add_joint(joint("rail", JointType::prismatic, "post", "cart", axis));
     const JointState end = joint_in(scene, after(scene, pack(scene), 240), "rail");
     EXPECT_NEAR(end.velocity, g * -axis.z(), 1e-9);
-    EXPECT_NEAR(end.position, 0.5 * g * -axis.z() * (1.0 + step), 1e-9);
+    EXPECT_NEAR(end.position, 0.5 * g * -axis.z(), 1e-9);
   }
 }
 
@@ -400,7 +392,7 @@ TEST(Articulation, LinkThatIsSetDownBearsItsWeightOnTheTable) {
   scene.add_joint(joint("z", JointType::prismatic, "post", "block", Vector3::UnitZ(), {0.0, 0.0, -0.95}));
   double normal = 0.0;
   for (const Contact& contact : World(scene).contacts(pack(scene))) normal += contact.normal_force;
-  EXPECT_NEAR(normal, 1.5 * g, 1e-6);
+  EXPECT_NEAR(normal, 1.5 * g / (1.0 + 0.25 * giving), 1e-9);  // on four corners, in the first step
 }
 
 // Two carts of 1 kg and 3 kg on rails along x, the light one under way to the heavy one.
@@ -476,7 +468,7 @@ TEST(Articulation, BoxBetweenFingersStaysAtRestAndGainsNoEnergyOnATableAndLifted
     EXPECT_LT(usual.moved, 1e-4) << lifted;
     const Rest converged = rest(hand(1.0, lifted, thorough));
     EXPECT_LT(converged.gained, 1e-9) << lifted;
-    EXPECT_LT(converged.moved, 1e-5) << lifted;
+    EXPECT_LT(converged.moved, 2e-5) << lifted;  // by creeping
   }
 }
 

@@ -115,17 +115,17 @@ TEST(Audit, FrictionTakesTheKineticEnergyOfABlockThatSlidesToRest) {
   World world(scene);
   const Rollout rollout = world.rollout(pack(scene, {{"object", sliding}}), Wrench{}, 1.0, true);
   const Audit& found = *rollout.audit;
-  EXPECT_NEAR(found.friction, -0.5 * speed * speed, 1e-9);
+  EXPECT_NEAR(found.friction, -0.5 * speed * speed, 1e-7);
   const double distance = rollout.state[0];
   EXPECT_NEAR(found.friction, -0.5 * g * distance, 0.5 * step * 0.5 * g * speed);  // mu m g distance
-  EXPECT_NEAR(found.contacts, 0.0, 1e-9);
+  EXPECT_NEAR(found.contacts, 0.0, g * 10.0 * giving * g * step * step);           // its weight sinks
   EXPECT_NEAR(found.leftover(), 0.0, 1e-9);
 }
 
 TEST(Audit, BlockThatAWrenchCannotMoveTurnsNothingOver) {
   const Scene scene = rough_table();
   const Audit found = audit(scene, pack(scene), 0.5, {{0.4 * g, 0.0, 0.0}, Vector3::Zero()});  // friction bears 0.5 g
-  EXPECT_NEAR(found.turnover(), 0.0, 1e-9);
+  EXPECT_NEAR(found.turnover(), 0.0, 1e-4);  // it creeps and sinks by some micrometres
 }
 
 TEST(Audit, LandingBallLosesItsKineticEnergyInContacts) {
@@ -134,7 +134,7 @@ TEST(Audit, LandingBallLosesItsKineticEnergyInContacts) {
   scene.add_body(fixed("table", Plane{}));
   scene.add_body(body("object", Sphere{0.1}, 2.0, {0.0, 0.0, 0.1 + height}, Role::object));
   const Audit found = audit(scene, pack(scene), 1.0);
-  EXPECT_NEAR(found.energy_change, -2.0 * g * height, 1e-6);
+  EXPECT_NEAR(found.energy_change, -2.0 * g * height, 2.0 * g * 6.0 * giving * g * step * step);  // and it sinks
   EXPECT_NEAR(found.contacts, -2.0 * g * height, 2.0 * g * std::sqrt(2.0 * g * height) * step);
   EXPECT_NEAR(found.friction, 0.0, 1e-12);
 }
@@ -151,7 +151,8 @@ TEST(Audit, BlockThatIsLiftedOutOfTheTableGainsItsWeightTimesTheLift) {
   const Scene scene = rough_table(exact(), Box{{0.4, 0.4, 0.1}}, 0.05 - 1e-3);
   const Audit found = audit(scene, pack(scene), 1.0);
   EXPECT_GT(found.energy_change, 0.9 * g * 1e-3);
-  EXPECT_NEAR(found.overlap, found.energy_change, 1e-9);
+  EXPECT_GT(found.overlap, 0.5 * found.energy_change);
+  EXPECT_NEAR(found.overlap + found.contacts, found.energy_change, 1e-9);  // contacts lift at 1 mm/s at most
   EXPECT_NEAR(found.leftover(), 0.0, 1e-9);
 }
 
@@ -314,7 +315,8 @@ TEST(Audit, FastBallLosesAtAThinWallTheEnergyOfItsMotionAcross) {
     add_missile(scene, {0.01, 0.02, 0.3}, {1.0, 0.5, -speed});
     EXPECT_EQ(cut_steps(scene, pack(scene), 30), 1) << speed;
     const Audit found = audit(scene, pack(scene), 30 * step);
-    EXPECT_NEAR(found.contacts, -0.5 * 0.5 * speed * speed, 1e-9 * speed * speed);
+    const double parting = 0.5 * 0.5 * 1e-3 * 1e-3;  // of the 1 mm/s at which overlap is put right
+    EXPECT_NEAR(found.contacts, -0.5 * 0.5 * speed * speed, 1.01 * parting + 1e-9 * speed * speed);
     EXPECT_LT(found.friction, -0.01);
     EXPECT_NEAR(found.leftover(), 0.0, 1e-12 * found.turnover());
   }
@@ -362,15 +364,20 @@ Scene billiards() {
 TEST(Audit, LeftoverOfFastBallsBetweenThinWallsIsRounding) {
   std::mt19937_64 random(1);
   const Scene scene = billiards();
-  int cut = 0;
+  int cut = 0, unconverged = 0;
   for (int i = 0; i < 40; ++i) {
     const State state = hurled(scene, pack(scene), random);
     cut += cut_steps(scene, state, 24);
-    const Audit found = audit(scene, state, 24 * step);
-    EXPECT_LT(found.energy_change, 0.0) << i;
-    EXPECT_NEAR(found.leftover(), 0.0, 1e-12 * found.turnover()) << i;
+    const Rollout rollout = World(scene).rollout(state, Wrench{}, 24 * step, true);
+    EXPECT_LT(rollout.audit->energy_change, 0.0) << i;
+    if (rollout.unconverged > 0) {
+      ++unconverged;
+      continue;
+    }
+    EXPECT_NEAR(rollout.audit->leftover(), 0.0, 1e-12 * rollout.audit->turnover()) << i;
   }
   EXPECT_GT(cut, 40);
+  EXPECT_LE(unconverged, 2);
 }
 
 // What is left over is that of turning in steps: 0.1 % in the median, as where no step is cut.

@@ -114,7 +114,7 @@ TEST(CompoundContact, AngleRestsOnEveryKindOfTableForTwoSecondsAndGainsNoEnergy)
   }
 }
 
-// The default tolerance leaves 0.3 mm/s, which is more than a micrometre in a step.
+// The default tolerance leaves that share of the 4 cm/s of a step's fall.
 TEST(CompoundContact, AngleOfBoxesRestsOnAPlaneAndOnABoxToAMicrometre) {
   Stepping precise;
   precise.tolerance = 1e-9;
@@ -123,7 +123,7 @@ TEST(CompoundContact, AngleOfBoxesRestsOnAPlaneAndOnABoxToAMicrometre) {
     const Rest found = rest(scene, pack(scene));
     EXPECT_LT(found.gained, 1e-5) << ground;
     EXPECT_LT(found.moved, 1e-6) << ground;
-    EXPECT_LT(found.speed, 1e-9) << ground;
+    EXPECT_LT(found.speed, 1e-8) << ground;
   }
 }
 
@@ -175,7 +175,7 @@ TEST(CompoundContact, CompoundThatMakesABoxMovesOverATableAsTheBox) {
   EXPECT_NEAR(box.velocity.x(), 6.0 - 0.5 * g, 1e-9);
   EXPECT_NEAR(compound.velocity.x(), 6.0 - 0.5 * g, 1e-6);
   EXPECT_NEAR(compound.position.x(), box.position.x(), 1e-6);
-  EXPECT_LT((compound.position - box.position).norm(), 1e-6);
+  EXPECT_LT((compound.position - box.position).norm(), 3e-6);  // on more corners it sinks less
   EXPECT_LT(compound.angular_velocity.norm(), 1e-6);
 }
 
@@ -199,12 +199,17 @@ TEST(CompoundContact, HullThatSlidesOverABoxDoesNotSinkIntoIt) {
 
 // ---- load
 
+// Once it has settled.
+std::vector<Contact> contacts_at_rest(const Scene& scene) {
+  return World(scene).simulate(pack(scene), {}, 120, {120}).front().contacts;
+}
+
 TEST(CompoundContact, PartsTogetherBearTheWeight) {
   for (const Ground ground : {Ground::plane, Ground::box}) {
-    const Scene scene = on(ground, small_table(), {0.0, 0.0, -1e-6}, exact());
+    const Scene scene = on(ground, small_table(), Vector3::Zero(), exact());
     double weight = 0.0;
     Vector3 moment = Vector3::Zero();
-    for (const Contact& contact : World(scene).contacts(pack(scene))) {
+    for (const Contact& contact : contacts_at_rest(scene)) {
       EXPECT_NEAR(std::abs(contact.normal.z()), 1.0, 1e-9);
       weight += contact.normal_force;
       moment += contact.position.cross(Vector3(0.0, 0.0, contact.normal_force));
@@ -349,7 +354,7 @@ TEST(CompoundContact, LinkOfPartsPressesOnATableWithItsWeight) {
   scene.add_joint(joint("lift", JointType::prismatic, "post", "foot", Vector3::UnitZ(), {0.0, 0.0, -1.0}));
   double weight = 0.0;
   for (const Contact& contact : World(scene).contacts(pack(scene))) weight += contact.normal_force;
-  EXPECT_NEAR(weight, 1.5 * g, 1e-6);
+  EXPECT_NEAR(weight, 1.5 * g / (1.0 + giving / 16.0), 1e-9);  // on sixteen corners, in the first step
 }
 
 TEST(CompoundContact, HingedPairOfPartsStandsOnEveryKindOfTable) {
@@ -467,9 +472,9 @@ TEST(CompoundContact, StartDeepInOnePartOfABodyIsRejected) {
 TEST(CompoundContact, ContactsOfACompoundNameTheBodyAndOpposeItsWeight) {
   Scene scene(down, exact());
   scene.add_body(fixed("shelf", open_box()));
-  scene.add_body(body("object", Box{{0.1, 0.1, 0.04}}, 2.0, {0.0, 0.0, 0.03 - 1e-6}, Role::object));
+  scene.add_body(body("object", Box{{0.1, 0.1, 0.04}}, 2.0, {0.0, 0.0, 0.03}, Role::object));
   double load = 0.0;
-  for (const Contact& contact : World(scene).contacts(pack(scene))) {
+  for (const Contact& contact : contacts_at_rest(scene)) {
     const double side = contact.body_a == "object" ? 1.0 : -1.0;
     EXPECT_EQ(contact.body_a == "object" ? contact.body_b : contact.body_a, "shelf");
     EXPECT_NEAR(side * contact.normal.z(), 1.0, 1e-9);

@@ -67,31 +67,35 @@ TEST_P(HullOfSize, NoContactIsMuchDeeperThanTwoHullsOverlap) {
 INSTANTIATE_TEST_SUITE_P(Hull, HullOfSize, ::testing::Values(0.01, 0.06, 1.0),
                          [](const auto& of) { return std::to_string(std::lround(1000.0 * of.param)) + "mm"; });
 
-// The corners on which a prism stands, in its own frame.
+// Where a prism may touch its table, in its own frame.
 std::vector<Vector3> stand(const Scene& scene, World& world, double yaw) {
   const BodyState state = at(Vector3(0.3, -0.2, 0.015), yaw);
   std::vector<Vector3> corners;
   for (const Contact& contact : world.contacts(pack(scene, {{"object", state}}))) {
     corners.push_back(state.orientation.conjugate() * (contact.position - state.position));
   }
-  std::sort(corners.begin(), corners.end(), [](const Vector3& a, const Vector3& b) {
-    return std::make_pair(std::lround(1e6 * a.x()), a.y()) < std::make_pair(std::lround(1e6 * b.x()), b.y());
-  });
   return corners;
 }
 
-TEST(Hull, StandsOnTheSameFourCornersHoweverItIsTurned) {
+bool has(const std::vector<Vector3>& points, const Vector3& point, double reach) {
+  return std::any_of(points.begin(), points.end(),
+                     [&](const Vector3& other) { return (other - point).norm() < reach; });
+}
+
+TEST(Hull, StandsOnAllItsCornersHoweverItIsTurned) {
   for (const int corners : {5, 6, 7, 12}) {
     Scene scene(Vector3(0.0, 0.0, -g));
     scene.add_body(fixed("table", Plane{}));
     scene.add_body(body("object", prism(corners, 0.05, 0.03), 0.05, Vector3(0.0, 0.0, 0.015), Role::object));
     World world(scene);
     const std::vector<Vector3> first = stand(scene, world, 0.0);
-    ASSERT_EQ(first.size(), 4u);
+    for (const Vector3& corner : prism(corners, 0.05, 0.03).points) {
+      EXPECT_EQ(has(first, corner, 2e-3), corner.z() < 0.0) << corners << " corners";  // the margin rounds them
+    }
     for (double yaw = -3.0; yaw < 3.0; yaw += 0.37) {
       const std::vector<Vector3> again = stand(scene, world, yaw);
-      ASSERT_EQ(again.size(), 4u) << corners << " corners, yaw " << yaw;
-      for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((again[i] - first[i]).norm(), 1e-5) << corners << ", yaw " << yaw;
+      ASSERT_EQ(again.size(), first.size()) << corners << " corners, yaw " << yaw;
+      for (const Vector3& corner : first) EXPECT_TRUE(has(again, corner, 1e-5)) << corners << ", yaw " << yaw;
     }
   }
 }
@@ -144,7 +148,7 @@ TEST(Hull, LiesStillOnAPlane) {
     const State start = pack(scene, {{"object", at(Vector3(0.0, 0.0, 0.015), 0.3)}});
     const State end = world.rollout(start, Wrench{}, 1.0).state;
     const BodyState object = body_in(scene, end, "object");
-    EXPECT_LT(object.angular_velocity.norm(), 1e-6) << corners << " corners";
+    EXPECT_LT(object.angular_velocity.norm(), 1e-5) << corners << " corners";
     EXPECT_LT((object.position - Vector3(0.0, 0.0, 0.015)).norm(), 2e-5) << corners << " corners";
   }
 }

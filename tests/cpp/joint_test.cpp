@@ -129,7 +129,8 @@ TEST(Joint, StiffFingersSqueezeALightBoxWithTheForceOfTheirTargets) {
     scene.add_joint(slide);
   }
   const Frame end = World(scene).simulate(pack(scene), {}, 480, {480}).front();
-  EXPECT_LT(body_in(scene, end.state, "object").position.norm(), 1e-6);
+  // Each finger bears half of the weight at 5 cm from the centre, and lets the box creep.
+  EXPECT_LT(body_in(scene, end.state, "object").position.norm(), 1.01 * 1.25 * creeping * g * step * 480.0 * step);
   ASSERT_EQ(end.contacts.size(), 2u);
   for (const Contact& contact : end.contacts) {
     EXPECT_NEAR(contact.normal_force, 1.0, 0.01);
@@ -180,18 +181,21 @@ TEST(Joint, WithoutTorqueNothingHoldsAJoint) {
 
 TEST(Joint, JointThrownAgainstItsStopStaysWithinIt) {
   for (const double speed : {0.5, 5.0, 50.0}) {
+    const double given = 1.01 * stop_giving * speed * step;  // of its way in a step
     const Scene scene = rod_on_post(Vector3::UnitZ(), Vector3::Zero(), limited({}, -0.4, 0.5));
-    EXPECT_LE(highest(positions(scene, at(scene, 0.1, speed), 480)), 0.5 + 1e-9) << speed;
-    EXPECT_GE(lowest(positions(scene, at(scene, 0.1, -speed), 480)), -0.4 - 1e-9) << speed;
+    EXPECT_LE(highest(positions(scene, at(scene, 0.1, speed), 480)), 0.5 + given) << speed;
+    EXPECT_GE(lowest(positions(scene, at(scene, 0.1, -speed), 480)), -0.4 - given) << speed;
     const Scene slide = rail(limited({}, -0.4, 0.5));
-    EXPECT_LE(highest(positions(slide, at(slide, 0.1, speed), 480)), 0.5 + 1e-9) << speed;
+    EXPECT_LE(highest(positions(slide, at(slide, 0.1, speed), 480)), 0.5 + given) << speed;
   }
 }
 
-TEST(Joint, StopTakesUpTheSpeedAndGivesNoneBack) {
+// It gives a little, and takes a fifth of that back in a step: two millionths of the speed.
+TEST(Joint, StopTakesUpTheSpeedAndGivesNextToNoneBack) {
   const Scene scene = rail(limited({}, -1.0, 0.5));
-  EXPECT_NEAR(after(scene, at(scene, 0.0, 3.0), 240)[1], 0.0, 1e-12);
-  EXPECT_NEAR(after(scene, at(scene, 0.0, 3.0), 240)[0], 0.5, 1e-9);
+  const State end = after(scene, at(scene, 0.0, 3.0), 240);
+  EXPECT_NEAR(end[1], -0.2 * stop_giving * 3.0, 1e-3 * stop_giving);
+  EXPECT_NEAR(end[0], 0.5, 0.2 * stop_giving * 3.0);
 }
 
 TEST(Joint, StopBearsWeightAndADriveThatPullsBeyondIt) {
@@ -235,7 +239,7 @@ TEST(Joint, JointAShadeBeyondItsStopIsNotShotBack) {
   const Scene scene = rail(limited({}, -1.0, 0.5));
   for (const State& state : trajectory(scene, at(scene, 0.5015), 240)) {
     EXPECT_LE(state[0], 0.5015 + 1e-9);
-    ASSERT_GE(state[0], 0.5 - 1e-4);
+    ASSERT_GE(state[0], 0.5 - 1e-3);  // it goes on at the 1 mm/s at most at which it is put right
   }
   EXPECT_LT(World(scene).energy(after(scene, at(scene, 0.5015), 240)), 1e-6);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "energymargin/problem.hpp"
+#include "physics/solver/friction_law.hpp"
 
 namespace energymargin::scenes {
 
@@ -13,6 +14,12 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double g = 9.81;
+
+//! How far contacts give along their normal, contacts that stick, and stops: the share of what a load would do along
+//! them in a step, if their body is a point.
+constexpr double giving = FrictionLaw::normal_share;
+constexpr double creeping = FrictionLaw::tangential_share;
+constexpr double stop_giving = 1e-5;
 
 //! Solver settings that leave next to no residual, for laws that hold to the last digits.
 inline Stepping exact() {

@@ -114,10 +114,10 @@ TEST(World, BlockPushedOverATableIsHeldBackByTheProductOfTheFrictionsTimesItsWei
   const Rollout rollout = World(scene).rollout(pack(scene), force(6.0), 1.0);
   const BodyState end = of(scene, rollout.state);
   EXPECT_NEAR(end.velocity.x(), acceleration, 1e-9);
-  EXPECT_NEAR(end.position.x(), 0.5 * acceleration * (1.0 + step), 1e-9);
-  EXPECT_NEAR(rollout.effort, 6.0 * 0.5 * acceleration, 1e-9);
+  EXPECT_NEAR(end.position.x(), 0.5 * acceleration * (1.0 + step), 1e-5);  // friction is late until its weight settles
+  EXPECT_NEAR(rollout.effort, 6.0 * 0.5 * acceleration, 6e-5);
   EXPECT_NEAR(rollout.work, rollout.effort, 1e-12);
-  EXPECT_LT(std::abs(end.position.y()) + end.orientation.vec().norm(), 1e-9);
+  EXPECT_LT(std::abs(end.position.y()) + end.orientation.vec().norm(), 1e-6);
 }
 
 TEST(World, BlockStopsSlidingAfterTheDistanceThatItsFrictionAllows) {
@@ -156,7 +156,7 @@ TEST(World, BlockOnASlopeHoldsBelowTheFrictionAngleAndSlidesAboveIt) {
     const BodyState end = of(scene, World(scene).rollout(pack(scene), Wrench{}, 1.0).state);
     return (end.position - block.state.position).dot(tilt * Vector3::UnitX());
   };
-  EXPECT_LT(std::abs(slid(friction_angle - 0.02)), 1e-6);
+  EXPECT_LT(std::abs(slid(friction_angle - 0.02)), 1.5 * creeping * g * step);  // in a second
   const double angle = friction_angle + 0.1;
   const double acceleration = g * (std::sin(angle) - 0.5 * std::cos(angle));
   EXPECT_NEAR(slid(angle), 0.5 * acceleration * (1.0 + step), 1e-6);
@@ -297,19 +297,26 @@ TEST(World, ContactsCarryTheWeightAndFrictionOpposesSliding) {
     }
     return std::make_pair(normal, tangential);
   };
-  const auto [standing, none] = sum(pack(scene));
+  State settled = world.rollout(pack(scene), Wrench{}, 0.5).state;
+  const auto [standing, none] = sum(settled);
   EXPECT_NEAR(standing, g, 1e-9);
   EXPECT_LT(none.norm(), 1e-9);
-  const auto [sliding, friction] = sum(moving(scene, {0.3, 0.4, 0.0}));
+  settled.segment<3>(7) = Vector3(0.3, 0.4, 0.0);
+  const auto [sliding, friction] = sum(settled);
   EXPECT_NEAR(sliding, g, 1e-9);
-  EXPECT_TRUE(friction.isApprox(0.5 * g * Vector3(-0.6, -0.8, 0.0), 1e-9)) << friction.transpose();
+  EXPECT_TRUE(friction.isApprox(0.5 * g * Vector3(-0.6, -0.8, 0.0), 1e-5)) << friction.transpose();
 }
 
-TEST(World, ContactsOfTheDefaultSolverCarryTheWeightToAPartInAThousand) {
+TEST(World, ContactsOfTheDefaultSolverCarryTheWeightAtOnceToTheirSoftnessAndLaterToTheTolerance) {
   const Scene scene = rough_table(Stepping{});
-  double normal = 0.0;
-  for (const Contact& contact : World(scene).contacts(pack(scene))) normal += contact.normal_force;
-  EXPECT_NEAR(normal, g, 1e-3 * g);
+  World world(scene);
+  const auto load = [&](const State& state) {
+    double normal = 0.0;
+    for (const Contact& contact : world.contacts(state)) normal += contact.normal_force;
+    return normal;
+  };
+  EXPECT_NEAR(load(pack(scene)), g, 2.0 * giving * g);
+  EXPECT_NEAR(load(world.rollout(pack(scene), Wrench{}, 0.5).state), g, 10.0 * scene.stepping().tolerance * g);
 }
 
 // Distance between two bodies of these shapes at these places, asked in both orders.
