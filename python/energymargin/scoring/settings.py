@@ -26,11 +26,11 @@ __all__ = [
     "chosen_settings",
 ]
 
-ALGORITHM = "0.10.0"
+ALGORITHM = "0.14.0"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 
-ALGORITHM_IMPROVED = "0.12.0"
+ALGORITHM_IMPROVED = "0.14.0"
 """The same of the efforts of search="improved", which more changes may move than the others."""
 
 Search = Literal["improved", "published"]
