@@ -106,7 +106,7 @@ PartResult Simulation::advance_safely(double duration, int parts) {
       duration = shorter;
       continue;
     }
-    equations_.commit(part);
+    equations_.commit(part, share);
     bodies_.move(duration, share);
     last_duration_ = duration;
     return {duration, (1.0 - share) * duration, converged};

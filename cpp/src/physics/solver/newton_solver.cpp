@@ -291,6 +291,7 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
       add_step(island, 1.0);
       --left;
       next = coulomb_error(island, true);
+      if (next <= tolerance && stopped_) next = coulomb_error(island, false);
       if (next < enough * error || next <= tolerance) break;
     }
     if (next < enough * error || next <= tolerance) {
@@ -340,8 +341,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     for (int at = 0; at < mover.count; at += most_at_once) {
       const int length = std::min(mover.count - at, most_at_once);
       std::fill_n(sums, length, 0.0);
-      for (int row = 0; row < rows; ++row)
-        add_multiple(impulse[row], jacobian + row * mover.count + at, length, sums);
+      for (int row = 0; row < rows; ++row) add_multiple(impulse[row], jacobian + row * mover.count + at, length, sums);
       for (int j = 0; j < length; ++j) {
         residual[at + j] -= sums[j];
         turnover[at + j] += std::abs(sums[j]);
@@ -374,11 +374,15 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
 
 // After a step, what slid and would go on the other way has stopped on the way: it sticks, before one can tell.
 double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
+  stopped_ = false;
   return evaluate(island, [this, after_step](std::size_t k) {
     const ContactVector& miss = misses_[k];
     const auto& [x, y] = directions_[k];
     const bool turns_round = after_step && miss[2] > 0.0 && x * miss[0] + y * miss[1] < 0.0;
-    if (turns_round) return respond_as(Regime::sticks, contacts_[k].law, miss, responses_[k]);
+    if (turns_round) {
+      stopped_ = true;
+      return respond_as(Regime::sticks, contacts_[k].law, miss, responses_[k]);
+    }
     coulomb(contacts_[k].law, miss, responses_[k]);
   });
 }
@@ -395,10 +399,11 @@ double NewtonSolver::error(const Island& island) const {
       const double mass = inertia[j * mover.count + j];
       const double momentum = mass * (std::abs(velocities_[index]) + std::abs(free_[index]));
       const double turned = std::max(turnover_[index], least_turnover * momentum);
-      error = std::max(error, residual_[index] * residual_[index] / mass);
+      const double squared = residual_[index] * residual_[index] / mass;
+      if (!(squared <= error)) error = squared;  // also what is no number
       turnover = std::max(turnover, turned * turned / mass);
     }
-    if (error > 0.0) worst = std::max(worst, error / turnover);
+    if (error != 0.0 && !(error / turnover <= worst)) worst = error / turnover;
   }
   return std::isnan(worst) ? std::numeric_limits<double>::infinity() : std::sqrt(worst);
 }
@@ -711,8 +716,11 @@ void NewtonSolver::recover(const Island& island) {
     const ContactRows& rows = contacts_[k];
     const double leaving = std::max(0.0, rows.target[2] - misses_[k][2]);
     const double asked = std::max(0.0, rows.recovery - leaving);
+    const bool sticks = responses_[k].regime == Regime::sticks && rows.impulse[2] > 0.0;
     const bool presses = rows.impulse[2] > 0.0 || asked > 0.0;
-    respond_as(presses ? Regime::sticks : Regime::open, rows.law, {}, responses_[k]);
+    FrictionLaw law = rows.law;
+    if (!sticks) law.friction = 0.0;
+    respond_as(presses ? Regime::sticks : Regime::open, law, {}, responses_[k]);
     if (!presses) continue;
     const double normal = 1.0 / rows.law.normal_softness;
     press(rows.a, rows.of_a, 2, normal * asked);

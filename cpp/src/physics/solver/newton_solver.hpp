@@ -151,6 +151,7 @@ class NewtonSolver {
   std::vector<double> answers_, inverses_, swept_velocities_;
 
   EnvelopeLu matrix_;
+  bool stopped_ = false;  // whether something was taken to stick as it would have turned round
   int iterations_ = 0;
 };
 

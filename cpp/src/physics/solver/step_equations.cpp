@@ -28,6 +28,10 @@ constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get 
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_rounds = 4;
 
+// An impulse along a normal has to move its bodies by more than this share of what it would do to them alone: two links
+// of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
+constexpr double least_mobility = 1e-6;
+
 // What sticks uses less than this share of its friction. Bends that change by less than this are not worth a solution
 // of their own [m/s].
 constexpr double sticking_share = 0.999;
@@ -43,6 +47,7 @@ btMatrix3x3 outer_inverse(const btMatrix3x3& axes, const btVector3& moments) {
 
 StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies, ImpulseAudit& audit)
     : bodies_(bodies), audit_(audit), gravity_(to_bullet(scene.gravity())), rigid_of_(scene.bodies().size(), -1) {
+  for (const Body& body : scene.bodies()) masses_.push_back(body.fixed() ? 0.0 : body.mass);
   find_axes(scene);
   for (const auto& tree : bodies.trees()) trees_.emplace_back(*tree);
   for (const MimicConstraint& mimic : bodies.mimics()) {
@@ -331,8 +336,9 @@ bool StepEquations::add_contact(const ContactPoint& point, const StepPart& part)
   add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, part.duration);
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, part.duration);
   rows.law.friction = point.friction;
-  rows.law.normal_softness = FrictionLaw::normal_share * solver_.inverse_mass(rows, 2);
-  if (!(rows.law.normal_softness > 0.0)) {
+  const double inverse_mass = solver_.inverse_mass(rows, 2);
+  rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
+  if (!(inverse_mass * std::max(masses_[point.a], masses_[point.b]) > least_mobility)) {
     solver_.drop_contact();
     return false;
   }
@@ -478,7 +484,7 @@ void StepEquations::set_tree(std::size_t i, double duration) {
 }
 
 // Work is done before all coasts.
-void StepEquations::commit(const StepPart& part) {
+void StepEquations::commit(const StepPart& part, double share) {
   write_contacts(part.contacts);
   const auto& moving = bodies_.rigids().moving();
   for (std::size_t i = 0; i < rigids_.size(); ++i) {
@@ -487,7 +493,7 @@ void StepEquations::commit(const StepPart& part) {
   }
   for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_pushed_[i];
   if (audit_.before) {
-    add_work(part);
+    add_work(part, share);
     for (std::size_t i = 0; i < trees_.size(); ++i) {
       audit_.work.gravity += trees_[i].gravity_beside(part.duration, audit_.before->trees[i], tree_ends_[i]);
     }
@@ -507,10 +513,10 @@ void StepEquations::write_contacts(std::vector<ContactPoint>& points) const {
   }
 }
 
-void StepEquations::add_work(const StepPart& part) {
+void StepEquations::add_work(const StepPart& part, double share) {
   for (const std::size_t k : contact_points_) add_contact_work(part.contacts[k]);
   add_limited_work();
-  add_recovery_work(part.duration);
+  add_recovery_work(part.duration * share);
   for (std::size_t i = 0; i < trees_.size(); ++i) {
     if (trees_[i].prescribed() == 0) continue;
     audit_.work.motors +=

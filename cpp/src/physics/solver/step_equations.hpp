@@ -35,7 +35,7 @@ class StepEquations {
   bool solve(const StepPart& part);
 
   //! The bodies have these velocities from now on, and the contacts their impulses.
-  void commit(const StepPart& part);
+  void commit(const StepPart& part, double share);
 
   //! Velocities of a body on its own after the loads and impulses of the part, before it coasted.
   const Velocity& pushed(std::size_t body) const { return rigids_[static_cast<std::size_t>(rigid_of_[body])].pushed; }
@@ -85,7 +85,7 @@ class StepEquations {
   int mover_of(std::size_t body) const;
   btVector3 mean_velocity(std::size_t body, const btVector3& point) const;
   btVector3 prescribed_velocity(std::size_t body, const btVector3& point) const;
-  void add_work(const StepPart& part);
+  void add_work(const StepPart& part, double share);
   void add_contact_work(const ContactPoint& point);
   void add_limited_work();
   void add_recovery_work(double duration);
@@ -94,7 +94,8 @@ class StepEquations {
   ImpulseAudit& audit_;
   btVector3 gravity_;
   std::vector<RigidMover> rigids_;
-  std::vector<int> rigid_of_;  // by the index in the scene; -1: in a tree, or fixed
+  std::vector<int> rigid_of_;   // by the index in the scene; -1: in a tree, or fixed
+  std::vector<double> masses_;  // of all bodies; 0: fixed
   std::vector<TreeDynamics> trees_;
   std::vector<int> tree_movers_;
   std::vector<std::vector<double>> tree_pushed_, tree_ends_;  // velocities before and after the trees coast
