@@ -50,6 +50,9 @@ class TreeDynamics {
   //! Acceleration of a link's point as the tree coasts [m/s^2].
   btVector3 bend(int link, const btVector3& point) const;
 
+  //! How fast a link turns [rad/s].
+  double spin(int link) const { return motions_[static_cast<std::size_t>(link)].angular.length(); }
+
   //! Lets the tree coast from these velocities: they become those at the end, and `way` those of the way to there.
   void coast(double duration, std::vector<double>& velocities, std::vector<double>& way);
 

@@ -37,6 +37,10 @@ constexpr double least_mobility = 1e-6;
 constexpr double sticking_share = 0.999;
 constexpr double least_bend = 1e-6;
 
+// What turns by more than this in a part of a step bends its way by more than the first term says, and sticks nowhere
+// for long: there a bend would do work [rad].
+constexpr double most_bent = 0.1;
+
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
 btMatrix3x3 outer_inverse(const btMatrix3x3& axes, const btVector3& moments) {
@@ -392,6 +396,7 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
 // By what the way of a point is off a straight one, over the time [m/s].
 btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
                                  double duration) const {
+  if (spin.length() * duration > most_bent) return {0, 0, 0};
   return (spin.cross(spin.cross(arm)) + rigids_[rigid].turning.cross(arm)) * (0.5 * duration);
 }
 
@@ -438,7 +443,8 @@ void StepEquations::add_tree_end(ContactRows& rows, const End& end, const Frame&
   const std::size_t skipped = dynamics.prescribed();
   const std::size_t count = dynamics.count() - skipped;
   const int mover = tree_movers_[index];
-  const btVector3 bend = dynamics.bend(link, end.grip) * (0.5 * duration);
+  btVector3 bend = dynamics.bend(link, end.grip) * (0.5 * duration);
+  if (dynamics.spin(link) * duration > most_bent) bend.setZero();
   std::vector<double> whole(dynamics.count());
   for (std::size_t i = 0; i < 3; ++i) {
     const btVector3 along = frame.axes[i] * end.sign;
@@ -483,7 +489,7 @@ void StepEquations::set_tree(std::size_t i, double duration) {
   for (std::size_t k = dynamics.prescribed(); k < dynamics.count(); ++k) ways[k] += recovery[k - dynamics.prescribed()];
 }
 
-// Work is done before all coasts.
+// Work is done before all coasts. `share` is that of their way that bodies can go.
 void StepEquations::commit(const StepPart& part, double share) {
   write_contacts(part.contacts);
   const auto& moving = bodies_.rigids().moving();
@@ -498,6 +504,7 @@ void StepEquations::commit(const StepPart& part, double share) {
       audit_.work.gravity += trees_[i].gravity_beside(part.duration, audit_.before->trees[i], tree_ends_[i]);
     }
   }
+  if (share < 1.0) return;  // what does not get to where it coasts gains no energy of it
   for (std::size_t i = 0; i < rigids_.size(); ++i) moving[i]->setAngularVelocity(rigids_[i].spin);
   for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].tree().velocities() = tree_ends_[i];
 }
