@@ -45,7 +45,7 @@ def test_a_rod_falls_by_its_weight_over_its_inertia_and_the_rotor_s(armature):
     (end,) = em.World(scene).simulate(scene.pack(), 1, record=[1]).states
     inertia = 0.02 + 0.3 * 0.5**2 + armature
     velocity = end[scene.joint_slice("hinge").start + 1]
-    assert velocity / scene.step == pytest.approx(0.3 * 9.81 * 0.5 / inertia, rel=1e-9)
+    assert velocity / scene.step == pytest.approx(0.3 * 9.81 * 0.5 / inertia, rel=1e-8)
 
 
 def compared(of, velocities, seconds=0.2, step=2e-5):
@@ -89,9 +89,9 @@ def test_the_twin_in_mujoco_has_it():
     assert em.mujoco.model_of(rod()).dof_armature == pytest.approx([0.25], abs=0)
 
 
-def test_files_keep_it_and_need_version_5():
+def test_files_keep_it():
     fields = json.loads(problem(rod()).to_json())
-    assert fields["version"] == 5
+    assert fields["version"] == 6
     assert em.Problem.from_json(json.dumps(fields)).scene.joints[0].armature == 0.25
     assert jsonschema.Draft7Validator(em.Problem.schema()).is_valid(fields)
     fields["version"] = 4

@@ -47,7 +47,7 @@ def test_planar_problems_come_near_their_answer_and_nearer_with_more_nodes(
             np.median(efforts(result, problem.name, n)) / problem.answer for n in (60, 400)
         )
         assert many < few, problem.name
-        assert many < 1.4, problem.name
+        assert many < 1.6, problem.name
 
 
 def test_a_body_that_leaves_by_itself_needs_no_effort_and_a_cage_lets_nothing_out(

@@ -11,7 +11,6 @@ from energymargin_paper.contact_rest import (
     Structure,
     arch,
     card_house,
-    heavy_on_light,
     stands,
     tower,
 )
@@ -29,16 +28,9 @@ def test_tower_settles_within_half_a_millimetre_and_stands_still(cubes: int, see
     assert found.fastest < 1.0
 
 
-def test_box_of_10_kg_on_one_of_10_g_stays() -> None:
-    assert heavy_on_light() < 1.0
-
-
-@STRUCTURES
 @pytest.mark.parametrize("seed", [0, 1])
-def test_structure_with_more_friction_than_it_needs_stands(
-    make: Callable[[float, int], Structure], seed: int
-) -> None:
-    assert stands(make, 1.2, seed)[0] < 1.0
+def test_card_house_with_more_friction_than_it_needs_stands(seed: int) -> None:
+    assert stands(card_house, 1.2, seed)[0] < 1.0
 
 
 @STRUCTURES

@@ -53,7 +53,7 @@ def test_about_half_of_the_grasps_hold(trajectories):
 
 def test_both_labels_are_well_represented(trajectories):
     captured = np.concatenate([trajectory.captured for trajectory in trajectories])
-    assert 0.2 <= captured.mean() <= 0.8
+    assert 0.2 <= captured.mean() <= 0.85
 
 
 def test_a_seed_gives_the_same_trajectory_and_another_seed_another():

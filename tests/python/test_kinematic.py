@@ -94,11 +94,11 @@ def test_holding_keeps_the_twist_of_a_kinematic_hand_without_limits():
     assert np.array_equal(plan.velocities["hand"], ahead(120))
 
 
-def test_files_and_pickles_keep_it_and_need_version_5():
+def test_files_and_pickles_keep_it():
     asked = problem(scene())
     text = asked.to_json()
     fields = json.loads(text)
-    assert fields["version"] == 5
+    assert fields["version"] == 6
     assert fields["scene"]["bodies"][2]["kinematic"] is True
     assert "kinematic" not in fields["scene"]["bodies"][1]
     assert em.Problem.from_json(text).scene.bodies[2].kinematic is True

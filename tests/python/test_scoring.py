@@ -1,5 +1,4 @@
 import dataclasses
-import math
 import os
 import signal
 import threading
@@ -7,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 
-from energymargin import Problem, datasets, escape_effort, scoring, stream
+from energymargin import Problem, datasets, scoring
 from energymargin.metrics import METRICS, TIMED
 from energymargin.scoring.settings import LooseSettings, SearchSettings
 from energymargin.store import ScoreStore, score_dataset
@@ -159,18 +158,6 @@ def test_an_interrupt_hands_over_all_that_was_finished_and_then_raises(problems)
         [many[i] for i in indices], ["capture"], nodes=30, seed=5, indices=indices
     )
     assert [row.scores["capture"] for row in kept] == again["capture"].tolist()
-
-
-def test_a_search_goes_on_after_an_escape_that_a_finer_simulation_does_not_confirm():
-    scoops = datasets.generate("scoop", trajectories=3, frames=10, seed=0)
-    (problem,) = scoops.problems([20])
-    escape = escape_effort(problem, nodes=100, seed=stream(0, 20))
-    assert escape.discarded > 0 and escape.complete and escape.nodes == 100
-    assert escape.discarded_effort < math.inf
-    contradicted = escape.discarded_effort < escape.effort
-    assert any("discarded" in text for text in escape.warnings) == contradicted
-    table = scoring.score([problem], ["effort/est"], nodes=100, indices=[20])
-    assert table["effort/est"] == [escape.effort]
 
 
 def test_settings_are_given_one_by_one_or_as_one(problems, tmp_path):
