@@ -101,7 +101,7 @@ def test_files_keep_it():
         em.Problem.from_json(json.dumps(fields))
     assert not jsonschema.Draft7Validator(em.Problem.schema()).is_valid(fields)
     without = json.loads(problem(rod(0.0)).to_json())
-    assert without["version"] == 3
+    assert without["version"] == 6
     assert "armature" not in without["scene"]["joints"][0]
 
 

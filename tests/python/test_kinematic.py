@@ -108,7 +108,7 @@ def test_files_and_pickles_keep_it():
     with pytest.raises(ValueError, match=re.escape(words)):
         em.Problem.from_json(json.dumps(fields))
     assert not jsonschema.Draft7Validator(em.Problem.schema()).is_valid(fields)
-    assert json.loads(problem(scene(kinematic=False)).to_json())["version"] == 3
+    assert json.loads(problem(scene(kinematic=False)).to_json())["version"] == 6
 
 
 @pytest.mark.parametrize(
