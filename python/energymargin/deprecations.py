@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 
 __all__ = ["REMOVED_IN", "moved_names", "once_positional", "warn_deprecated"]
 
-REMOVED_IN = "0.14.0"
+REMOVED_IN = "0.15.0"
 """The version in which the old ways go."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
