@@ -47,7 +47,14 @@ def test_planar_problems_come_near_their_answer_and_nearer_with_more_nodes(
             np.median(efforts(result, problem.name, n)) / problem.answer for n in (60, 400)
         )
         assert many < few, problem.name
-        assert many < 1.6, problem.name
+        if "lid" not in problem.name:
+            assert many < 1.4, problem.name
+
+
+@pytest.mark.xfail(strict=True, reason="1.51 with 400 nodes in 0.14.0")
+def test_the_lid_comes_near_its_answer(result: closed_forms.ClosedForms) -> None:
+    (lid,) = [p for p in result.problems if p.planar and "lid" in p.name]
+    assert np.median(efforts(result, lid.name, 400)) / lid.answer < 1.4
 
 
 def test_a_body_that_leaves_by_itself_needs_no_effort_and_a_cage_lets_nothing_out(

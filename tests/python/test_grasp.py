@@ -53,7 +53,13 @@ def test_about_half_of_the_grasps_hold(trajectories):
 
 def test_both_labels_are_well_represented(trajectories):
     captured = np.concatenate([trajectory.captured for trajectory in trajectories])
-    assert 0.2 <= captured.mean() <= 0.85
+    assert captured.mean() >= 0.2
+
+
+@pytest.mark.xfail(strict=True, reason="0.802 in 0.14.0, which holds more grasps")
+def test_at_most_four_fifths_of_the_states_are_captured(trajectories):
+    captured = np.concatenate([trajectory.captured for trajectory in trajectories])
+    assert captured.mean() <= 0.8
 
 
 def test_a_seed_gives_the_same_trajectory_and_another_seed_another():
