@@ -68,11 +68,7 @@ class Ours:
         begun = perf_counter()
         states = world.simulate(state, frames[-1], record=frames).states
         seconds = perf_counter() - begun
-        poses = {
-            name: np.array([state[scene.slice(name)][:7] for state in states])
-            for name in free_bodies(scene)
-        }
-        return Played(poses, seconds, frames[-1], times[-1])
+        return Played(_poses(scene, states), seconds, frames[-1], times[-1])
 
 
 @dataclass(frozen=True)
@@ -98,11 +94,7 @@ class MuJoCo:
             simulation.advance(steps)
             seconds += perf_counter() - begun
             states.append(simulation.state())
-        poses = {
-            name: np.array([state[scene.slice(name)][:7] for state in states])
-            for name in free_bodies(scene)
-        }
-        return Played(poses, seconds, simulation.steps, times[-1])
+        return Played(_poses(scene, states), seconds, simulation.steps, times[-1])
 
 
 @dataclass(frozen=True)
@@ -142,6 +134,14 @@ def free_bodies(scene: em.Scene) -> list[str]:
     """Bodies that move and hang on no joint."""
     links = {joint.child for joint in scene.joints}
     return [body.name for body in scene.bodies if not body.fixed and body.name not in links]
+
+
+def _poses(scene: em.Scene, states: Sequence[Vector]) -> dict[str, Vector]:
+    """Those of the free bodies in K states, each of shape (K, 7)."""
+    return {
+        name: np.array([state[scene.slice(name)][:7] for state in states])
+        for name in free_bodies(scene)
+    }
 
 
 class _Twin:
