@@ -10,7 +10,7 @@ namespace {
 // Two boxes of 20 cm, the first on the second, and an algorithm of theirs, which may have swapped them.
 class Touching {
  public:
-  explicit Touching(bool swapped) : upper_(0.0, nullptr, &box_), lower_(0.0, nullptr, &box_), swapped_(swapped) {
+  explicit Touching(bool swapped) : upper_(0.0, nullptr, &box_), lower_(0.0, nullptr, &box_) {
     upper_.setUserIndex(3);
     lower_.setUserIndex(7);
     manifold_ = swapped ? dispatcher_.getNewManifold(&lower_, &upper_) : dispatcher_.getNewManifold(&upper_, &lower_);
@@ -35,7 +35,6 @@ class Touching {
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btPersistentManifold* manifold_;
-  bool swapped_;
 };
 
 TEST(FoundContacts, PointsHaveTheirPlaceOnBothBodiesAndTheFrictionOfThePair) {

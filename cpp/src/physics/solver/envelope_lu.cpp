@@ -34,19 +34,18 @@ void EnvelopeLu::reset(const std::vector<int>& first) {
 bool EnvelopeLu::factor() {
   const int count = static_cast<int>(first_.size());
   for (int k = 0; k < count; ++k) {
-    const double* const pivots = row(k);
+    const double* const __restrict pivots = row(k);
     const double pivot = pivots[k];
     if (!(std::abs(pivot) > std::numeric_limits<double>::min())) return false;
     const double inverse = 1.0 / pivot;
     const int last = last_[static_cast<std::size_t>(k)];
     for (int i = k + 1; i <= last; ++i) {
       if (first_[static_cast<std::size_t>(i)] > k) continue;
-      double* const entries = row(i);
+      double* const __restrict entries = row(i);
       if (entries[k] == 0.0) continue;
       const double factor = entries[k] * inverse;
       const double before = std::abs(entries[i]);
       entries[k] = factor;
-#pragma GCC ivdep
       for (int j = k + 1; j <= last; ++j) entries[j] -= factor * pivots[j];
       if (std::abs(entries[i]) < least_pivot * before) return false;
     }

@@ -40,9 +40,8 @@ double dot(const double* a, const double* b, int count) {
 
 // entries += factor * row
 template <int known>
-void add_multiple(double factor, const double* row, int count, double* entries) {
+void add_multiple(double factor, const double* __restrict row, int count, double* __restrict entries) {
   const int length = known > 0 ? known : count;
-#pragma GCC ivdep
   for (int j = 0; j < length; ++j) entries[j] += factor * row[j];
 }
 
