@@ -1,12 +1,11 @@
 #include "physics/shapes.hpp"
 
-#include <LinearMath/btConvexHullComputer.h>
-
 #include <algorithm>
 #include <type_traits>
 #include <utility>
 
 #include "energymargin/kinematics.hpp"
+#include "physics/contacts/hull_shape.hpp"
 
 namespace energymargin {
 namespace {
@@ -63,14 +62,7 @@ struct Builder {
   std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
     std::vector<Vector3> points;
     for (const Vector3& point : hull.points) points.push_back(pose.orientation * point + pose.position);
-    // Bullet adds the margin outside of a hull, so the hull is shrunk by it first.
-    btConvexHullComputer computer;
-    const double shrunk =
-        computer.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), margin, 0.5);
-    auto shape = with_room<btConvexHullShape>();
-    for (int i = 0; i < computer.vertices.size(); ++i) shape->addPoint(computer.vertices[i], false);
-    shape->recalcLocalAabb();
-    shape->setMargin(shrunk);
+    auto shape = with_room<HullShape>(points, margin);
     return shape;
   }
 };

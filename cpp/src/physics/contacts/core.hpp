@@ -3,6 +3,10 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <vector>
+
+#include "physics/contacts/hull_shape.hpp"
+
 namespace energymargin {
 
 //! Cores nearer than this overlap, as far as one can tell: the direction between them is not known [m].
@@ -15,7 +19,8 @@ class Core {
       : kind_(shape.getShapeType()),
         half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()) {
     if (kind_ != CONVEX_HULL_SHAPE_PROXYTYPE) return;
-    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    const auto& hull = static_cast<const HullShape&>(shape);
+    corners_ = &hull.corners();
     points_ = hull.getUnscaledPoints();
     count_ = hull.getNumPoints();
   }
@@ -25,9 +30,8 @@ class Core {
   //! Half of the size along each axis, of all but hulls.
   const btVector3& half() const { return half_; }
 
-  //! The corners of a hull.
-  const btVector3* begin() const { return points_; }
-  const btVector3* end() const { return points_ + count_; }
+  //! The corners of a hull with its margin.
+  const std::vector<btVector3>& corners() const { return *corners_; }
 
   //! Its farthest point along a direction, both in its own frame.
   btVector3 support(const btVector3& direction) const {
@@ -55,7 +59,7 @@ class Core {
   const btVector3& farthest_corner(const btVector3& direction) const {
     const btVector3* best = points_;
     double most = direction.dot(*best);
-    for (const btVector3* point = points_ + 1; point != end(); ++point) {
+    for (const btVector3* point = points_ + 1; point != points_ + count_; ++point) {
       const double along = direction.dot(*point);
       if (along <= most) continue;
       most = along;
@@ -66,6 +70,7 @@ class Core {
 
   int kind_;
   btVector3 half_;
+  const std::vector<btVector3>* corners_ = nullptr;  // of a hull, as are the next
   const btVector3* points_ = nullptr;
   int count_ = 0;
 };

@@ -42,7 +42,8 @@ Corner between(const Corner& a, const Corner& b, double share) {
 
 // Whether corners are those of the solid with its margin; others are those of its core.
 bool has_sharp_corners(const Core& core) {
-  return core.kind() == BOX_SHAPE_PROXYTYPE || core.kind() == CYLINDER_SHAPE_PROXYTYPE;
+  return core.kind() == BOX_SHAPE_PROXYTYPE || core.kind() == CYLINDER_SHAPE_PROXYTYPE ||
+         core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE;
 }
 
 // Calls `visit` with the points of a solid that can be corners of its outermost face along `direction`, in its own
@@ -53,7 +54,7 @@ void for_each_corner(const Core& core, double margin, const btVector3& direction
   const btVector3 half = core.half() + btVector3(sharp, sharp, sharp);
   switch (core.kind()) {
     case CONVEX_HULL_SHAPE_PROXYTYPE:
-      for (const btVector3& point : core) visit(point);
+      for (const btVector3& corner : core.corners()) visit(corner);
       return;
     case BOX_SHAPE_PROXYTYPE:
       for (int i = 0; i < 8; ++i) {

@@ -5,6 +5,7 @@
 
 #include "physics/contacts/face_contacts.hpp"
 #include "physics/contacts/found_contacts.hpp"
+#include "physics/contacts/hull_shape.hpp"
 #include "physics/contacts/pair_contacts.hpp"
 
 namespace energymargin {
@@ -51,8 +52,7 @@ void for_each_low_point(const btCollisionShape& shape, const btVector3& down, co
       return;
     }
     default: {
-      const auto& hull = static_cast<const btConvexHullShape&>(shape);
-      for (int i = 0; i < hull.getNumPoints(); ++i) visit(hull.getScaledPoint(i) + down * hull.getMargin());
+      for (const btVector3& corner : static_cast<const HullShape&>(shape).corners()) visit(corner);
     }
   }
 }

@@ -24,6 +24,9 @@ constexpr double shorter_step = 0.6;
 // Errors are told as a share of the impulses, or of this share of the momenta where impulses are next to nothing.
 constexpr double least_turnover = 1e-3;
 
+// A load that presses contacts in by more than this is borne by harder ones [m/s].
+constexpr double most_given = 0.01;
+
 constexpr int most_at_once = 16;
 
 // Most movers are free bodies, for which loops of a known length are twice as fast.
@@ -278,11 +281,27 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
   return converged;
 }
 
+// Contacts that give way by more than that are made as much harder as it takes. Whether there were any.
+bool NewtonSolver::harden(const Island& island) {
+  bool any = false;
+  for (const int c : island.contacts) {
+    const auto k = static_cast<std::size_t>(c);
+    FrictionLaw& law = contacts_[k].law;
+    const double gives = law.normal_softness * responses_[k].impulse[2];
+    if (!(gives > most_given)) continue;
+    const double share = 0.5 * most_given / gives;
+    law.normal_softness *= share;
+    law.tangential_softness *= share;
+    any = true;
+  }
+  return any;
+}
+
 bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   int left = iterations;
   int sweeps = 0;
   double error = coulomb_error(island, false);
-  while (error > tolerance && left > 0) {
+  while ((error > tolerance || (harden(island) && (error = coulomb_error(island, false)) > tolerance)) && left > 0) {
     saved_ = velocities_;
     double next = error;
     for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {

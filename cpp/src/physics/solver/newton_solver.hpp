@@ -104,6 +104,7 @@ class NewtonSolver {
   double evaluate(const Island& island, const Respond& respond);
   double coulomb_error(const Island& island, bool after_step);
   double error(const Island& island) const;
+  bool harden(const Island& island);
   void keep_directions(const Island& island);
   void prepare_sweeps(const Island& island);
   void start_sweeps(const Island& island);
