@@ -18,16 +18,14 @@ const btQuaternion none = btQuaternion::getIdentity();
 
 btQuaternion about(const btVector3& axis, double angle) { return btQuaternion(axis.normalized(), angle); }
 
-// A hull with its margin outside of the points.
-btConvexHullShape hull_of(const std::vector<btVector3>& points) {
-  btConvexHullShape hull;
-  for (const btVector3& point : points) hull.addPoint(point, false);
-  hull.recalcLocalAabb();
-  hull.setMargin(margin);
-  return hull;
+// A hull with its margin inside.
+HullShape hull_of(const std::vector<btVector3>& points) {
+  std::vector<Vector3> corners;
+  for (const btVector3& point : points) corners.emplace_back(point.x(), point.y(), point.z());
+  return HullShape(corners, margin);
 }
 
-btConvexHullShape brick_of(const btVector3& half) {
+HullShape brick_of(const btVector3& half) {
   std::vector<btVector3> corners;
   for (int i = 0; i < 8; ++i) {
     corners.push_back(half * btVector3(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0));
@@ -64,15 +62,15 @@ double gap(const btConvexShape& a, const btTransform& pose_a, const btConvexShap
 btTransform at(const btVector3& position, const btQuaternion& turn = none) { return btTransform(turn, position); }
 
 TEST(FaceContact, CubeOnACubeTouchesAtTheFourCornersThatTheyShareAtTheirDepth) {
-  const btConvexHullShape cube = brick_of({0.05, 0.05, 0.05});
-  const double height = 0.1 + 2.0 * margin - 0.0003;
+  const HullShape cube = brick_of({0.05, 0.05, 0.05});
+  const double height = 0.1 - 0.0003;
   const std::vector<Point> points = face_points(cube, at({0.02, 0.03, height}), cube, at({0.0, 0.0, 0.0}));
   ASSERT_EQ(points.size(), 4U);
   for (const double x : {-0.03, 0.05}) {
     for (const double y : {-0.02, 0.05}) {
       EXPECT_EQ(std::count_if(
                     points.begin(), points.end(),
-                    [&](const Point& point) { return (point.on_b - btVector3(x, y, 0.05 + margin)).length() < 1e-12; }),
+                    [&](const Point& point) { return (point.on_b - btVector3(x, y, 0.05)).length() < 1e-12; }),
                 1)
           << x << ", " << y;
     }
@@ -81,46 +79,46 @@ TEST(FaceContact, CubeOnACubeTouchesAtTheFourCornersThatTheyShareAtTheirDepth) {
 }
 
 TEST(FaceContact, CubeOnACubeThatIsTurnedBy45DegreesTouchesAtEightCorners) {
-  const btConvexHullShape cube = brick_of({0.05, 0.05, 0.05});
-  const btTransform upper = at({0.0, 0.0, 0.1 + 2.0 * margin - 0.0003}, about({0.0, 0.0, 1.0}, 0.25 * SIMD_PI));
+  const HullShape cube = brick_of({0.05, 0.05, 0.05});
+  const btTransform upper = at({0.0, 0.0, 0.1 - 0.0003}, about({0.0, 0.0, 1.0}, 0.25 * SIMD_PI));
   const std::vector<Point> points = face_points(cube, upper, cube, at({0.0, 0.0, 0.0}));
   EXPECT_EQ(points.size(), 8U);
   for (const Point& point : points) {
-    EXPECT_NEAR(point.on_b.absolute()[point.on_b.absolute().maxAxis()], 0.05 + margin, 1e-12);
+    EXPECT_NEAR(point.on_b.absolute()[point.on_b.absolute().maxAxis()], 0.05, 1e-12);
     EXPECT_NEAR(std::hypot(point.on_b.x(), point.on_b.y()), 0.05 / std::cos(SIMD_PI / 8.0), 1e-12);
     EXPECT_NEAR(point.distance, -0.0003, 1e-12);
   }
 }
 
 TEST(FaceContact, EdgeOnAFaceTouchesAtItsTwoEnds) {
-  const btConvexHullShape cube = brick_of({0.05, 0.05, 0.05});
-  const double height = 0.05 * std::sqrt(2.0) + 0.05 + 2.0 * margin - 0.0003;
+  const HullShape cube = brick_of({0.05, 0.05, 0.05});
+  const double height = 0.05 * std::sqrt(2.0) + 0.05 - 0.0003;
   const btTransform upper = at({0.02, 0.0, height}, about({1.0, 0.0, 0.0}, 0.25 * SIMD_PI));
   std::vector<Point> points = face_points(cube, upper, cube, at({0.0, 0.0, 0.0}));
   ASSERT_EQ(points.size(), 2U);
   if (points[0].on_b.x() > points[1].on_b.x()) std::swap(points[0], points[1]);
-  EXPECT_LT((points[0].on_b - btVector3(-0.03, 0.0, 0.05 + margin)).length(), 1e-12);
-  EXPECT_LT((points[1].on_b - btVector3(0.05, 0.0, 0.05 + margin)).length(), 1e-12);
+  EXPECT_LT((points[0].on_b - btVector3(-0.03, 0.0, 0.05)).length(), 1e-12);
+  EXPECT_LT((points[1].on_b - btVector3(0.05, 0.0, 0.05)).length(), 1e-12);
   for (const Point& point : points) EXPECT_NEAR(point.distance, -0.0003, 1e-12);
 }
 
 TEST(FaceContact, CylinderThatLiesOnAFaceTouchesAtTheEndsOfALine) {
   btCylinderShapeZ cylinder(btVector3(0.03, 0.03, 0.04));
   cylinder.setMargin(margin);
-  const btConvexHullShape cube = brick_of({0.05, 0.05, 0.05});
-  const btTransform lying = at({0.02, 0.01, 0.08 + margin - 0.0003}, about({0.0, 1.0, 0.0}, 0.5 * SIMD_PI));
+  const HullShape cube = brick_of({0.05, 0.05, 0.05});
+  const btTransform lying = at({0.02, 0.01, 0.08 - 0.0003}, about({0.0, 1.0, 0.0}, 0.5 * SIMD_PI));
   std::vector<Point> points = face_points(cylinder, lying, cube, at({0.0, 0.0, 0.0}));
   ASSERT_EQ(points.size(), 2U);
   if (points[0].on_b.x() > points[1].on_b.x()) std::swap(points[0], points[1]);
-  EXPECT_LT((points[0].on_b - btVector3(-0.02, 0.01, 0.05 + margin)).length(), 1e-9);
-  EXPECT_LT((points[1].on_b - btVector3(0.05, 0.01, 0.05 + margin)).length(), 1e-9);
+  EXPECT_LT((points[0].on_b - btVector3(-0.02, 0.01, 0.05)).length(), 1e-9);
+  EXPECT_LT((points[1].on_b - btVector3(0.05, 0.01, 0.05)).length(), 1e-9);
   for (const Point& point : points) EXPECT_NEAR(point.distance, -0.0003, 1e-9);
 }
 
 // Two wedges, their edges up and down.
 TEST(FaceContact, EdgesThatCrossHaveNoPointButTheClosest) {
-  const btConvexHullShape cube = brick_of({0.05, 0.05, 0.05});
-  const double height = 0.1 * std::sqrt(2.0) + 2.0 * margin - 0.0003;
+  const HullShape cube = brick_of({0.05, 0.05, 0.05});
+  const double height = 0.1 * std::sqrt(2.0) - 0.0003;
   const btQuaternion on_edge = about({1.0, 0.0, 0.0}, 0.25 * SIMD_PI);
   for (const double angle : {0.1, 0.7, 0.5 * SIMD_PI}) {
     const btTransform upper = at({0.0, 0.0, height}, about({0.0, 0.0, 1.0}, angle) * on_edge);
@@ -131,11 +129,11 @@ TEST(FaceContact, EdgesThatCrossHaveNoPointButTheClosest) {
 
 // Its back is so near that its corners could be taken for those of its face.
 TEST(FaceContact, ThinPlateTouchesWithItsFaceAndNotWithItsBack) {
-  const btConvexHullShape plate = brick_of({0.05, 0.05, 0.0005});
-  const btConvexHullShape cube = brick_of({0.1, 0.1, 0.1});
+  const HullShape plate = brick_of({0.05, 0.05, 0.0005});
+  const HullShape cube = brick_of({0.1, 0.1, 0.1});
   for (const double tilt : {0.0, 1e-6, 0.001, 0.003}) {
     const btTransform upper =
-        at({0.0, 0.0, 0.1005 + 2.0 * margin + 0.05 * tilt - 0.0003}, about({0.0, 1.0, 0.0}, tilt));
+        at({0.0, 0.0, 0.1005 + 0.05 * tilt - 0.0003}, about({0.0, 1.0, 0.0}, tilt));
     const std::vector<Point> points = face_points(plate, upper, cube, at({0.0, 0.0, 0.0}), {0.0, 0.0, 1.0});
     EXPECT_EQ(points.size(), 4U) << tilt;
     for (const Point& point : points) {
@@ -146,19 +144,19 @@ TEST(FaceContact, ThinPlateTouchesWithItsFaceAndNotWithItsBack) {
 
 // An edge as short as that is a line without a length along the normal.
 TEST(FaceContact, EdgeAlongTheNormalIsAPoint) {
-  const btConvexHullShape pillar =
+  const HullShape pillar =
       hull_of({{0.0, 0.0, 0.0}, {0.0, 0.0, 0.001}, {0.05, 0.0, 0.05}, {-0.05, 0.04, 0.05}, {-0.05, -0.04, 0.05}});
-  const btConvexHullShape stalagmite =
+  const HullShape stalagmite =
       hull_of({{0.0, 0.0, 0.0}, {0.0, 0.0, -0.001}, {0.05, 0.0, -0.05}, {-0.05, 0.04, -0.05}, {-0.05, -0.04, -0.05}});
-  const btConvexHullShape cube = brick_of({0.05, 0.05, 0.05});
-  const btTransform upper = at({0.0, 0.0, 2.0 * margin - 0.0003});
-  for (const btConvexHullShape* lower : {&stalagmite, &cube}) {
+  const HullShape cube = brick_of({0.05, 0.05, 0.05});
+  const btTransform upper = at({0.0, 0.0, -0.0003});
+  for (const HullShape* lower : {&stalagmite, &cube}) {
     const btTransform below = at({0.0, 0.0, lower == &cube ? -0.05 : 0.0});
     for (const Point& point : face_points(pillar, upper, *lower, below, {0.0, 0.0, 1.0})) {
       EXPECT_NEAR(point.distance, -0.0003, 1e-12);
     }
     for (const Point& point :
-         face_points(cube, at({0.0, 0.0, 0.05 + 2.0 * margin - 0.0003}), *lower, below, {0.0, 0.0, 1.0})) {
+         face_points(cube, at({0.0, 0.0, 0.05 - 0.0003}), *lower, below, {0.0, 0.0, 1.0})) {
       EXPECT_NEAR(point.distance, -0.0003, 1e-12);
     }
   }
@@ -186,7 +184,7 @@ TEST(FaceContact, NoPointIsDeeperThanTheSolidsOverlap) {
   box.setMargin(margin);
   int found = 0;
   for (int i = 0; i < 5000; ++i) {
-    const btConvexHullShape first = cloud(20, 0.05 * (i % 3)), second = cloud(12, 0.05 * (i % 2));
+    const HullShape first = cloud(20, 0.05 * (i % 3)), second = cloud(12, 0.05 * (i % 2));
     const std::vector<const btConvexShape*> shapes{&first, &cylinder, &capsule, &box};
     const btConvexShape& upper = *shapes[std::size_t(i) % 4];
     const btQuaternion turned = about({even(random), even(random), even(random)}, 0.05 * even(random));

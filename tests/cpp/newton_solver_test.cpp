@@ -310,9 +310,10 @@ TEST(NewtonSolver, TighterToleranceTakesMoreIterations) {
 
 TEST(NewtonSolver, GuessThatSolvesTheEquationsNeedsNoIteration) {
   NewtonSolver solver, again;
-  const std::vector<int> movers = add_tower(solver, upwards, blow);
+  const Eigen::Vector3d light_blow = 0.1 * blow;  // which no contact is made harder for
+  const std::vector<int> movers = add_tower(solver, upwards, light_blow);
   ASSERT_TRUE(solver.solve(50, to_rounding));
-  add_tower(again, upwards, blow);
+  add_tower(again, upwards, light_blow);
   for (const int mover : movers) {
     std::copy_n(solver.velocities(mover), solver.count(mover), again.velocities(mover));
   }

@@ -5,12 +5,6 @@
 #include <algorithm>
 
 namespace energymargin {
-namespace {
-
-// A corner is as far from the core as this many margins at most: a cube's is at 1.7 of them.
-constexpr double most_margins = 2.0;
-
-}  // namespace
 
 HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
   btConvexHullComputer core;
@@ -21,16 +15,12 @@ HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
   setMargin(shrunk);
   btConvexHullComputer whole;
   whole.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), 0.0, 0.0);
-  low_ = high_ = core.vertices[0];
   for (int i = 0; i < whole.vertices.size(); ++i) {
     const Vector3& point = points[static_cast<std::size_t>(whole.original_vertex_index[i])];
-    btVector3 corner(point.x(), point.y(), point.z());
-    const btVector3* const near =
-        std::min_element(getUnscaledPoints(), getUnscaledPoints() + getNumPoints(),
-                         [&](const btVector3& a, const btVector3& b) { return corner.distance2(a) < corner.distance2(b); });
-    const double away = corner.distance(*near);
-    if (away > most_margins * shrunk) corner = *near + (corner - *near) * (most_margins * shrunk / away);
-    corners_.push_back(corner);
+    corners_.emplace_back(point.x(), point.y(), point.z());
+  }
+  low_ = high_ = corners_.front();
+  for (const btVector3& corner : corners_) {
     low_.setMin(corner);
     high_.setMax(corner);
   }

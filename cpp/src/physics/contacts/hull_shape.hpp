@@ -16,7 +16,6 @@ class HullShape : public btConvexHullShape {
   //! The hull of points, with at most this margin [m].
   HullShape(const std::vector<Vector3>& points, double margin);
 
-  //! A corner of an acute edge, which would stick out far, ends near the round one.
   const std::vector<btVector3>& corners() const { return corners_; }
 
   btVector3 localGetSupportingVertex(const btVector3& direction) const override;

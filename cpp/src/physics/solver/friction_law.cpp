@@ -37,7 +37,11 @@ void slide(const FrictionLaw& law, const ContactVector& miss, double slip, Conta
 }  // namespace
 
 void coulomb(const FrictionLaw& law, const ContactVector& miss, ContactResponse& response) {
-  if (!(miss[2] > 0.0)) return respond_as(Regime::open, law, miss, response);
+  if (!(miss[2] > 0.0)) {  // no one reads the slope of what is open
+    response.regime = Regime::open;
+    response.impulse = {};
+    return;
+  }
   const double most = law.friction * miss[2] / law.normal_softness;
   const bool sticks = slip_of(miss) <= most * law.tangential_softness;
   respond_as(sticks ? Regime::sticks : Regime::slides, law, miss, response);

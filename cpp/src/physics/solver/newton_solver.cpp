@@ -10,7 +10,7 @@ namespace {
 
 // So many iterations have to leave less than this share of the error.
 constexpr double enough = 0.5;
-constexpr int patience = 3;
+constexpr int patience = 6;
 
 // Sweeps at first, and most at a time; and iterations that go on from them.
 constexpr int first_sweeps = 16;
@@ -26,8 +26,7 @@ constexpr double least_turnover = 1e-3;
 
 // A load that presses contacts in by more than this is borne by harder ones [m/s].
 constexpr double most_given = 0.01;
-
-constexpr int most_at_once = 16;
+constexpr double most_harder = 20.0;
 
 // Most movers are free bodies, for which loops of a known length are twice as fast.
 constexpr int usual_count = 6;
@@ -51,6 +50,24 @@ void add_multiple(double factor, const double* __restrict row, int count, double
 void add_multiple(double factor, const double* row, int count, double* entries) {
   if (count == usual_count) return add_multiple<usual_count>(factor, row, count, entries);
   add_multiple<0>(factor, row, count, entries);
+}
+
+// entries += along * rows, of a contact on a free body.
+void add_contact_row(const double* __restrict along, const double* __restrict rows, double* __restrict entries) {
+  for (int j = 0; j < usual_count; ++j) {
+    entries[j] += along[0] * rows[j] + along[1] * rows[usual_count + j] + along[2] * rows[2 * usual_count + j];
+  }
+}
+
+// Impulses along the three rows of a contact, on a free body.
+void take_contact(const double* __restrict jacobian, const double* __restrict impulse, double* __restrict residual,
+                  double* __restrict turnover) {
+  for (int j = 0; j < usual_count; ++j) {
+    const double sum =
+        impulse[0] * jacobian[j] + impulse[1] * jacobian[usual_count + j] + impulse[2] * jacobian[2 * usual_count + j];
+    residual[j] -= sum;
+    turnover[j] += std::abs(sum);
+  }
 }
 
 double limited_impulse(const LimitedRow& row, double miss) {
@@ -281,7 +298,8 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
   return converged;
 }
 
-// Contacts that give way by more than that are made as much harder as it takes. Whether there were any.
+// Contacts that give way by more than that are made as much harder as it takes, and not by more than `most_harder`:
+// where walls close on a body nothing helps. Whether there were any.
 bool NewtonSolver::harden(const Island& island) {
   bool any = false;
   for (const int c : island.contacts) {
@@ -289,7 +307,7 @@ bool NewtonSolver::harden(const Island& island) {
     FrictionLaw& law = contacts_[k].law;
     const double gives = law.normal_softness * responses_[k].impulse[2];
     if (!(gives > most_given)) continue;
-    const double share = 0.5 * most_given / gives;
+    const double share = std::max(0.5 * most_given / gives, 1.0 / most_harder);
     law.normal_softness *= share;
     law.tangential_softness *= share;
     any = true;
@@ -301,7 +319,14 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   int left = iterations;
   int sweeps = 0;
   double error = coulomb_error(island, false);
-  while ((error > tolerance || (harden(island) && (error = coulomb_error(island, false)) > tolerance)) && left > 0) {
+  bool hardened = false;
+  while (left > 0) {
+    if (error <= tolerance) {
+      if (hardened || !harden(island)) break;
+      hardened = true;
+      error = coulomb_error(island, false);
+      continue;
+    }
     saved_ = velocities_;
     double next = error;
     for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {
@@ -355,15 +380,12 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     const double* jacobian = numbers_.data() + begin;
     double* residual = residual_.data() + mover.begin;
     double* turnover = turnover_.data() + mover.begin;
-    double sums[most_at_once];
-    for (int at = 0; at < mover.count; at += most_at_once) {
-      const int length = std::min(mover.count - at, most_at_once);
-      std::fill_n(sums, length, 0.0);
-      for (int row = 0; row < rows; ++row) add_multiple(impulse[row], jacobian + row * mover.count + at, length, sums);
-      for (int j = 0; j < length; ++j) {
-        residual[at + j] -= sums[j];
-        turnover[at + j] += std::abs(sums[j]);
-      }
+    if (mover.count == usual_count && rows == 3) return take_contact(jacobian, impulse, residual, turnover);
+    for (int j = 0; j < mover.count; ++j) {
+      double sum = 0.0;
+      for (int row = 0; row < rows; ++row) sum += impulse[row] * jacobian[row * mover.count + j];
+      residual[j] -= sum;
+      turnover[j] += std::abs(sum);
     }
   };
   for (const int i : island.contacts) {
@@ -430,10 +452,8 @@ double NewtonSolver::error(const Island& island) const {
 void NewtonSolver::keep_directions(const Island& island) {
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
-    const double slip = std::hypot(misses_[k][0], misses_[k][1]);
     directions_[k] = {0.0, 0.0};
-    if (slip > 0.0 && responses_[k].regime == Regime::slides)
-      directions_[k] = {misses_[k][0] / slip, misses_[k][1] / slip};
+    if (responses_[k].regime == Regime::slides) directions_[k] = {misses_[k][0], misses_[k][1]};
   }
 }
 
@@ -546,7 +566,7 @@ void NewtonSolver::resolve_contact(std::size_t k) {
   double x = asked(0, rows.law.tangential_softness);
   double y = asked(1, rows.law.tangential_softness);
   const double most = rows.law.friction * swept.impulse[2];
-  const double length = std::hypot(x, y);
+  const double length = std::sqrt(x * x + y * y);
   if (length > most) {
     x *= most / length;
     y *= most / length;
@@ -657,17 +677,31 @@ void NewtonSolver::add_block(const RowSides& sides, int rows, const double* slop
     const Mover& from = movers_[static_cast<std::size_t>(left)];
     const Mover& to = movers_[static_cast<std::size_t>(right)];
     const double* of_from = numbers_.data() + of_left;
-    const double* of_to = numbers_.data() + of_right;
+    changes_.resize(static_cast<std::size_t>(rows * to.count));
+    double* const of_to = changes_.data();  // slope J
+    const double* jacobian = numbers_.data() + of_right;
+    std::fill(changes_.begin(), changes_.end(), 0.0);
+    for (int m = 0; m < rows; ++m) {
+      for (int row = 0; row < rows; ++row) {
+        if (slope[m * rows + row] == 0.0) continue;
+        add_multiple(slope[m * rows + row], jacobian + row * to.count, to.count, of_to + m * to.count);
+      }
+    }
     for (int i = 0; i < from.count; ++i) {
       double* const entries = matrix_.row(from.local + i) + to.local;
-      for (int row = 0; row < rows; ++row) {
-        double along = 0.0;
-        for (int m = 0; m < rows; ++m) along += of_from[m * from.count + i] * slope[m * rows + row];
-        if (along != 0.0) add_multiple(along, of_to + row * to.count, to.count, entries);
+      if (rows == 3 && to.count == usual_count) {
+        const double along[3] = {of_from[i], of_from[from.count + i], of_from[2 * from.count + i]};
+        add_contact_row(along, of_to, entries);
+        continue;
+      }
+      for (int m = 0; m < rows; ++m) {
+        const double along = of_from[m * from.count + i];
+        if (along != 0.0) add_multiple(along, of_to + m * to.count, to.count, entries);
       }
     }
   };
   add(sides.a, sides.of_a, sides.a, sides.of_a);
+  if (sides.b < 0) return;
   add(sides.a, sides.of_a, sides.b, sides.of_b);
   add(sides.b, sides.of_b, sides.a, sides.of_a);
   add(sides.b, sides.of_b, sides.b, sides.of_b);
