@@ -37,13 +37,13 @@ class Draw {
       case 3:
         return std::make_unique<btSphereShape>(radius);
       default: {
-        std::vector<Vector3> points;
+        auto hull = std::make_unique<btConvexHullShape>();
         const int corners = 4 + static_cast<int>(even(0.0, 20.0));
         for (int i = 0; i < corners; ++i) {
-          const double x = even(-radius, radius), y = even(-radius, radius);
-          points.emplace_back(x, y, even(-half, half));
+          hull->addPoint(btVector3(even(-radius, radius), even(-radius, radius), even(-half, half)), false);
         }
-        shape = std::make_unique<HullShape>(points, 0.0);
+        hull->recalcLocalAabb();
+        shape = std::move(hull);
       }
     }
     shape->setMargin(0.0005);
@@ -170,15 +170,15 @@ TEST(CoreDistance, OfSolidsInLineIsWhatIsBetweenThem) {
     std::unique_ptr<btConvexShape> made = std::make_unique<btBoxShape>(half);
     if (kind == 1) made = std::make_unique<btCylinderShapeZ>(btVector3(half.x(), half.x(), half.z()));
     if (kind == 2) {
-      std::vector<Vector3> points;
+      auto hull = std::make_unique<btConvexHullShape>();
       for (int i = 0; i < 8; ++i) {
         const btVector3 corner(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
         for (const double share : {1.0, 1.0 - 1e-9, 0.5}) {  // corners in a line, and all but the same
-          const btVector3 point = half * corner * btVector3(share, 1.0, 1.0);
-          points.emplace_back(point.x(), point.y(), point.z());
+          hull->addPoint(half * corner * btVector3(share, 1.0, 1.0), false);
         }
       }
-      made = std::make_unique<HullShape>(points, 0.0);
+      hull->recalcLocalAabb();
+      made = std::move(hull);
     }
     made->setMargin(0.0);
     return made;
@@ -210,14 +210,16 @@ struct Errors {
 };
 
 // A cylinder as a prism, which no closed form is asked about.
-HullShape prism_of(double radius, double half) {
+btConvexHullShape prism_of(double radius, double half) {
   constexpr int sides = 1000;
-  std::vector<Vector3> points;
+  btConvexHullShape prism;
   for (int i = 0; i < 2 * sides; ++i) {
     const double angle = SIMD_2_PI * i / (2 * sides);
-    points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), i % 2 ? half : -half);
+    prism.addPoint(btVector3(radius * std::cos(angle), radius * std::sin(angle), i % 2 ? half : -half), false);
   }
-  return HullShape(points, 0.0);
+  prism.recalcLocalAabb();
+  prism.setMargin(0.0);
+  return prism;
 }
 
 // The largest of cylinders that stand beside a box or another cylinder, so much tilted and so much longer than thick.
@@ -246,7 +248,7 @@ Errors errors_side_by_side(double tilt, bool box, double slenderness) {
 
     const CorePair pair(cylinder, *standing);
     const auto found = distance_side_by_side(pair.a(), pose_a, pair.b(), pose_b);
-    const HullShape prism = prism_of(radius, slenderness * radius);
+    const btConvexHullShape prism = prism_of(radius, slenderness * radius);
     CoreDistance expected;
     if (CorePair(prism, *standing).distance(pose_a, pose_b, any_reach, expected) != Cores::apart || !found) continue;
     ++counted;

@@ -68,10 +68,10 @@ TEST(FaceContact, CubeOnACubeTouchesAtTheFourCornersThatTheyShareAtTheirDepth) {
   ASSERT_EQ(points.size(), 4U);
   for (const double x : {-0.03, 0.05}) {
     for (const double y : {-0.02, 0.05}) {
-      EXPECT_EQ(std::count_if(
-                    points.begin(), points.end(),
-                    [&](const Point& point) { return (point.on_b - btVector3(x, y, 0.05)).length() < 1e-12; }),
-                1)
+      EXPECT_EQ(
+          std::count_if(points.begin(), points.end(),
+                        [&](const Point& point) { return (point.on_b - btVector3(x, y, 0.05)).length() < 1e-12; }),
+          1)
           << x << ", " << y;
     }
   }
@@ -132,8 +132,7 @@ TEST(FaceContact, ThinPlateTouchesWithItsFaceAndNotWithItsBack) {
   const HullShape plate = brick_of({0.05, 0.05, 0.0005});
   const HullShape cube = brick_of({0.1, 0.1, 0.1});
   for (const double tilt : {0.0, 1e-6, 0.001, 0.003}) {
-    const btTransform upper =
-        at({0.0, 0.0, 0.1005 + 0.05 * tilt - 0.0003}, about({0.0, 1.0, 0.0}, tilt));
+    const btTransform upper = at({0.0, 0.0, 0.1005 + 0.05 * tilt - 0.0003}, about({0.0, 1.0, 0.0}, tilt));
     const std::vector<Point> points = face_points(plate, upper, cube, at({0.0, 0.0, 0.0}), {0.0, 0.0, 1.0});
     EXPECT_EQ(points.size(), 4U) << tilt;
     for (const Point& point : points) {
@@ -155,8 +154,7 @@ TEST(FaceContact, EdgeAlongTheNormalIsAPoint) {
     for (const Point& point : face_points(pillar, upper, *lower, below, {0.0, 0.0, 1.0})) {
       EXPECT_NEAR(point.distance, -0.0003, 1e-12);
     }
-    for (const Point& point :
-         face_points(cube, at({0.0, 0.0, 0.05 - 0.0003}), *lower, below, {0.0, 0.0, 1.0})) {
+    for (const Point& point : face_points(cube, at({0.0, 0.0, 0.05 - 0.0003}), *lower, below, {0.0, 0.0, 1.0})) {
       EXPECT_NEAR(point.distance, -0.0003, 1e-12);
     }
   }

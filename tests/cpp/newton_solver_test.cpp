@@ -147,6 +147,7 @@ std::vector<int> add_tower(NewtonSolver& solver, const std::vector<int>& places,
 
 const std::vector<int> upwards{0, 1, 2, 3, 4, 5};
 const Eigen::Vector3d blow(2.0, 1.0, -3.0);
+const Eigen::Vector3d light_blow = 0.1 * blow;  // one that no contact is made harder for
 
 TEST(NewtonSolver, WhatOneBodyGivesAnotherOneGetsToTheLastDigit) {
   for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
@@ -285,12 +286,12 @@ TEST(NewtonSolver, SolverThatIsClearedSolvesAsANewOne) {
 
 TEST(NewtonSolver, MakesAsManyIterationsAsItMayAndTellsThatTheyWereTooFew) {
   NewtonSolver enough;
-  add_tower(enough, upwards, blow);
+  add_tower(enough, upwards, light_blow);
   ASSERT_TRUE(enough.solve(50, 1e-6));
   ASSERT_GT(enough.iterations(), 2);
   for (int most = 1; most <= enough.iterations(); ++most) {
     NewtonSolver solver;
-    add_tower(solver, upwards, blow);
+    add_tower(solver, upwards, light_blow);
     EXPECT_EQ(solver.solve(most, 1e-6), most == enough.iterations()) << most;
     EXPECT_EQ(solver.iterations(), most);
   }
@@ -310,7 +311,6 @@ TEST(NewtonSolver, TighterToleranceTakesMoreIterations) {
 
 TEST(NewtonSolver, GuessThatSolvesTheEquationsNeedsNoIteration) {
   NewtonSolver solver, again;
-  const Eigen::Vector3d light_blow = 0.1 * blow;  // which no contact is made harder for
   const std::vector<int> movers = add_tower(solver, upwards, light_blow);
   ASSERT_TRUE(solver.solve(50, to_rounding));
   add_tower(again, upwards, light_blow);

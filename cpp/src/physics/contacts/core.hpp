@@ -19,8 +19,8 @@ class Core {
       : kind_(shape.getShapeType()),
         half_(static_cast<const btConvexInternalShape&>(shape).getImplicitShapeDimensions()) {
     if (kind_ != CONVEX_HULL_SHAPE_PROXYTYPE) return;
-    const auto& hull = static_cast<const HullShape&>(shape);
-    corners_ = &hull.corners();
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    if (const auto* whole = dynamic_cast<const HullShape*>(&shape)) corners_ = &whole->corners();
     points_ = hull.getUnscaledPoints();
     count_ = hull.getNumPoints();
   }
@@ -30,7 +30,7 @@ class Core {
   //! Half of the size along each axis, of all but hulls.
   const btVector3& half() const { return half_; }
 
-  //! The corners of a hull with its margin.
+  //! The corners of a HullShape with its margin.
   const std::vector<btVector3>& corners() const { return *corners_; }
 
   //! Its farthest point along a direction, both in its own frame.
@@ -70,7 +70,7 @@ class Core {
 
   int kind_;
   btVector3 half_;
-  const std::vector<btVector3>* corners_ = nullptr;  // of a hull, as are the next
+  const std::vector<btVector3>* corners_ = nullptr;  // of a HullShape
   const btVector3* points_ = nullptr;
   int count_ = 0;
 };

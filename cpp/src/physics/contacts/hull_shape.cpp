@@ -27,9 +27,8 @@ HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
 }
 
 btVector3 HullShape::localGetSupportingVertex(const btVector3& direction) const {
-  return *std::max_element(corners_.begin(), corners_.end(), [&](const btVector3& a, const btVector3& b) {
-    return direction.dot(a) < direction.dot(b);
-  });
+  return *std::max_element(corners_.begin(), corners_.end(),
+                           [&](const btVector3& a, const btVector3& b) { return direction.dot(a) < direction.dot(b); });
 }
 
 void HullShape::getAabb(const btTransform& pose, btVector3& low, btVector3& high) const {
