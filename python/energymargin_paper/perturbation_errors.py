@@ -63,7 +63,7 @@ LARGEST: dict[str, tuple[Largest, ...]] = {
         ),
         Largest(
             quantity="yaw rate of each body",
-            value=0.3,
+            value=0.32,
             unit="rad/s",
             measure="absolute yaw rate",
             reason="likewise; the turn of the pusher bends the capture set",
