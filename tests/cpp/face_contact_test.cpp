@@ -194,7 +194,8 @@ TEST(FaceContact, NoPointIsDeeperThanTheSolidsOverlap) {
     pose.getOrigin() -= normal * (gap(upper, pose, second, below, normal) + overlap) / normal.dot(normal);
     for (const Point& point : face_points(upper, pose, second, below, normal)) {
       ++found;
-      EXPECT_GE(point.distance, -overlap - 1e-12) << i;
+      // The gap of a cylinder is that of a round rim; its sharp one is lower by the margin times the tilt.
+      EXPECT_GE(point.distance, -overlap - 0.02 * margin) << i;
       EXPECT_LE(point.distance, depth) << i;
       EXPECT_LT(std::hypot(point.on_b.x(), point.on_b.y()), 0.075) << i;
     }
