@@ -21,7 +21,7 @@ def problem():
 
 
 OLDER = Path(__file__).parents[1] / "older_problem_files"
-SEED, SEARCH = ("--seed", 7), ("--seed", 7, "--nodes", 80)
+SEED, SEARCH = ("--seed", 7), ("--seed", 7, "--nodes", 240)
 
 
 def scored(*arguments):
@@ -47,7 +47,7 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
 ):
     file = tmp_path / "problem.json"
     problem.save(file, meshes=meshes)
-    capture = em.capture_score(problem, nodes=80, seed=7, trees=2)
+    capture = em.capture_score(problem, nodes=240, seed=7, trees=2)
     printed = scored(file, *SEARCH, "--trees", 2)
     for name in ("capture", "success", "capture_any", "success_any"):
         interval = printed.pop(f"{name}_interval")
@@ -59,7 +59,7 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
     assert printed.pop("warnings") == list(capture.warnings)
     assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
-        effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
+        effort = em.escape_effort(problem, planner=planner, nodes=240, seed=7, captured=captured)
         asked = ("--metric", "effort", "--planner", planner, "--captured", captured)
         printed = scored(file, *SEARCH, *asked)
         assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
@@ -89,7 +89,7 @@ def test_the_executable_has_pythons_escape_energy_to_the_last_bit(tmp_path):
 
 
 def test_the_effort_that_is_compared_is_one(problem):
-    assert np.isfinite(em.escape_effort(problem, nodes=80, seed=7, captured="any").effort)
+    assert np.isfinite(em.escape_effort(problem, nodes=240, seed=7, captured="any").effort)
 
 
 def bits(rows):
@@ -237,7 +237,7 @@ def test_the_executable_has_pythons_effort_of_a_horizon_and_a_plan_to_the_last_b
     problem = planned_problem()
     problem.save(tmp_path / "p.json")
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
-        effort = em.escape_effort(problem, planner=planner, nodes=80, seed=7, captured=captured)
+        effort = em.escape_effort(problem, planner=planner, nodes=240, seed=7, captured=captured)
         printed = scored(
             *(tmp_path / "p.json", "--metric", "effort"),
             *("--planner", planner, "--captured", captured, *SEARCH),
