@@ -59,8 +59,7 @@ TEST_P(HullOfSize, NoContactIsMuchDeeperThanTwoHullsOverlap) {
     const State state = apart(far);
     const double overlap = -world.distance(state, "object", "other");
     for (const Contact& contact : world.contacts(state)) {
-      // The distance is that of round corners; a sharp one of 60 degrees sticks out by a margin.
-      EXPECT_LT(-contact.distance, 4.0 * overlap) << "directions " << direction << ", " << yaw << ", " << other_yaw;
+      EXPECT_LT(-contact.distance, 2.0 * overlap) << "directions " << direction << ", " << yaw << ", " << other_yaw;
     }
   }
 }

@@ -286,12 +286,12 @@ TEST(NewtonSolver, SolverThatIsClearedSolvesAsANewOne) {
 
 TEST(NewtonSolver, MakesAsManyIterationsAsItMayAndTellsThatTheyWereTooFew) {
   NewtonSolver enough;
-  add_tower(enough, upwards, light_blow);
+  add_tower(enough, upwards, blow);
   ASSERT_TRUE(enough.solve(50, 1e-6));
   ASSERT_GT(enough.iterations(), 2);
   for (int most = 1; most <= enough.iterations(); ++most) {
     NewtonSolver solver;
-    add_tower(solver, upwards, light_blow);
+    add_tower(solver, upwards, blow);
     EXPECT_EQ(solver.solve(most, 1e-6), most == enough.iterations()) << most;
     EXPECT_EQ(solver.iterations(), most);
   }

@@ -62,8 +62,7 @@ struct Builder {
   std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
     std::vector<Vector3> points;
     for (const Vector3& point : hull.points) points.push_back(pose.orientation * point + pose.position);
-    auto shape = with_room<HullShape>(points, margin);
-    return shape;
+    return with_room<HullShape>(points, margin);
   }
 };
 

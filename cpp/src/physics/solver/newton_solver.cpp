@@ -320,13 +320,14 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   int sweeps = 0;
   double error = coulomb_error(island, false);
   bool hardened = false;
-  while (left > 0) {
+  while (true) {
     if (error <= tolerance) {
       if (hardened || !harden(island)) break;
       hardened = true;
       error = coulomb_error(island, false);
       continue;
     }
+    if (left == 0) break;
     saved_ = velocities_;
     double next = error;
     for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {
