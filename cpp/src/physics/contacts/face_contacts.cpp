@@ -151,11 +151,15 @@ void find_face(const Core& core, const btTransform& pose, const ContactPlane& pl
     most = std::max(most, along);
   });
   if (has_back(core)) depth = std::min(depth, 0.5 * (most - least));
+  // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
+  const double rounded = direction.dot(core.support(direction)) + margin;
+  const double reached = core.kind() == CONVEX_HULL_SHAPE_PROXYTYPE ? std::min(most, rounded) : BT_LARGE_FLOAT;
   const double outside = has_sharp_corners(core) ? 0.0 : margin;
   for_each_corner(core, margin, direction, [&](const btVector3& point) {
-    if (direction.dot(point) < most - depth) return;
+    const double along = direction.dot(point);
+    if (along < most - depth) return;
     face.push_back(plane(pose(point)));
-    face.back().height += outward * outside;
+    face.back().height += outward * (std::min(along + outside, reached) - along);
   });
   order(face, scratch, outward, depth);
 }
