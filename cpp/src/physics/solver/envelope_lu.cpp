@@ -10,6 +10,11 @@ namespace {
 // A pivot that is less than this share of what it was before the elimination is rounding error.
 constexpr double least_pivot = 1e-13;
 
+// entries -= factor * pivots, from column k on
+void eliminate(double factor, const double* __restrict pivots, int k, int last, double* __restrict entries) {
+  for (int j = k; j <= last; ++j) entries[j] -= factor * pivots[j];
+}
+
 }  // namespace
 
 void EnvelopeLu::reset(const std::vector<int>& first) {
@@ -33,20 +38,39 @@ void EnvelopeLu::reset(const std::vector<int>& first) {
 
 bool EnvelopeLu::factor() {
   const int count = static_cast<int>(first_.size());
+  inverses_.resize(first_.size());
+  if (count == usual_count && first_.back() == 0) return factor_usual();
   for (int k = 0; k < count; ++k) {
-    const double* const __restrict pivots = row(k);
-    const double pivot = pivots[k];
-    if (!(std::abs(pivot) > std::numeric_limits<double>::min())) return false;
-    const double inverse = 1.0 / pivot;
+    const double* const pivots = row(k);
+    if (!(std::abs(pivots[k]) > std::numeric_limits<double>::min())) return false;
+    const double inverse = inverses_[static_cast<std::size_t>(k)] = 1.0 / pivots[k];
     const int last = last_[static_cast<std::size_t>(k)];
     for (int i = k + 1; i <= last; ++i) {
       if (first_[static_cast<std::size_t>(i)] > k) continue;
-      double* const __restrict entries = row(i);
+      double* const entries = row(i);
       if (entries[k] == 0.0) continue;
       const double factor = entries[k] * inverse;
       const double before = std::abs(entries[i]);
       entries[k] = factor;
-      for (int j = k + 1; j <= last; ++j) entries[j] -= factor * pivots[j];
+      eliminate(factor, pivots, k + 1, last, entries);
+      if (std::abs(entries[i]) < least_pivot * before) return false;
+    }
+  }
+  return true;
+}
+
+bool EnvelopeLu::factor_usual() {
+  double* const values = values_.data();
+  for (int k = 0; k < usual_count; ++k) {
+    const double* const pivots = values + k * usual_count;
+    if (!(std::abs(pivots[k]) > std::numeric_limits<double>::min())) return false;
+    const double inverse = inverses_[static_cast<std::size_t>(k)] = 1.0 / pivots[k];
+    for (int i = k + 1; i < usual_count; ++i) {
+      double* const entries = values + i * usual_count;
+      const double factor = entries[k] * inverse;
+      const double before = std::abs(entries[i]);
+      for (int j = k + 1; j < usual_count; ++j) entries[j] -= factor * pivots[j];
+      entries[k] = factor;
       if (std::abs(entries[i]) < least_pivot * before) return false;
     }
   }
@@ -65,7 +89,7 @@ void EnvelopeLu::solve(double* x) const {
     const double* const entries = row(i);
     double sum = x[i];
     for (int j = i + 1; j <= last_[static_cast<std::size_t>(i)]; ++j) sum -= entries[j] * x[j];
-    x[i] = sum / entries[i];
+    x[i] = sum * inverses_[static_cast<std::size_t>(i)];
   }
 }
 

@@ -6,6 +6,9 @@
 
 namespace energymargin {
 
+//! Most movers are free bodies, for which loops of a known length are twice as fast.
+inline constexpr int usual_count = 6;
+
 //! LU factors of a matrix with a symmetric pattern, without pivots: it is an inertia and what constraints add to it.
 //! Row i has entries from column first[i] on; the factors stay within the envelope of these rows and of the same
 //! columns (George and Liu 1981, chapter 4).
@@ -25,9 +28,11 @@ class EnvelopeLu {
   void solve(double* x) const;
 
  private:
-  std::vector<double> values_;
-  std::vector<std::ptrdiff_t> begins_;  // of the rows, as if they had a column 0
-  std::vector<int> first_, last_;       // columns of each row
+  bool factor_usual();
+
+  std::vector<double> values_, inverses_;  // entries or factors, and 1 / pivots
+  std::vector<std::ptrdiff_t> begins_;     // of the rows, as if they had a column 0
+  std::vector<int> first_, last_;          // columns of each row
 };
 
 }  // namespace energymargin

@@ -28,9 +28,6 @@ constexpr double least_turnover = 1e-3;
 constexpr double most_given = 0.01;
 constexpr double most_harder = 20.0;
 
-// Most movers are free bodies, for which loops of a known length are twice as fast.
-constexpr int usual_count = 6;
-
 double dot(const double* a, const double* b, int count) {
   if (count == usual_count) {
     return ((a[0] * b[0] + a[2] * b[2]) + a[4] * b[4]) + ((a[1] * b[1] + a[3] * b[3]) + a[5] * b[5]);
@@ -52,14 +49,15 @@ void add_multiple(double factor, const double* row, int count, double* entries) 
   add_multiple<0>(factor, row, count, entries);
 }
 
-// entries += along * rows, of a contact on a free body.
-void add_contact_row(const double* __restrict along, const double* __restrict rows, double* __restrict entries) {
-  for (int j = 0; j < usual_count; ++j) {
-    entries[j] += along[0] * rows[j] + along[1] * rows[usual_count + j] + along[2] * rows[2 * usual_count + j];
-  }
+// Of a contact on a free body, the three rows of a Jacobian.
+constexpr int contact_size = 3 * usual_count;
+
+// Speeds along the rows.
+void add_speeds(const double* jacobian, const double* velocities, ContactVector& speeds) {
+  for (std::size_t row = 0; row < 3; ++row) speeds[row] += dot(jacobian + row * usual_count, velocities, usual_count);
 }
 
-// Impulses along the three rows of a contact, on a free body.
+// Impulses along the rows.
 void take_contact(const double* __restrict jacobian, const double* __restrict impulse, double* __restrict residual,
                   double* __restrict turnover) {
   for (int j = 0; j < usual_count; ++j) {
@@ -67,6 +65,33 @@ void take_contact(const double* __restrict jacobian, const double* __restrict im
         impulse[0] * jacobian[j] + impulse[1] * jacobian[usual_count + j] + impulse[2] * jacobian[2 * usual_count + j];
     residual[j] -= sum;
     turnover[j] += std::abs(sum);
+  }
+}
+
+// slope x rows: nothing that friction does presses.
+void answer_contact(const ContactResponse& response, const double* __restrict rows, double* __restrict answer) {
+  const auto& [x, y, normal] = response.slope;
+  if (response.regime == Regime::sticks) {
+    for (int j = 0; j < usual_count; ++j) {
+      answer[j] = x[0] * rows[j];
+      answer[usual_count + j] = y[1] * rows[usual_count + j];
+      answer[2 * usual_count + j] = normal[2] * rows[2 * usual_count + j];
+    }
+    return;
+  }
+  for (int j = 0; j < usual_count; ++j) {
+    const double along_x = rows[j], along_y = rows[usual_count + j], along_normal = rows[2 * usual_count + j];
+    answer[j] = x[0] * along_x + x[1] * along_y + x[2] * along_normal;
+    answer[usual_count + j] = y[0] * along_x + y[1] * along_y + y[2] * along_normal;
+    answer[2 * usual_count + j] = normal[2] * along_normal;
+  }
+}
+
+// entries += along' x rows
+void add_contact_row(const double* __restrict along, const double* __restrict rows, double* __restrict entries) {
+  const double x = along[0], y = along[usual_count], normal = along[2 * usual_count];
+  for (int j = 0; j < usual_count; ++j) {
+    entries[j] += x * rows[j] + y * rows[usual_count + j] + normal * rows[2 * usual_count + j];
   }
 }
 
@@ -84,6 +109,8 @@ double limited_slope(const LimitedRow& row, double miss) {
 void NewtonSolver::clear() {
   movers_.clear();
   inertias_.clear();
+  inverse_diagonal_.clear();
+  kept_ = 0;
   free_.clear();
   velocities_.clear();
   recovery_.clear();
@@ -103,7 +130,18 @@ int NewtonSolver::add_mover(int count) {
   return static_cast<int>(movers_.size()) - 1;
 }
 
+// Of movers that are new.
+void NewtonSolver::keep_diagonals() {
+  for (; kept_ < movers_.size(); ++kept_) {
+    const Mover& mover = movers_[kept_];
+    for (int i = 0; i < mover.count; ++i) {
+      inverse_diagonal_.push_back(1.0 / inertias_[mover.inertia + static_cast<std::size_t>(i * mover.count + i)]);
+    }
+  }
+}
+
 void NewtonSolver::add_sides(RowSides& sides, int a, int b, int rows) {
+  keep_diagonals();
   sides.a = a;
   sides.b = b == a ? -1 : b;
   const auto add = [&](int mover, std::size_t& begin) {
@@ -132,9 +170,9 @@ double NewtonSolver::inverse_mass(const RowSides& sides, int row) const {
     if (index < 0) return;
     const Mover& mover = movers_[static_cast<std::size_t>(index)];
     const double* jacobian = numbers_.data() + begin + row * mover.count;
-    const double* inertia = inertias_.data() + mover.inertia;
+    const double* inverses = inverse_diagonal_.data() + mover.begin;
     for (int i = 0; i < mover.count; ++i) {
-      if (jacobian[i] != 0.0) sum += jacobian[i] * jacobian[i] / inertia[i * mover.count + i];
+      sum += jacobian[i] * jacobian[i] * inverses[i];
     }
   };
   add(sides.a, sides.of_a);
@@ -152,6 +190,23 @@ double NewtonSolver::speed(const RowSides& sides, int row, const std::vector<dou
   add(sides.a, sides.of_a);
   add(sides.b, sides.of_b);
   return sum;
+}
+
+ContactVector NewtonSolver::speeds(const ContactRows& rows, const std::vector<double>& velocities) const {
+  ContactVector sums{};
+  const auto add = [&](int index, std::size_t begin) {
+    if (index < 0) return;
+    const Mover& mover = movers_[static_cast<std::size_t>(index)];
+    const double* const jacobian = numbers_.data() + begin;
+    const double* const of_mover = velocities.data() + mover.begin;
+    if (mover.count == usual_count) return add_speeds(jacobian, of_mover, sums);
+    for (std::size_t row = 0; row < 3; ++row) {
+      sums[row] += dot(jacobian + row * static_cast<std::size_t>(mover.count), of_mover, mover.count);
+    }
+  };
+  add(rows.a, rows.of_a);
+  add(rows.b, rows.of_b);
+  return sums;
 }
 
 int NewtonSolver::root(int mover) {
@@ -246,10 +301,10 @@ void NewtonSolver::order(Island& island) {
     movers_[static_cast<std::size_t>(i)].local = size;
     size += movers_[static_cast<std::size_t>(i)].count;
   }
-  first_.resize(static_cast<std::size_t>(size));
+  island.first.resize(static_cast<std::size_t>(size));
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    std::fill_n(first_.begin() + mover.local, mover.count, mover.local);
+    std::fill_n(island.first.begin() + mover.local, mover.count, mover.local);
   }
   const auto widen = [&](const RowSides& sides) {
     if (sides.a < 0 || sides.b < 0) return;
@@ -257,7 +312,7 @@ void NewtonSolver::order(Island& island) {
     const Mover* high = &movers_[static_cast<std::size_t>(sides.b)];
     if (low->local > high->local) std::swap(low, high);
     for (int i = 0; i < high->count; ++i) {
-      int& first = first_[static_cast<std::size_t>(high->local + i)];
+      int& first = island.first[static_cast<std::size_t>(high->local + i)];
       first = std::min(first, low->local);
     }
   };
@@ -267,6 +322,13 @@ void NewtonSolver::order(Island& island) {
 
 bool NewtonSolver::solve(int iterations, double tolerance) {
   find_islands();
+  for (std::size_t i = 0; i < island_count_; ++i) {
+    if (!islands_[i].free()) order(islands_[i]);
+  }
+  return solve_again(iterations, tolerance);
+}
+
+bool NewtonSolver::solve_again(int iterations, double tolerance) {
   const std::size_t size = velocities_.size();
   for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_}) numbers->resize(size);
   misses_.resize(contacts_.size());
@@ -278,11 +340,10 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
   bool converged = true;
   for (std::size_t i = 0; i < island_count_; ++i) {
     Island& island = islands_[i];
-    if (island.contacts.empty() && island.limited.empty()) {
+    if (island.free()) {
       for (const int mover : island.movers) std::copy_n(free(mover), count(mover), velocities(mover));
       continue;
     }
-    order(island);
     const bool solved = solve(island, iterations, tolerance);
     converged = converged && solved;
     for (const int k : island.contacts) {
@@ -296,6 +357,11 @@ bool NewtonSolver::solve(int iterations, double tolerance) {
     recover(island);
   }
   return converged;
+}
+
+void NewtonSolver::save(const Island& island) {
+  saved_.resize(velocities_.size());
+  for (const int i : island.movers) std::copy_n(velocities(i), count(i), saved_.data() + begin(i));
 }
 
 // Contacts that give way by more than that are made as much harder as it takes, and not by more than `most_harder`:
@@ -328,7 +394,7 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
       continue;
     }
     if (left == 0) break;
-    saved_ = velocities_;
+    save(island);
     double next = error;
     for (int tries = 0; tries < patience && left > 0 && find_direction(island); ++tries) {
       keep_directions(island);
@@ -343,7 +409,7 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
       continue;
     }
     if (left == 0) break;
-    velocities_.swap(saved_);
+    for (const int i : island.movers) std::copy_n(saved_.data() + begin(i), count(i), velocities(i));
     sweeps = sweeps == 0 ? first_sweeps : std::min(2 * sweeps, most_sweeps);
     --left;
     error = go_on_from_sweeps(island, sweeps, left, tolerance);
@@ -392,10 +458,8 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
     const ContactRows& rows = contacts_[k];
-    for (int row = 0; row < 3; ++row) {
-      misses_[k][static_cast<std::size_t>(row)] =
-          rows.target[static_cast<std::size_t>(row)] - speed(rows, row, velocities_);
-    }
+    const ContactVector speeds_now = speeds(rows, velocities_);
+    for (std::size_t row = 0; row < 3; ++row) misses_[k][row] = rows.target[row] - speeds_now[row];
     respond(k);
     if (responses_[k].regime == Regime::open) continue;
     take(rows.a, rows.of_a, responses_[k].impulse.data(), 3);
@@ -440,9 +504,10 @@ double NewtonSolver::error(const Island& island) const {
       const double mass = inertia[j * mover.count + j];
       const double momentum = mass * (std::abs(velocities_[index]) + std::abs(free_[index]));
       const double turned = std::max(turnover_[index], least_turnover * momentum);
-      const double squared = residual_[index] * residual_[index] / mass;
+      const double inverse = inverse_diagonal_[index];
+      const double squared = residual_[index] * residual_[index] * inverse;
       if (!(squared <= error)) error = squared;  // also what is no number
-      turnover = std::max(turnover, turned * turned / mass);
+      turnover = std::max(turnover, turned * turned * inverse);
     }
     if (error != 0.0 && !(error / turnover <= worst)) worst = error / turnover;
   }
@@ -604,9 +669,11 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
     for (const int c : island.contacts) {
       const auto k = static_cast<std::size_t>(c);
       ContactVector whole = responses_[k].impulse;
-      for (std::size_t column = 0; column < 3; ++column) {
-        const double change = -speed(contacts_[k], static_cast<int>(column), direction_);
-        for (std::size_t row = 0; row < 3; ++row) whole[row] += responses_[k].slope[row][column] * change;
+      const ContactVector changes = speeds(contacts_[k], direction_);
+      for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 3; ++column) {
+          whole[row] -= responses_[k].slope[row][column] * changes[column];
+        }
       }
       for (std::size_t row = 0; row < 3; ++row) predicted_[k][row] += length * (whole[row] - predicted_[k][row]);
     }
@@ -637,7 +704,7 @@ bool NewtonSolver::find_direction(const Island& island) {
   assemble(island);
   if (!matrix_.factor()) return false;
   std::vector<double>& direction = direction_;
-  changes_.resize(first_.size());
+  changes_.resize(island.first.size());
   double* const local = changes_.data();
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
@@ -653,7 +720,7 @@ bool NewtonSolver::find_direction(const Island& island) {
 }
 
 void NewtonSolver::assemble(const Island& island) {
-  matrix_.reset(first_);
+  matrix_.reset(island.first);
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
     const double* inertia = inertias_.data() + mover.inertia;
@@ -663,49 +730,64 @@ void NewtonSolver::assemble(const Island& island) {
   }
   for (const int i : island.contacts) {
     const auto k = static_cast<std::size_t>(i);
-    if (responses_[k].regime != Regime::open) add_block(contacts_[k], 3, responses_[k].slope[0].data());
+    if (responses_[k].regime != Regime::open) add_contact_block(contacts_[k], responses_[k]);
   }
   for (const int i : island.limited) {
     const auto k = static_cast<std::size_t>(i);
-    if (limited_slopes_[k] != 0.0) add_block(limited_[k], 1, &limited_slopes_[k]);
+    if (limited_slopes_[k] != 0.0) add_limited_block(limited_[k], limited_slopes_[k]);
   }
 }
 
-// Adds J' slope J.
-void NewtonSolver::add_block(const RowSides& sides, int rows, const double* slope) {
-  const auto add = [&](int left, std::size_t of_left, int right, std::size_t of_right) {
-    if (left < 0 || right < 0) return;
-    const Mover& from = movers_[static_cast<std::size_t>(left)];
-    const Mover& to = movers_[static_cast<std::size_t>(right)];
-    const double* of_from = numbers_.data() + of_left;
-    changes_.resize(static_cast<std::size_t>(rows * to.count));
-    double* const of_to = changes_.data();  // slope J
-    const double* jacobian = numbers_.data() + of_right;
-    std::fill(changes_.begin(), changes_.end(), 0.0);
-    for (int m = 0; m < rows; ++m) {
-      for (int row = 0; row < rows; ++row) {
-        if (slope[m * rows + row] == 0.0) continue;
-        add_multiple(slope[m * rows + row], jacobian + row * to.count, to.count, of_to + m * to.count);
-      }
-    }
-    for (int i = 0; i < from.count; ++i) {
-      double* const entries = matrix_.row(from.local + i) + to.local;
-      if (rows == 3 && to.count == usual_count) {
-        const double along[3] = {of_from[i], of_from[from.count + i], of_from[2 * from.count + i]};
-        add_contact_row(along, of_to, entries);
-        continue;
-      }
-      for (int m = 0; m < rows; ++m) {
-        const double along = of_from[m * from.count + i];
-        if (along != 0.0) add_multiple(along, of_to + m * to.count, to.count, entries);
-      }
-    }
-  };
-  add(sides.a, sides.of_a, sides.a, sides.of_a);
+// Adds J' slope J, side by side.
+template <typename Add>
+void NewtonSolver::add_blocks(const RowSides& sides, const Add& add) {
+  if (sides.a >= 0) add(sides.a, sides.of_a, sides.a, sides.of_a);
   if (sides.b < 0) return;
+  add(sides.b, sides.of_b, sides.b, sides.of_b);
+  if (sides.a < 0) return;
   add(sides.a, sides.of_a, sides.b, sides.of_b);
   add(sides.b, sides.of_b, sides.a, sides.of_a);
-  add(sides.b, sides.of_b, sides.b, sides.of_b);
+}
+
+void NewtonSolver::add_contact_block(const RowSides& sides, const ContactResponse& response) {
+  add_blocks(sides, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
+    const Mover& from = movers_[static_cast<std::size_t>(left)];
+    const Mover& to = movers_[static_cast<std::size_t>(right)];
+    const double* const along = numbers_.data() + of_left;
+    const double* const jacobian = numbers_.data() + of_right;
+    if (from.count == usual_count && to.count == usual_count) {
+      double answer[contact_size];
+      answer_contact(response, jacobian, answer);
+      for (int i = 0; i < usual_count; ++i) {
+        add_contact_row(along + i, answer, matrix_.row(from.local + i) + to.local);
+      }
+      return;
+    }
+    for (std::size_t row = 0; row < 3; ++row) {
+      changes_.assign(static_cast<std::size_t>(to.count), 0.0);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double slope = response.slope[row][k];
+        const double* const of_row = jacobian + k * static_cast<std::size_t>(to.count);
+        if (slope != 0.0) add_multiple(slope, of_row, to.count, changes_.data());
+      }
+      for (int i = 0; i < from.count; ++i) {
+        const double factor = along[row * static_cast<std::size_t>(from.count) + static_cast<std::size_t>(i)];
+        if (factor != 0.0) add_multiple(factor, changes_.data(), to.count, matrix_.row(from.local + i) + to.local);
+      }
+    }
+  });
+}
+
+void NewtonSolver::add_limited_block(const RowSides& sides, double slope) {
+  add_blocks(sides, [&](int left, std::size_t of_left, int right, std::size_t of_right) {
+    const Mover& from = movers_[static_cast<std::size_t>(left)];
+    const Mover& to = movers_[static_cast<std::size_t>(right)];
+    const double* const along = numbers_.data() + of_left;
+    for (int i = 0; i < from.count; ++i) {
+      if (along[i] == 0.0) continue;
+      add_multiple(slope * along[i], numbers_.data() + of_right, to.count, matrix_.row(from.local + i) + to.local);
+    }
+  });
 }
 
 void NewtonSolver::add_step(const Island& island, double length) {

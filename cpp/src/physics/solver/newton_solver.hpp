@@ -59,7 +59,8 @@ class NewtonSolver {
   //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing overlaps.
   const double* recovery(int mover) const { return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
 
-  //! Rows between two movers, with Jacobians of zero; all movers come first. References hold until the next one.
+  //! Rows between two movers, with Jacobians of zero. These movers have their inertias by then. References hold until
+  //! the next one.
   ContactRows& add_contact(int a, int b);
   void drop_contact() { contacts_.pop_back(); }
   LimitedRow& add_limited(int a, int b);
@@ -72,8 +73,13 @@ class NewtonSolver {
   //! Velocity along a row if these were all velocities, in the movers' order.
   double speed(const RowSides& sides, int row, const std::vector<double>& velocities) const;
 
+  ContactVector speeds(const ContactRows& rows, const std::vector<double>& velocities) const;
+
   //! Whether all islands converged: the error of each velocity is at most `tolerance` of the impulses on its mover.
   bool solve(int iterations, double tolerance);
+
+  //! After `solve`, for other targets of the same rows.
+  bool solve_again(int iterations, double tolerance);
 
   std::vector<ContactRows>& contacts() { return contacts_; }
   const std::vector<ContactRows>& contacts() const { return contacts_; }
@@ -92,8 +98,11 @@ class NewtonSolver {
   };
   struct Island {
     std::vector<int> movers, contacts, limited;
+    std::vector<int> first;  // columns of the rows of its matrix
+    bool free() const { return contacts.empty() && limited.empty(); }
   };
 
+  void keep_diagonals();
   void add_sides(RowSides& sides, int a, int b, int rows);
   int root(int mover);
   void join(const RowSides& sides);
@@ -104,6 +113,7 @@ class NewtonSolver {
   double evaluate(const Island& island, const Respond& respond);
   double coulomb_error(const Island& island, bool after_step);
   double error(const Island& island) const;
+  void save(const Island& island);
   bool harden(const Island& island);
   void keep_directions(const Island& island);
   void prepare_sweeps(const Island& island);
@@ -116,18 +126,22 @@ class NewtonSolver {
   void take_swept(const Island& island);
   bool find_direction(const Island& island);
   void assemble(const Island& island);
-  void add_block(const RowSides& sides, int rows, const double* slope);
+  template <typename Add>
+  void add_blocks(const RowSides& sides, const Add& add);
+  void add_contact_block(const RowSides& sides, const ContactResponse& response);
+  void add_limited_block(const RowSides& sides, double slope);
   void add_step(const Island& island, double length);
   void balance(const Island& island);
   void recover(const Island& island);
 
   std::vector<Mover> movers_;
-  std::vector<double> inertias_, free_, velocities_, recovery_, numbers_;
+  std::vector<double> inertias_, inverse_diagonal_, free_, velocities_, recovery_, numbers_;
+  std::size_t kept_ = 0;  // movers whose diagonals are kept
   std::vector<ContactRows> contacts_;
   std::vector<LimitedRow> limited_;
   std::vector<Island> islands_;
   std::size_t island_count_ = 0;
-  std::vector<int> parents_, first_;
+  std::vector<int> parents_;
 
   std::vector<ContactVector> misses_;  // of the contacts
   std::vector<double> limited_misses_;

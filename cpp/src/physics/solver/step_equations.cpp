@@ -24,9 +24,10 @@ constexpr double slow = 1e-3;
 constexpr double stop_reach = 0.05;  // a stop takes part from this gap on [rad or m] ...
 constexpr double stop_steps = 4.0;   // ... or if a joint of the tree could get there in so many steps
 
-// A body whose spin changes by less than this share of itself coasts as it is.
+// A body whose spin changes by less than this share of itself coasts as it is; the midpoint rule goes on for as long as
+// it changes by more.
 constexpr double steady_spin = 1e-9;
-constexpr int midpoint_rounds = 4;
+constexpr int midpoint_rounds = 8;
 
 // An impulse along a normal has to move its bodies by more than this share of what it would do to them alone: two links
 // of one tree may hardly move along it, and a row that hardly moves anything would ask for boundless speeds.
@@ -43,8 +44,18 @@ constexpr double most_bent = 0.1;
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
-btMatrix3x3 outer_inverse(const btMatrix3x3& axes, const btVector3& moments) {
-  return axes.scaled(btVector3(1.0 / moments.x(), 1.0 / moments.y(), 1.0 / moments.z())).timesTranspose(axes);
+// A vector after a turn by a rotation vector [rad] (Rodrigues 1840).
+btVector3 rotated(const btVector3& vector, const btVector3& turn) {
+  const double squared = turn.length2();
+  double sine = 1.0 - squared / 6.0, rest = 0.5 - squared / 24.0;  // first terms, for less than a thousandth
+  if (squared > 1e-6) {
+    const double angle = std::sqrt(squared);
+    const double half = std::sin(0.5 * angle);
+    sine = 2.0 * half * std::cos(0.5 * angle) / angle;
+    rest = 2.0 * half * half / squared;
+  }
+  const btVector3 across = turn.cross(vector);
+  return vector + sine * across + rest * turn.cross(across);
 }
 
 }  // namespace
@@ -92,7 +103,7 @@ bool StepEquations::solve(const StepPart& part) {
     if (add_contact(point, part)) contact_points_.push_back(i);
   }
   bool converged = solver_.solve(part.iterations, part.tolerance);
-  if (update_bends(part)) converged = solver_.solve(part.iterations, part.tolerance);
+  if (update_bends(part)) converged = solver_.solve_again(part.iterations, part.tolerance);
   for (std::size_t i = 0; i < rigids_.size(); ++i) set_rigid(i, part.duration);
   for (std::size_t i = 0; i < trees_.size(); ++i) set_tree(i, part.duration);
   return converged;
@@ -156,7 +167,8 @@ void StepEquations::kick(std::size_t i, double duration, double* free) const {
   btVector3 change(0, 0, 0);
   if (!twist.isZero()) {
     if (count == 3) {
-      change = outer_inverse(body.getWorldTransform().getBasis(), bodies_.rigids().moments(i)) * twist;
+      const btMatrix3x3& axes = body.getWorldTransform().getBasis();
+      change = axes * (twist * axes / bodies_.rigids().moments(i));
     } else if (count == 1) {
       change[turns[0]] = twist[turns[0]] / inertia[turns[0]][turns[0]];
     } else if (count == 2) {
@@ -187,13 +199,18 @@ void StepEquations::find_turning(std::size_t i, double duration) {
 // A body that turns freely keeps its angular momentum, and by the midpoint rule its energy (Simo and Wong 1991).
 void StepEquations::coast(std::size_t i, double duration, btVector3& mean) {
   RigidMover& rigid = rigids_[i];
-  const btTransform& pose = bodies_.rigids().moving()[i]->getWorldTransform();
+  const btMatrix3x3& axes = bodies_.rigids().moving()[i]->getWorldTransform().getBasis();
   const btVector3& moments = bodies_.rigids().moments(i);
   const btVector3 momentum = bodies_.rigids().inertia(i) * rigid.pushed.angular;
   const auto spin_after = [&](const btVector3& turn) {
-    return outer_inverse(moved_pose(pose, btVector3(0, 0, 0), turn).getBasis(), moments) * momentum;
+    const btVector3 turned_back = rotated(momentum, -turn) * axes / moments;
+    return rotated(axes * turned_back, turn);
   };
-  for (int round = 0; round < midpoint_rounds; ++round) mean = spin_after(mean * (0.5 * duration));
+  for (int round = 0; round < midpoint_rounds; ++round) {
+    const btVector3 before = mean;
+    mean = spin_after(mean * (0.5 * duration));
+    if ((mean - before).length2() <= steady_spin * steady_spin * mean.length2()) break;
+  }
   rigid.spin = spin_after(mean * duration);
 }
 
@@ -396,7 +413,7 @@ void StepEquations::add_rigid_end(ContactRows& rows, const End& end, const Frame
 // By what the way of a point is off a straight one, over the time [m/s].
 btVector3 StepEquations::bend_of(std::size_t rigid, const btVector3& spin, const btVector3& arm,
                                  double duration) const {
-  if (spin.length() * duration > most_bent) return {0, 0, 0};
+  if (spin.length2() * duration * duration > most_bent * most_bent) return {0, 0, 0};
   return (spin.cross(spin.cross(arm)) + rigids_[rigid].turning.cross(arm)) * (0.5 * duration);
 }
 
@@ -406,8 +423,9 @@ bool StepEquations::update_bends(const StepPart& part) {
   bool counts = false;
   for (std::size_t k = 0; k < contact_points_.size(); ++k) {
     ContactRows& rows = solver_.contacts()[k];
-    const double friction = std::hypot(rows.impulse[0], rows.impulse[1]);
-    if (!(friction < sticking_share * rows.law.friction * rows.impulse[2])) continue;
+    const double friction = rows.impulse[0] * rows.impulse[0] + rows.impulse[1] * rows.impulse[1];
+    const double most = sticking_share * rows.law.friction * rows.impulse[2];
+    if (!(friction < most * most)) continue;
     const ContactPoint& point = part.contacts[contact_points_[k]];
     const btVector3 change = bend_change({point.a, point.on_a, point.grip, 1.0}, part.duration) +
                              bend_change({point.b, point.on_b, point.grip, -1.0}, part.duration);
