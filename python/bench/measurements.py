@@ -127,6 +127,11 @@ def seconds(clock: Callable[[], float], job: Callable[[], object]) -> float:
     return clock() - start
 
 
+def digits(value: float) -> str:
+    """At least three digits, however small it is."""
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+
+
 def in_turns(
     jobs: Sequence[Callable[[], object]],
     rounds: int,

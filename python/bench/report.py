@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from statistics import median
 from typing import Any
 
-from measurements import Pairs, Settings
+from measurements import Pairs, Settings, digits
 from speed_cores import FRAME_TREES, Cores, Growth
 from speed_frame import SOON, Frames
 from speed_tasks import HEADLINE, Cost, Tasks
@@ -71,7 +71,7 @@ def bars(results: Any) -> Iterator[list[str]]:
                 threads = FRAME_THREADS.get(task, 1)
                 what = f"{task}: {SOON:g} s ahead, threads: {threads} [ms]"
                 took = 1e3 * results.wall(task, threads)
-                yield [what, f"<= {1e3 * asked:.0f}", f"{took:.3g}"]
+                yield [what, f"<= {1e3 * asked:.0f}", digits(took)]
     elif isinstance(results, Cores):
         yield from of_cores(results)
     elif isinstance(results, Growth) and len(results.times) > 1:
@@ -89,10 +89,10 @@ def of_tasks(tasks: Tasks) -> Iterator[list[str]]:
         if task == HEADLINE:
             took = tasks.of(task, lambda c: median(c.floor[many].ours))
             what = f"{task}: {many:,} nodes [s]"
-            yield [what, f"<= {PUSH}", f"{took:.3g}, x {PUBLIC / took:.1f} of {PUBLIC} s"]
+            yield [what, f"<= {PUSH}", f"{digits(took)}, x {PUBLIC / took:.1f} of {PUBLIC} s"]
             for name, engine in ENGINES.items():
                 took = median(median(engine(cost).others) for cost in costs)
-                yield [f"the same edges by {name} [s]", "", f"{took:.3f}"]
+                yield [f"the same edges by {name} [s]", "", digits(took)]
         asked = OVER_FLOOR.get(task, 0.6)
         yield [f"{task}: ours / Bullet", f"<= {asked:g}", f"{tasks.over_floor(task):.3f}"]
         asked = OVER_MUJOCO.get(task, 1.0)
@@ -108,6 +108,6 @@ def of_cores(cores: Cores) -> Iterator[list[str]]:
     if frames := cores.frames:
         what = f"{FRAME_TREES} trees of {few // FRAME_TREES:,} nodes of a push, threads: 2 [ms]"
         took = 1e3 * median(frames.others)
-        yield [what, f"<= {1e3 * TREES_OF_A_FRAME:.0f}", f"{took:.3g}"]
+        yield [what, f"<= {1e3 * TREES_OF_A_FRAME:.0f}", digits(took)]
     for job, pairs in list(cores.threads.items())[:1]:
         yield [f"two threads over one, {job}", f">= {THROUGHPUT}", f"x {pairs.ratio():.2f}"]

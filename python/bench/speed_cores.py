@@ -11,7 +11,7 @@ from statistics import median
 import numpy as np
 
 import energymargin as em
-from measurements import Pairs, Settings, Tell, in_turns, problems_of, rollouts
+from measurements import Pairs, Settings, Tell, digits, in_turns, problems_of, rollouts
 from tables import markdown
 
 __all__ = ["FRAME_TREES", "Cores", "Growth", "measure_cores", "measure_growth"]
@@ -34,8 +34,8 @@ class Cores:
         rows = [
             [
                 job,
-                f"{median(pairs.ours):.3f}",
-                f"{median(pairs.others):.3f}",
+                digits(median(pairs.ours)),
+                digits(median(pairs.others)),
                 f"x {pairs.ratio():.2f}",
             ]
             for job, pairs in self.threads.items()
@@ -62,7 +62,7 @@ class Growth:
     def tables(self) -> str:
         """In Markdown."""
         rows = [
-            [f"{nodes:,}", f"{median(seconds):.3f}", f"{1e6 * median(seconds) / nodes:.0f}"]
+            [f"{nodes:,}", digits(median(seconds)), digits(1e6 * median(seconds) / nodes)]
             for nodes, seconds in self.times.items()
         ]
         table = markdown(["nodes", "time [s]", "a node [us]"], rows)

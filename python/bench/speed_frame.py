@@ -14,7 +14,7 @@ import numpy as np
 import energymargin as em
 from energymargin_paper.ceiling import scripted
 from energymargin_paper.foresight import OBJECTS, STRENGTH
-from measurements import FRAMES, Settings, Tell, in_turns
+from measurements import FRAMES, Settings, Tell, digits, in_turns
 from tables import markdown
 
 __all__ = ["SOON", "Frames", "measure_frames"]
@@ -86,7 +86,7 @@ def row(task: str, frames: Sequence[Frame]) -> list[str]:
     """Of a table."""
     times = np.median([frame.times() for frame in frames], axis=0)
     steps = median(frame.steps for frame in frames)
-    return [task, *(f"{1e3 * seconds:.1f}" for seconds in times), f"{steps:.0f}"]
+    return [task, *(digits(1e3 * seconds) for seconds in times), f"{steps:.0f}"]
 
 
 def foreseen(page: str) -> dict[str, str]:

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 import pybullet_data
 
 from first_call import __file__ as FIRST_CALL
-from measurements import Settings, Tell, problems_of
+from measurements import Settings, Tell, digits, problems_of
 from tables import markdown
 
 __all__ = ["Start", "measure_start"]
@@ -44,10 +44,10 @@ class Start:
         """In Markdown."""
         if not self.imports:
             return ""
-        rows = [[IMPORT, f"{1e3 * median(self.imports):.0f}", ""]]
+        rows = [[IMPORT, digits(1e3 * median(self.imports)), ""]]
         for job, calls in self.calls.items():
             first, again = (1e3 * median(times) for times in zip(*calls, strict=True))
-            rows.append([JOBS[job], f"{first:.1f}", f"{again:.1f}"])
+            rows.append([JOBS[job], digits(first), digits(again)])
         text = (
             f"Medians of {len(self.imports)} processes that find their files in memory, wall time."
             " The import is the total of `python -X importtime`, which adds a little; the other"

@@ -12,7 +12,7 @@ import numpy as np
 import energymargin as em
 from edges import Edge, Vector, edges_of, positions
 from energymargin.mujoco.mjcf import TOLERANCE
-from measurements import Pairs, Settings, Tell, in_turns, problems_of, rollouts
+from measurements import Pairs, Settings, Tell, digits, in_turns, problems_of, rollouts
 from mujoco_rollouts import MuJoCoEdges
 from pybullet_rollouts import PyBulletScene
 from tables import markdown
@@ -110,8 +110,8 @@ class Tasks:
         weight = self.bytes.get(task)
         return [
             task,
-            f"{1e3 * of(lambda c: median(c.floor[few].ours)):.1f}",
-            f"{1e3 * of(lambda c: median(c.floor[many].ours)):.0f}",
+            digits(1e3 * of(lambda c: median(c.floor[few].ours))),
+            digits(1e3 * of(lambda c: median(c.floor[many].ours))),
             f"{of(lambda c: c.floor[many].steps):.0f}",
             f"{1e6 * self.step(task):.2f}",
             f"{1e6 * of(lambda c: others_step(c.floor[many])):.2f}",
@@ -128,10 +128,10 @@ class Tasks:
         of = partial(self.of, task)
         return [
             task,
-            f"{1e3 * of(lambda c: self._floor(c).moved):.2f}",
-            f"{1e3 * of(lambda c: self._floor(c).apart):.2f}",
-            f"{1e3 * of(lambda c: c.mujoco.step.apart):.2f}",
-            f"{1e3 * of(lambda c: c.pybullet.apart):.2f}",
+            digits(1e3 * of(lambda c: self._floor(c).moved)),
+            digits(1e3 * of(lambda c: self._floor(c).apart)),
+            digits(1e3 * of(lambda c: c.mujoco.step.apart)),
+            digits(1e3 * of(lambda c: c.pybullet.apart)),
             f"{of(lambda c: c.mujoco.contacts[0]):.1f}",
             f"{of(lambda c: c.mujoco.contacts[1]):.1f}",
             f"{of(lambda c: c.mujoco.iterations):.1f}",

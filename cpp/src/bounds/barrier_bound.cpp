@@ -96,9 +96,10 @@ class Flood {
 
   // Drops fronts that are out of date. True once there is a way out that is good enough, or none.
   bool settled() {
+    if (way_out_ >= 0) return true;
     while (!fronts_.empty() && fronts_.top().version != arrivals_[index(fronts_.top().cell)].version) fronts_.pop();
     if (fronts_.empty()) level_ = infinity;
-    return fronts_.empty() || way_out_ >= 0;
+    return fronts_.empty();
   }
 
   void step() {
@@ -120,7 +121,7 @@ class Flood {
 
   void reach(int cell, double level, int from) {
     Arrival& arrival = arrivals_[index(cell)];
-    const double above = std::max(level, rounded_down(tree_[cell].potential.low));
+    const double above = std::max(level, rounded_down(tree_[cell].potential.passed()));
     if (arrival.flooded || above >= arrival.level) return;
     arrival.level = above;
     arrival.from = from;
@@ -143,7 +144,7 @@ class Flood {
   void flood(const Front& front) {
     arrivals_[index(front.cell)].flooded = true;
     const Cell& cell = tree_[front.cell];
-    if (std::isfinite(cell.exit)) leave(front, cell.potential.low + cell.exit);
+    if (std::isfinite(cell.exit)) leave(front, cell.potential.passed(cell.exit));
     const PoseCell& domain = tree_[0].poses;
     for (int axis = 0; axis < turn_axis; ++axis) {
       if (domain.low[axis] == domain.high[axis]) continue;

@@ -5,11 +5,11 @@
 
 #include "bounds/infinity.hpp"
 #include "scene/hull_faces.hpp"
+#include "scene/margins.hpp"
 
 namespace energymargin::bounds {
 namespace {
 
-constexpr double margin_share = 0.05;  // of the smallest half extent, as the contacts have it
 constexpr int most_corners = 64;       // of a hull that are looked at
 constexpr int projections = 8;         // onto all faces of a hull
 constexpr double same_face = 1e-9;     // of two normals, and of offsets as a share of the size
@@ -43,7 +43,7 @@ std::vector<Vector3> box_corners(const Vector3& half) {
 ConvexPiece::ConvexPiece(const Solid& solid, const Pose& pose, const std::optional<double>& margin)
     : pose_(pose), shape_(solid) {
   half_extent_ = std::visit([](const auto& of) { return smallest_half_extent(of); }, solid);
-  margin_ = margin ? std::min(*margin, 0.5 * half_extent_) : margin_share * half_extent_;
+  margin_ = collision_margin(half_extent_, margin);
   if (const auto* box = std::get_if<Box>(&solid)) {
     half_ = 0.5 * box->size - Vector3::Constant(margin_);
     corners_ = box_corners(half_);

@@ -6,24 +6,16 @@
 #include "bounds/overlap.hpp"
 #include "energymargin/kinematics.hpp"
 #include "physics/contacts/collision_filter.hpp"
+#include "scene/margins.hpp"
 
 namespace energymargin::bounds {
 namespace {
-
-// How deep the simulation lets a piece come into another: docs/limits.md, "Contact".
-constexpr double share_of_margins = 0.7;
-constexpr double share_of_half_extent = 0.3;  // of the thinner one
 
 // So much deeper than that still seems free: a share of the allowed depth.
 constexpr double nearly_free = 0.25;
 
 // Planes push out whatever is in them. This share of the object's smallest half extent is left to what they miss.
 constexpr double share_in_plane = 0.01;
-
-double allowed_depth(const ConvexPiece& a, const ConvexPiece& b) {
-  return std::min(share_of_margins * (a.margin() + b.margin()),
-                  share_of_half_extent * std::min(a.half_extent(), b.half_extent()));
-}
 
 constexpr double any_depth = infinity;
 
@@ -53,7 +45,7 @@ Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vect
     for (const ConvexPiece& obstacle : convex_pieces(scene.bodies()[body].shape, pose, scene.stepping().margin)) {
       for (std::size_t i = 0; i < space.pieces().size(); ++i) {
         const ConvexPiece& whole = space.pieces()[i].whole;
-        const double allowed = allowed_depth(whole, obstacle);
+        const double allowed = allowed_overlap(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
         if (find_overlap(whole, start, obstacle, {whole.center(), 0.0}, any_depth).middle <= allowed)
           pairs_.push_back({i, obstacle, allowed});
       }

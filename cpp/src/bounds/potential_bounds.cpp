@@ -10,10 +10,14 @@ namespace energymargin::bounds {
 
 PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, const std::vector<bool>& immovable,
                                  const ObjectSpace& space)
-    : space_(space), center_(problem.scene.bodies()[object].principal_inertial().center) {
+    : space_(space),
+      center_(problem.scene.bodies()[object].principal_inertial().center),
+      step_(problem.scene.stepping().step),
+      mobility_(1.0 / problem.scene.bodies()[object].mass) {
   const Scene& scene = problem.scene;
   const Body& body = scene.bodies()[object];
   load_ = body.linear_factor.cwiseProduct(body.mass * scene.gravity() + body.force);
+  const double turning = 1.0 / body.principal_inertial().moments.minCoeff();
   const Kinematics kinematics(scene);
   for (const auto& spring : scene.springs()) {
     const bool first = scene.index(spring.body_a) == object;
@@ -21,15 +25,22 @@ PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, con
     if ((!first && scene.index(spring.body_b) != object) || !immovable[other]) continue;
     const BodyState at = kinematics(problem.state.data(), other);
     const Vector3 anchor = at.position + at.orientation * (first ? spring.point_b : spring.point_a);
-    springs_.push_back({first ? spring.point_a : spring.point_b, anchor, spring.stiffness, spring.rest_length});
+    const Vector3 point = first ? spring.point_a : spring.point_b;
+    const double mobility = mobility_ + turning * (point - center_).squaredNorm();
+    springs_.push_back({point, anchor, spring.stiffness, spring.rest_length, mobility});
   }
   // The start itself, whose turn is known.
   const Pose pose = space.pose(space.start());
+  const BodyState moving = kinematics(problem.state.data(), object);
   start_ = -load_.dot(pose.position + pose.orientation * center_);
+  double power = load_.dot(state_at_point(center_, moving).velocity);
   for (const Spring& spring : springs_) {
-    const double length = (pose.position + pose.orientation * spring.point - spring.anchor).norm();
-    start_ += 0.5 * spring.stiffness * std::pow(length - spring.rest_length, 2);
+    const Vector3 span = pose.position + pose.orientation * spring.point - spring.anchor;
+    const double stretch = span.norm() - spring.rest_length;
+    start_ += 0.5 * spring.stiffness * stretch * stretch;
+    power -= spring.stiffness * stretch * span.normalized().dot(state_at_point(spring.point, moving).velocity);
   }
+  start_ += 0.5 * step_ * std::max(power, 0.0);
 }
 
 EnergyRange PotentialBounds::operator()(const PoseCell& cell) const {
@@ -37,25 +48,31 @@ EnergyRange PotentialBounds::operator()(const PoseCell& cell) const {
   const Coordinates half = cell.half();
   const double middle = -load_.dot(pose.position + pose.orientation * center_);
   const double slack = load_.cwiseAbs().dot(space_.slack(half, center_));
-  EnergyRange range{middle - slack, middle + slack};
+  EnergyRange range{middle - slack, middle + slack, lag(load_.norm(), mobility_)};
   for (const Spring& spring : springs_) {
     const double length = (pose.position + pose.orientation * spring.point - spring.anchor).norm();
     const double stretch = std::abs(length - spring.rest_length);
     const double change = space_.slack(half, spring.point).norm();
     range.low += 0.5 * spring.stiffness * std::pow(std::max(stretch - change, 0.0), 2);
     range.high += 0.5 * spring.stiffness * std::pow(stretch + change, 2);
+    range.lag += lag(spring.stiffness * (stretch + change), spring.mobility);
   }
   return range;
 }
 
 double PotentialBounds::beyond(int axis, bool upper, double face) const {
-  if (axis == turn_axis || load_.isZero(0.0)) return 0.0;
+  if (axis == turn_axis || (load_.isZero(0.0) && springs_.empty())) return 0.0;
   Vector3 others = load_;
   others[axis] = 0.0;
   const bool rises = upper ? load_[axis] <= 0.0 : load_[axis] >= 0.0;
   if (!others.isZero(0.0) || !rises) return -infinity;
   const Vector3 slack = space_.slack(Coordinates::Zero(), center_);
-  return -load_[axis] * face - std::abs(load_[axis]) * slack[axis];
+  // What springs have there is more than what they lag by, but for stiff ones.
+  double stiffness = 0.0;
+  for (const Spring& spring : springs_) stiffness += spring.stiffness * spring.mobility * step_ * step_;
+  if (stiffness > 2.0) return -infinity;
+  const double low = -load_[axis] * face - std::abs(load_[axis]) * slack[axis];
+  return EnergyRange{low, low, std::sqrt(2.0) * lag(load_.norm(), mobility_)}.passed();
 }
 
 }  // namespace energymargin::bounds

@@ -6,12 +6,10 @@
 
 #include "energymargin/kinematics.hpp"
 #include "physics/contacts/hull_shape.hpp"
+#include "scene/margins.hpp"
 
 namespace energymargin {
 namespace {
-
-// Bullet's default of 4 cm would swallow a 10 cm box; a twentieth keeps GJK well conditioned at any scale.
-constexpr double margin_share = 0.05;
 
 constexpr double rounding = 1e-9;  // of poses: a share of the size, and rad
 
@@ -72,8 +70,7 @@ double thinnest(const Solid& solid) {
 
 std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, std::optional<double> margin,
                                               double room = 0.0) {
-  const double most = thinnest(solid);
-  return std::visit(Builder{pose, margin ? std::min(*margin, 0.5 * most) : margin_share * most, room}, solid);
+  return std::visit(Builder{pose, collision_margin(thinnest(solid), margin), room}, solid);
 }
 
 // A solid at its body's centre of mass and along its axes, but for rounding, needs no compound around it.

@@ -6,10 +6,27 @@
 
 namespace energymargin {
 
+namespace {
+
+// Of a sliver less than was asked for can be taken off, or nothing.
+constexpr int most_halvings = 8;
+
+double shrink(const std::vector<Vector3>& points, double margin, btConvexHullComputer& core) {
+  const auto compute = [&](double asked) {
+    return core.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), asked, 0.5);
+  };
+  for (int i = 0; i < most_halvings; ++i, margin *= 0.5) {
+    const double shrunk = compute(margin);
+    if (shrunk >= 0.0 && core.vertices.size() > 0) return shrunk;
+  }
+  return compute(0.0);
+}
+
+}  // namespace
+
 HullShape::HullShape(const std::vector<Vector3>& points, double margin) {
   btConvexHullComputer core;
-  const double shrunk =
-      core.compute(points.front().data(), sizeof(Vector3), static_cast<int>(points.size()), margin, 0.5);
+  const double shrunk = shrink(points, margin, core);
   for (int i = 0; i < core.vertices.size(); ++i) addPoint(core.vertices[i], false);
   recalcLocalAabb();
   setMargin(shrunk);

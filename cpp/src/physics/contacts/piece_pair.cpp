@@ -4,13 +4,10 @@
 #include <cmath>
 
 #include "physics/contacts/gjk.hpp"
+#include "scene/margins.hpp"
 
 namespace energymargin {
 namespace {
-
-// What pieces may overlap.
-constexpr double share_of_margins = 0.7;
-constexpr double share_of_thickness = 0.3;  // of the thinner one's half extent
 
 // Shares of what they may overlap.
 constexpr double in_contact = 0.5;  // where a motion ends
@@ -42,7 +39,7 @@ PiecePair::PiecePair(const ConvexPiece& a, const ConvexPiece& b)
       b_(b),
       cores_(*a.shape, *b.shape),
       margins_(a.shape->getMarginNonVirtual() + b.shape->getMarginNonVirtual()),
-      allowed_(std::min(share_of_margins * margins_, share_of_thickness * std::min(a.half_extent, b.half_extent))) {}
+      allowed_(allowed_overlap(margins_, a.half_extent, b.half_extent)) {}
 
 double PiecePair::safe_share(const Sweep& a, const Sweep& b) {
   const Sweeps sweeps(a, b);
