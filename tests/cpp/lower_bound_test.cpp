@@ -204,6 +204,66 @@ TEST(LowerBound, of_a_speed_is_the_kinetic_energy_that_it_takes) {
   EXPECT_GE(bound.effort, 0.9 * kinetic);
 }
 
+Problem box_on_a_table() {
+  Scene scene(Vector3(0.0, 0.0, -g));
+  scene.add_body(fixed("table", Plane{}));
+  scene.add_body(body("object", Box{{0.1, 0.1, 0.1}}, 1.0, {0.0, 0.0, 0.05}, Role::object));
+  return problem_of(scene, Vector3::Constant(20.0), Vector3::Constant(0.2), 0.3, regions::Speed{"object", 0.2});
+}
+
+// No coordinate matters: the first front is the last one.
+TEST(LowerBound, of_a_set_of_speeds_alone_proves_no_cage) {
+  const Region slow = regions::Speed{"object", 0.2};
+  for (const Region& set :
+       {slow, slow | Region(regions::Speed{"object", 0.1}), slow & Region(regions::Speed{"object", 0.3})}) {
+    Problem problem = box_on_a_table();
+    problem.captured = set;
+    problem.captured_any = set;
+    EffortOptions options;
+    options.nodes = 200;
+    const double effort = escape_effort(problem, options).effort;
+    for (const Captured captured : {Captured::all, Captured::any}) {
+      LowerBoundOptions of;
+      of.captured = captured;
+      const LowerBound bound = effort_lower_bound(problem, of);
+      EXPECT_GT(bound.effort, 0.0);
+      EXPECT_LE(bound.effort, std::min(effort, 0.5 * 0.2 * 0.2));
+    }
+  }
+}
+
+TEST(LowerBound, of_a_set_that_is_left_by_standing_still_is_0) {
+  Problem problem = box_on_a_table();
+  BodyState moving;
+  moving.position = Vector3(0.0, 0.0, 0.05);
+  moving.velocity = Vector3(1.0, 0.0, 0.0);
+  problem.state = pack(problem.scene, {{"object", moving}});
+  problem.captured = ~Region(regions::Speed{"object", 0.2});
+  EXPECT_EQ(bound_of(problem).effort, 0.0);
+}
+
+// A mass on a spring: 95 % of the way out, at rest. A step of a stiff one overshoots.
+TEST(LowerBound, holds_for_stiff_springs_as_they_are_simulated) {
+  for (const double stiffness : {10.0, 1000.0, 8000.0}) {
+    Scene scene(Vector3::Zero());
+    scene.add_body(fixed("wall", Sphere{0.01}, {-1.0, 0.0, 0.0}));
+    Body mass = body("object", Sphere{0.02}, 0.2, {0.095, 0.0, 0.0}, Role::object);
+    mass.linear_factor = Vector3::UnitX();
+    mass.angular_factor = Vector3::Zero();
+    scene.add_body(mass);
+    scene.add_spring({"wall", "object", Vector3::Zero(), Vector3::Zero(), stiffness, 1.0});
+    Problem problem = problem_of(scene, Vector3::UnitX(), Vector3::Zero(), 0.1,
+                                 regions::Box{"object", Vector3::Zero(), {0.2, infinity, infinity}});
+    problem.horizon = 1.0;
+    EffortOptions options;
+    options.nodes = 200;
+    const double bound = bound_of(problem).effort;
+    EXPECT_LE(bound, escape_effort(problem, options).effort) << stiffness;
+    const double work = 0.5 * stiffness * (0.1 * 0.1 - 0.095 * 0.095);
+    EXPECT_GT(bound, stiffness < 100.0 ? 0.9 * work : -1.0) << stiffness;
+  }
+}
+
 TEST(LowerBound, of_several_objects_is_the_least_of_all_and_the_most_of_any) {
   Problem problem = ball_in_pen({body("free", Sphere{0.03}, 0.2, {1.0, 0.0, 0.03}, Role::object)});
   const Region held = within(0.11);
