@@ -10,7 +10,7 @@ NAMES = ("ball", "box", "disc", "half_space", "slow", "tilt")
 
 
 def random_problem(seed):
-    """An object on a table or in the air, between walls, on springs, locked or free; and its set."""
+    """An object on a table or in the air, between walls, on springs, locked or free."""
     random = np.random.default_rng(seed)
     scene = em.Scene(gravity=random.choice([0.0, 9.81]) * np.array([0.0, 0.0, -1.0]))
     size = random.uniform(0.02, 0.06)
