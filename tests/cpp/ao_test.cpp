@@ -5,6 +5,12 @@
 #include <gtest/gtest.h>
 #include <ompl/control/planners/kpiece/KPIECE1.h>
 #include <ompl/control/planners/rrt/RRT.h>
+#include <ompl/util/Console.h>
+
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <vector>
 
 #include "scenes.hpp"
 #include "search/est.hpp"
@@ -65,6 +71,74 @@ TEST(Ao, WorksOverOmplsKpieceWhichCannotPrune) {
   const Escape escape = ao(bounded, kpiece);
   EXPECT_EQ(escape.tree.size(), 1001);
   expect_good_escape(escape, problem);
+}
+
+template <typename Planner>
+class OurPlanner : public ::testing::Test {};
+using OurPlanners = ::testing::Types<Est, Rrt>;
+TYPED_TEST_SUITE(OurPlanner, OurPlanners);
+
+// An escape bounds the search before it is discarded, and no longer after that. Pruning takes with it what grew from
+// it.
+TYPED_TEST(OurPlanner, GrowsNothingFromWhatWasDiscarded) {
+  const Problem problem = drift();
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    BoundedProblem bounded(problem, &problem.captured, 600, seed);
+    TypeParam planner(bounded, seed);
+    std::vector<int> discarded;
+    while (!bounded.spent()) {
+      planner.solve(bounded.termination(bounded.nodes() + 50));
+      for (int node = 1; node <= bounded.nodes(); ++node) {
+        if (!bounded.escaped(node) || node % 3 == 0) continue;
+        bounded.discard(node);
+        discarded.push_back(node);
+      }
+      bounded.definition()->clearSolutionPaths();
+      if (bounded.nodes() > 300) planner.prune(std::numeric_limits<double>::infinity());
+    }
+    ASSERT_FALSE(discarded.empty());
+    std::map<int, int> children;
+    const Tree tree = bounded.take_tree();
+    for (int node = 1; node < tree.size(); ++node) ++children[tree.parents[node]];
+    for (const int node : discarded) {
+      for (int child = node + 1; child < tree.size(); ++child) {
+        EXPECT_TRUE(tree.parents[child] != node || children[child] == 0) << node << " has a grandchild by " << child;
+      }
+    }
+  }
+}
+
+TYPED_TEST(OurPlanner, EndsWithTheExceptionOfAPredicate) {
+  Problem problem = drift();
+  problem.captured = Region(regions::Predicate{[calls = 0](const States& states) mutable {
+    if (++calls > 30) throw std::runtime_error("no answer");
+    return Mask(Mask::Ones(states.rows()));
+  }});
+  BoundedProblem bounded(problem, &problem.captured, 600, 1);
+  TypeParam planner(bounded, 1);
+  EXPECT_THROW(ao(bounded, planner), std::runtime_error);
+}
+
+TEST(Ao, LeavesTheLogLevelOfOmplAsItWas) {
+  const ompl::msg::LogLevel before = ompl::msg::getLogLevel();
+  ompl::msg::setLogLevel(ompl::msg::LOG_DEBUG);
+  const Problem problem = drift();
+  {
+    const BoundedProblem one(problem, &problem.captured, 10, 1), other(problem, &problem.captured, 10, 1);
+    EXPECT_EQ(ompl::msg::getLogLevel(), ompl::msg::LOG_ERROR);
+  }
+  EXPECT_EQ(ompl::msg::getLogLevel(), ompl::msg::LOG_DEBUG);
+  ompl::msg::setLogLevel(before);
+}
+
+TEST(Ao, KeepsNoPathThatIsNone) {
+  const Problem problem = drift();
+  BoundedProblem bounded(problem, &problem.captured, 300, 1);
+  ompl::control::RRT rrt(bounded.space_information());
+  rrt.setProblemDefinition(bounded.definition());
+  rrt.setup();
+  ao(bounded, rrt);
+  EXPECT_EQ(bounded.definition()->getSolutionCount(), 0u);
 }
 
 TEST(Ao, StartOutsideOfTheCaptureSetIsAnEscapeWithoutEffortOrNodes) {

@@ -93,6 +93,7 @@ class Batch::Pool {
   void cancel() {
     stop_ = true;
     end();
+    const std::lock_guard<std::mutex> lock(joining_);
     for (std::thread& thread : threads_) {
       if (thread.joinable()) thread.join();
     }
@@ -190,6 +191,7 @@ class Batch::Pool {
   BatchOptions options_;
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;
+  std::mutex joining_;  // of two that cancel at once, one joins the threads
   std::condition_variable changed_;
   std::deque<std::shared_ptr<Work>> queue_;
   std::vector<ScoreRow> rows_;

@@ -1,7 +1,6 @@
 #include "quasistatic/barrier_problem.hpp"
 
 #include <ompl/geometric/PathGeometric.h>
-#include <ompl/util/Console.h>
 
 #include <algorithm>
 #include <limits>
@@ -14,6 +13,7 @@
 #include "quasistatic/relax.hpp"
 #include "quasistatic/search_box.hpp"
 #include "quasistatic/streams.hpp"
+#include "search/quiet.hpp"
 
 namespace energymargin::quasistatic {
 namespace {
@@ -41,8 +41,8 @@ BarrierProblem::BarrierProblem(const Problem& problem, std::size_t object, const
     : budget_(budget),
       landscape_(problem, object),
       sampler_(std::make_unique<PoseSampler>(landscape_, stream(budget.seed, streams::poses), budget.limit)),
-      energy_(std::numeric_limits<double>::infinity()) {
-  ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
+      energy_(std::numeric_limits<double>::infinity()),
+      quiet_(search::quiet_ompl()) {
   if (landscape_.outside(landscape_.start())) {
     energy_ = 0.0;
     path_ = {landscape_.start()};

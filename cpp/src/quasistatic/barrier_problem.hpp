@@ -97,6 +97,7 @@ class BarrierProblem {
   Pool captured_, outside_;
   int samples_ = 0;
   double energy_;
+  std::shared_ptr<const void> quiet_;
   Path path_;
   std::vector<std::pair<int, double>> history_;
 };

@@ -16,7 +16,9 @@ class Allowed : public ompl::base::StateValidityChecker {
  public:
   Allowed(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem)
       : StateValidityChecker(si), problem_(problem) {}
-  bool isValid(const ompl::base::State* state) const override { return problem_.allowed(node_of(state)); }
+  bool isValid(const ompl::base::State* state) const override {
+    return problem_.answer([&] { return problem_.allowed(node_of(state)); });
+  }
 
  private:
   const BoundedProblem& problem_;
@@ -26,7 +28,27 @@ class Allowed : public ompl::base::StateValidityChecker {
 class Outside : public ompl::base::Goal {
  public:
   Outside(const ompl::base::SpaceInformationPtr& si, const BoundedProblem& problem) : Goal(si), problem_(problem) {}
-  bool isSatisfied(const ompl::base::State* state) const override { return problem_.escaped(node_of(state)); }
+  bool isSatisfied(const ompl::base::State* state) const override {
+    return problem_.answer([&] { return problem_.escaped(node_of(state)); });
+  }
+
+ private:
+  const BoundedProblem& problem_;
+};
+
+// An edge on which something throws leads nowhere.
+class Answering : public Propagator {
+ public:
+  Answering(const ompl::control::SpaceInformationPtr& si, RolloutTree& tree, const BoundedProblem& problem)
+      : Propagator(si, tree), problem_(problem) {}
+  void propagate(const ompl::base::State* from, const ompl::control::Control* control, double duration,
+                 ompl::base::State* to) const override {
+    to->as<CostSpace::StateType>()->node = -1;
+    problem_.answer([&] {
+      Propagator::propagate(from, control, duration, to);
+      return true;
+    });
+  }
 
  private:
   const BoundedProblem& problem_;
@@ -45,7 +67,7 @@ class NoTarget : public ompl::base::ValidStateSampler {
 ompl::control::SpaceInformationPtr space_information(const std::shared_ptr<WrenchSpace>& controls, RolloutTree& tree,
                                                      const BoundedProblem& problem) {
   const auto si = std::make_shared<ompl::control::SpaceInformation>(controls->getStateSpace(), controls);
-  si->setStatePropagator(std::make_shared<Propagator>(si, tree));
+  si->setStatePropagator(std::make_shared<Answering>(si, tree, problem));
   // The control carries its own duration, so OMPL's counts as one.
   si->setPropagationStepSize(1.0);
   si->setMinMaxControlDuration(1, 1);

@@ -46,11 +46,11 @@ class Search {
     const int before = problem_.nodes();
     const int turn = mostly_shortens() ? late_planner_turn : planner_turn;
     planner_.solve(shortening_ ? problem_.termination(problem_.nodes() + turn) : problem_.termination());
+    problem_.rethrow();
     ended_ = problem_.nodes() == before;
     nothing_left_ = ended_ && !problem_.spent();  // to extend
     const ompl::base::ProblemDefinitionPtr& definition = problem_.definition();
-    if (!definition->hasExactSolution()) return;
-    add(solution(*definition));
+    if (definition->hasExactSolution()) add(solution(*definition));
     definition->clearSolutionPaths();
   }
 
@@ -85,8 +85,9 @@ class Search {
 
   // Only by an escape that counts: pruning by one that is discarded later would take too much.
   void prune() {
-    if (effort() == prune_bound_) return;
+    if (effort() == prune_bound_ && discards_ == pruned_discards_) return;
     prune_bound_ = effort();
+    pruned_discards_ = discards_;
     if (auto* prunable = dynamic_cast<Prunable*>(&planner_)) prunable->prune(prune_bound_);
   }
 
@@ -166,6 +167,7 @@ class Search {
   double discarded_effort_ = std::numeric_limits<double>::infinity();  // least of them [J]
   std::optional<int> undisturbed_exit_;                                // node
   double prune_bound_ = std::numeric_limits<double>::infinity();       // on what is left in the planner [J]
+  int pruned_discards_ = 0;
   bool ended_ = false;
   bool nothing_left_ = false;
   std::optional<int> last_node_;  // of the result, if the limit was reached while an escape was confirmed

@@ -1,12 +1,11 @@
 #include "energymargin/search/bounded_problem.hpp"
 
-#include <ompl/util/Console.h>
-
 #include "base/check.hpp"
 #include "energymargin/random.hpp"
 #include "search/adapters.hpp"
 #include "search/confirmation.hpp"
 #include "search/cost_space.hpp"
+#include "search/quiet.hpp"
 #include "search/rollout_tree.hpp"
 #include "search/streams.hpp"
 #include "search/wrench_space.hpp"
@@ -24,10 +23,9 @@ constexpr double still = 1e-8;
 
 BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, int nodes, std::uint64_t seed,
                                const Limit& limit, Sampling sampling, int threads)
-    : most_nodes_(nodes), limit_(limit) {
+    : most_nodes_(nodes), limit_(limit), quiet_(quiet_ompl()) {
   require_at_least("nodes", nodes, 1);
   require_at_least("threads", threads, 1);
-  ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   space_ = std::make_shared<CostSpace>(problem, stream(seed, streams::states));
   tree_ = std::make_unique<RolloutTree>(problem, *space_, nodes, limit, captured, threads);
   if (captured) {
@@ -55,7 +53,11 @@ ompl::base::PlannerTerminationCondition BoundedProblem::termination(int nodes) c
   return ompl::base::PlannerTerminationCondition([this, nodes] { return this->nodes() >= nodes || spent(); });
 }
 
-bool BoundedProblem::spent() const { return nodes_are_spent() || limit_.reached(); }
+bool BoundedProblem::spent() const { return nodes_are_spent() || limit_.reached() || failure_; }
+
+void BoundedProblem::rethrow() const {
+  if (failure_) std::rethrow_exception(failure_);
+}
 
 double BoundedProblem::bound() const { return space_->bound(); }
 
@@ -95,10 +97,12 @@ bool BoundedProblem::allowed(int node) const { return allowed(node, bound()); }
 
 bool BoundedProblem::allowed(int node, double bound) const {
   if (node >= 0 && horizon() && time(node) >= *horizon() && !escaped(node)) return false;
+  if (node > 0 && (discarded_.count(node) > 0 || discarded_.count(tree_->parent(node)) > 0)) return false;
   return node >= 0 && cost(node) < bound && (!within_ || (*within_)(State(tree_->state(node))));
 }
 
 bool BoundedProblem::escaped(int node) const {
+  if (discarded_.count(node) > 0) return false;
   if (node > 0 && horizon()) return tree_->escaped(node);
   return node >= 0 && captured_ && !(*captured_)(State(tree_->state(node)));
 }

@@ -37,19 +37,29 @@ Rrt::Rrt(const BoundedProblem& problem, std::uint64_t seed) : RRT(problem.space_
   setNearestNeighbors<FirstNearest>();
 }
 
+ompl::base::PlannerStatus Rrt::solve(const ompl::base::PlannerTerminationCondition& ptc) {
+  const ompl::base::PlannerStatus status = RRT::solve(ptc);
+  problem_.rethrow();
+  return status;
+}
+
+// A motion stays if all stay that it grew from: OMPL follows them to the root.
 void Rrt::prune(double bound) {
   std::vector<Motion*> motions;
   nn_->list(motions);
   nn_->clear();
   lastGoalMotion_ = nullptr;
-  for (Motion* motion : motions) {
-    if (problem_.worth_keeping(node_of(motion->state), bound)) {
-      nn_->add(motion);
-    } else {
-      si_->freeState(motion->state);
-      siC_->freeControl(motion->control);
-      delete motion;
-    }
+  const auto first_gone = [&](const Motion* motion) {
+    while (motion && problem_.worth_keeping(node_of(motion->state), bound)) motion = motion->parent;
+    return motion;
+  };
+  const auto gone =
+      std::stable_partition(motions.begin(), motions.end(), [&](const Motion* motion) { return !first_gone(motion); });
+  for (auto motion = motions.begin(); motion != gone; ++motion) nn_->add(*motion);
+  for (auto motion = gone; motion != motions.end(); ++motion) {
+    si_->freeState((*motion)->state);
+    siC_->freeControl((*motion)->control);
+    delete *motion;
   }
 }
 

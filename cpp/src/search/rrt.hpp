@@ -14,6 +14,8 @@ class Rrt : public ompl::control::RRT, public Prunable {
  public:
   Rrt(const BoundedProblem& problem, std::uint64_t seed);
 
+  ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& ptc) override;
+
   void prune(double bound) override;
 
  private:

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -96,7 +97,7 @@ class BoundedProblem {
 
   //! Whether a node is below the bound and within Z_b, and whether it is outside of the capture set; -1 is neither.
   //! With a clock, whether it is an escape; at the horizon nothing else is allowed, since nothing can grow from it.
-  //! `bound` is in place of c.
+  //! What was discarded is neither, and what grew from that is not allowed. `bound` is in place of c.
   bool allowed(int node) const;
   bool allowed(int node, double bound) const;
   bool escaped(int node) const;
@@ -127,6 +128,19 @@ class BoundedProblem {
   //! From now on a node is no escape, and nothing grows from it.
   void discard(int node) { discarded_.insert(node); }
 
+  //! What OMPL asks for. An exception would leave its planners without what they have allocated: the search ends, and
+  //! `rethrow` throws it then.
+  template <typename Answer>
+  bool answer(const Answer& of) const {
+    try {
+      return of();
+    } catch (...) {
+      failure_ = std::current_exception();
+      return false;
+    }
+  }
+  void rethrow() const;
+
   //! The first `nodes` nodes, by default all; leaves this empty.
   Tree take_tree(int nodes);
   Tree take_tree() { return take_tree(nodes()); }
@@ -144,6 +158,8 @@ class BoundedProblem {
   std::optional<Region> captured_region_;
   std::unique_ptr<Confirmation> confirmation_;
   std::set<int> discarded_;
+  mutable std::exception_ptr failure_;
+  std::shared_ptr<const void> quiet_;
 };
 
 }  // namespace energymargin::search
