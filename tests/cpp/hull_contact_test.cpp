@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 #include "energymargin/world.hpp"
 #include "expect.hpp"
@@ -66,6 +67,32 @@ TEST_P(HullOfSize, NoContactIsMuchDeeperThanTwoHullsOverlap) {
 
 INSTANTIATE_TEST_SUITE_P(Hull, HullOfSize, ::testing::Values(0.01, 0.06, 1.0),
                          [](const auto& of) { return std::to_string(std::lround(1000.0 * of.param)) + "mm"; });
+
+// Flat as a leaf, with points that are nearly the same: of some of them no margin can be taken off.
+TEST(Hull, OfASliverHasPoints) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> even(-1.0, 1.0);
+  for (int i = 0; i < 300; ++i) {
+    ConvexHull sliver;
+    const double thin = std::pow(10.0, -2.0 - 2.5 * (even(random) + 1.0));
+    for (int k = 0; k < 4 + i % 9; ++k) {
+      sliver.points.emplace_back(0.05 * even(random), 0.05 * thin * even(random), 0.05 * even(random));
+    }
+    Stepping stepping;
+    if (i % 2 == 0) stepping.margin = 0.01;
+    Scene scene(Vector3(0.0, 0.0, -g), stepping);
+    scene.add_body(fixed("table", Plane{}));
+    Body leaf = body("object", Sphere{0.05}, 0.01, Vector3(0.0, 0.0, 0.06), Role::object);
+    leaf.shape = sliver;
+    try {
+      scene.add_body(leaf);
+    } catch (const std::invalid_argument&) {  // too flat to have a mass
+      continue;
+    }
+    World world(scene);
+    EXPECT_TRUE(world.rollout(pack(scene), Wrench{}, 0.1).state.allFinite());
+  }
+}
 
 // Where a prism may touch its table, in its own frame.
 std::vector<Vector3> stand(const Scene& scene, World& world, double yaw) {

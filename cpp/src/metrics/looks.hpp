@@ -1,6 +1,7 @@
 #pragma once
 // What probabilities of capture share: when the sets are looked at, and how many rollouts may diverge.
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,9 +25,10 @@ inline Eigen::VectorXd times_of(const std::vector<int>& steps, double step) {
   return times;
 }
 
-//! Throws std::runtime_error if more than this share have diverged.
+//! Throws std::runtime_error if more than one and more than this share have diverged, or any if it is 0, or all.
 inline void require_few_diverged(int diverged, int rollouts, double most) {
-  if (diverged <= most * rollouts) return;
+  const double allowed = most > 0.0 ? std::max(1.0, most * rollouts) : 0.0;
+  if (diverged == 0 || (diverged <= allowed && diverged < rollouts)) return;
   throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +
                            " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
                            "or a weaker disturbance");

@@ -22,6 +22,10 @@ namespace {
 constexpr int default_rollouts = 30;
 constexpr double confidence_of_tolerance = 0.95;
 
+int most_of(const ProbabilityOptions& options) {
+  return options.rollouts.value_or(options.tolerance ? most_rollouts : default_rollouts);
+}
+
 // The outcome of one rollout.
 struct Future {
   std::vector<int> exits;  // of each set, steps; -1: it stays inside
@@ -47,7 +51,7 @@ class Estimator {
 
   CaptureProbability estimate() {
     if (options_.undisturbed) follow_undisturbed();
-    const int most = options_.rollouts.value_or(options_.tolerance ? most_rollouts : default_rollouts);
+    const int most = most_of(options_);
     int wanted = options_.tolerance ? std::min(first_look, most) : most;
     for (long long look = wanted; look < most; look *= 2) ++looks_;
     while (true) {
@@ -287,8 +291,12 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
   }
   validate(options.disturbance, problem);
   const auto* draws = std::get_if<disturbances::Draws>(&options.disturbance);
-  if (draws && static_cast<int>(draws->rollouts.size()) < options.rollouts.value_or(default_rollouts)) {
-    reject("disturbance", std::to_string(draws->rollouts.size()) + " rollouts", "as many as `rollouts`");
+  const auto most = static_cast<std::uint64_t>(most_of(options));
+  if (draws && (options.first < draws->first || options.first + most > draws->first + draws->rollouts.size())) {
+    reject("disturbance",
+           std::to_string(draws->rollouts.size()) + " rollouts from number " + std::to_string(draws->first),
+           std::to_string(most) + " (`rollouts`, or with a tolerance the most of it) from number " +
+               std::to_string(options.first));
   }
 }
 

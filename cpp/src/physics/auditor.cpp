@@ -86,9 +86,9 @@ void Auditor::add_control(std::size_t index, const JointState& before, const Joi
   audit_.integration += limited(about_scene_target) * turned + compliance_energy(joint, after.position) -
                         compliance_energy(joint, before.position);
   audit_.plan += (limited(spring) - limited(about_scene_target)) * turned;
-  const double room = limited(spring + damping + drive) - limited(spring);
-  if (room == 0.0) return;
-  const double share = room / (damping + drive);
+  const double moving = damping + drive;
+  if (moving == 0.0) return;
+  const double share = (limited(spring + moving) - limited(spring)) / moving;
   audit_.damping += share * damping * turned;
   audit_.drives += share * drive * turned;
 }

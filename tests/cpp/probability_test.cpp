@@ -1,0 +1,71 @@
+// What a probability is made of: enough draws, and rollouts that do not diverge.
+
+#include "energymargin/metrics/probability.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "scenes.hpp"
+
+namespace energymargin {
+namespace {
+
+using namespace scenes;
+
+Problem drift_for_a_moment() {
+  Problem problem = drift();
+  problem.horizon = 0.1;
+  return problem;
+}
+
+// The same weak pushes, but for some that are too strong for numbers.
+disturbances::Draws draws(int count, int diverging, const Problem& problem) {
+  const auto steps = static_cast<Eigen::Index>(problem.horizon.value() / problem.scene.stepping().step + 0.5);
+  disturbances::Draws made;
+  for (int i = 0; i < count; ++i) {
+    made.rollouts.push_back(Wrenches::Constant(steps, 6, 0.0));
+    if (i < diverging) made.rollouts.back()(0, 0) = 1e300;
+  }
+  return made;
+}
+
+CaptureProbability probability(int rollouts, int diverging, double most) {
+  const Problem problem = drift_for_a_moment();
+  ProbabilityOptions options;
+  options.rollouts = rollouts;
+  options.most_diverged = most;
+  options.disturbance = draws(rollouts, diverging, problem);
+  return capture_probability(problem, options);
+}
+
+TEST(Probability, AsksForAsManyDrawsAsItMayTake) {
+  const Problem problem = drift_for_a_moment();
+  ProbabilityOptions options;
+  options.disturbance = draws(30, 0, problem);
+  EXPECT_EQ(capture_probability(problem, options).rollouts, 30);
+  options.tolerance = 1e-3;
+  EXPECT_THROW(capture_probability(problem, options), std::invalid_argument);
+  options.tolerance.reset();
+  options.first = 1;
+  EXPECT_THROW(capture_probability(problem, options), std::invalid_argument);
+}
+
+TEST(Probability, LeavesOutOneRolloutThatDivergedAndCountsIt) {
+  const CaptureProbability p = probability(30, 1, 0.01);
+  EXPECT_EQ(p.diverged, 1);
+  EXPECT_EQ(p.rollouts, 29);
+  EXPECT_EQ(p.all.captured(), 1.0);
+}
+
+TEST(Probability, IsNoneOfTooManyOrAllRolloutsThatDiverged) {
+  EXPECT_THROW(probability(30, 2, 0.01), std::runtime_error);
+  EXPECT_THROW(probability(30, 1, 0.0), std::runtime_error);
+  EXPECT_THROW(probability(5, 5, 1.0), std::runtime_error);
+  EXPECT_THROW(probability(1, 1, 0.01), std::runtime_error);
+  EXPECT_EQ(probability(5, 4, 1.0).rollouts, 1);
+}
+
+}  // namespace
+}  // namespace energymargin
