@@ -26,6 +26,8 @@ Args:
     seed: the same seed gives the same bits.
     captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
     search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
+        By default a problem with a horizon or a plan has the improved one, and one without has the published one: since
+        a wait of any length is free there, the cheapest escapes of two states hardly differ.
     sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
         the others at their bounds, along one axis, zero, or that of the edge before.
     shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,

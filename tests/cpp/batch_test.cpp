@@ -101,19 +101,33 @@ TEST(Batch, RowHoldsWhatTheMetricsGiveForTheProblemsOwnStream) {
   EXPECT_TRUE(same_bits(row.scores.at("force"), force_score(problem).force));
 }
 
-TEST(Batch, EffortIsThatOfEscapeEffortOfEitherSearchAndByDefault) {
+TEST(Batch, EffortIsThatOfEscapeEffortOfEitherSearch) {
   const Problem problem = push();
   BatchOptions asked{{"effort/est"}, 60};
   asked.seed = 11;
-  const auto alone = [&](Search search) {
-    return escape_effort(problem, {"est", 60, stream(11, 4), Captured::all, {}, search}).effort;
-  };
-  EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone(EffortOptions{}.search)));
   for (const Search search : {Search::published, Search::improved}) {
     asked.search = search;
-    EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone(search)));
+    const double alone = escape_effort(problem, {"est", 60, stream(11, 4), Captured::all, {}, search}).effort;
+    EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone));
   }
+}
+
+// Without a clock a wait of any length is free, and the cheapest escapes of any two states are alike.
+TEST(Batch, ByDefaultAnEffortIsThatOfTheSearchThatRanks) {
+  Problem problem = push();
+  BatchOptions asked{{"effort/est"}, 60};
+  asked.seed = 11;
+  const auto alone = [&](std::optional<Search> search) {
+    return escape_effort(problem, {"est", 60, stream(11, 4), Captured::all, {}, search}).effort;
+  };
+  EXPECT_EQ(search_of(problem), Search::published);
   EXPECT_LT(alone(Search::improved), alone(Search::published));
+  EXPECT_TRUE(same_bits(alone({}), alone(Search::published)));
+  EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone({})));
+  problem.horizon = 0.5;
+  EXPECT_EQ(search_of(problem), Search::improved);
+  EXPECT_TRUE(same_bits(alone({}), alone(Search::improved)));
+  EXPECT_TRUE(same_bits(score(problem, 4, asked).scores.at("effort/est"), alone({})));
 }
 
 TEST(Batch, ProbabilitiesShareRolloutsUnderTheDisturbanceOfTheOptionsAndHaveTheirCurves) {

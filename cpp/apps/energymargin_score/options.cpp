@@ -91,7 +91,7 @@ std::vector<Option> capture_options() {
 
 std::vector<Option> effort_options() {
   return {
-      {"--search", "NAME", "effort", "improved (the default), or published, which is the paper's",
+      {"--search", "NAME", "effort", "improved (with a horizon), or published, which is the paper's (without)",
        [](CommandLine& line, const Value& v) { line.arguments.effort.search = v.choice<Search>(); }},
       {"--sampling", "NAME", "effort",
        "of wrenches: " + alternatives(all_words<Sampling>(), "") + " (as the search does)",

@@ -42,11 +42,11 @@ struct BatchOptions {
   //! "probability", "probability/success" and "probability/any", under `disturbance`.
   std::vector<std::string> metrics{"capture", "success", "effort/est", "effort/rrt", "force"};
   int nodes = 1000;
-  int nodes_per_edge = 1;            //!< of capture and success, as CaptureOptions
-  double least_likelihood = 0.0;     //!< the same
-  Search search = Search::improved;  //!< of the efforts, as EffortOptions
-  bool stop_at_escape = false;       //!< the same
-  int rollouts = 30;                 //!< of the probabilities, as ProbabilityOptions
+  int nodes_per_edge = 1;          //!< of capture and success, as CaptureOptions
+  double least_likelihood = 0.0;   //!< the same
+  std::optional<Search> search{};  //!< of the efforts, as EffortOptions
+  bool stop_at_escape = false;     //!< the same
+  int rollouts = 30;               //!< of the probabilities, as ProbabilityOptions
   std::uint64_t seed = 0;
   int threads = 1;
   disturbances::Uniform disturbance{};  //!< of the probabilities

@@ -8,8 +8,8 @@
 namespace energymargin {
 namespace {
 
-search::EscapeSearchOptions search_options(const EffortOptions& options) {
-  const bool improved = options.search == Search::improved;
+search::EscapeSearchOptions search_options(const Problem& problem, const EffortOptions& options) {
+  const bool improved = options.search.value_or(search_of(problem)) == Search::improved;
   search::EscapeSearchOptions result;
   result.planner = options.planner == "est" ? search::FeasiblePlanner::est : search::FeasiblePlanner::rrt;
   result.nodes = options.nodes;
@@ -24,11 +24,14 @@ search::EscapeSearchOptions search_options(const EffortOptions& options) {
 
 }  // namespace
 
+Search search_of(const Problem& problem) { return timing_of(problem) ? Search::improved : Search::published; }
+
 Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_word("planner", options.planner, effort_planners);
   require_at_least("nodes", options.nodes, 1);
   validate(problem);
-  Escape escape = search::find_escape(problem, capture_set(problem, options.captured), search_options(options));
+  Escape escape =
+      search::find_escape(problem, capture_set(problem, options.captured), search_options(problem, options));
   escape.warnings = implausible(escape, problem);
   return escape;
 }

@@ -19,13 +19,17 @@ enum class Search {
   improved    //!< mixed controls, and most nodes make the best escape cheaper
 };
 
+//! The search of a problem where none is asked for. With a clock it is `improved`. Without one it is `published`: since
+//! a wait of any length is free there, the least efforts of states hardly differ, and do not rank them.
+Search search_of(const Problem& problem);
+
 struct EffortOptions {
   std::string planner = "est";  //!< "est" or "rrt": the x of AO-x
   int nodes = 1000;  //!< of the tree besides its root and the undisturbed future, over all iterations of AO-x
   std::uint64_t seed = 0;
-  Captured captured = Captured::all;  //!< of several objects, which have to leave
-  Limit limit{};                      //!< ends the search early; the best escape so far counts
-  Search search = Search::improved;
+  Captured captured = Captured::all;         //!< of several objects, which have to leave
+  Limit limit{};                             //!< ends the search early; the best escape so far counts
+  std::optional<Search> search{};            //!< by default as `search_of` has it
   std::optional<Sampling> sampling{};        //!< how controls are drawn; by default as the search does
   std::optional<bool> shorten{};             //!< make the best escape cheaper; by default as the search does
   bool stop_at_escape = false;               //!< a rollout ends where a look every few steps sees it outside

@@ -1,5 +1,7 @@
 #include "physics/contacts/solid_contacts.hpp"
 
+#include <algorithm>
+
 #include "physics/contacts/face_contacts.hpp"
 #include "physics/contacts/found_contacts.hpp"
 #include "physics/contacts/pair_contacts.hpp"
@@ -7,6 +9,9 @@
 
 namespace energymargin {
 namespace {
+
+// Faces that are not flat may miss the deepest point, by more than this share of the reach of contacts.
+constexpr double same_depth = 1e-3;
 
 class Contacts : public PairContacts {
  public:
@@ -27,8 +32,12 @@ class Contacts : public PairContacts {
       const auto& points = faces_.find(solids_, pose_a, pose_b, closest->normal, threshold, reach);
       if (points.size() > 1) {
         auto& found = static_cast<FoundContacts&>(*result);
-        for (const FacePoint& point : points) found.add(closest->normal, point.on_b, point.distance, point.grip);
-        return;
+        double least = reach;
+        for (const FacePoint& point : points) {
+          found.add(closest->normal, point.on_b, point.distance, point.grip);
+          least = std::min(least, point.distance);
+        }
+        if (least <= closest->distance + same_depth * threshold) return;
       }
     }
     result->addContactPoint(closest->normal, closest->on_b, closest->distance);
