@@ -108,6 +108,7 @@ PartResult Simulation::advance_safely(double duration, int parts) {
     }
     equations_.commit(part, share);
     bodies_.move(duration, share);
+    if (share < 1.0) carry((1.0 - share) * duration);
     last_duration_ = duration;
     return {duration, (1.0 - share) * duration, converged};
   }
@@ -123,6 +124,31 @@ void Simulation::load_bodies() {
 double Simulation::safe_share(double duration) {
   bodies_.read_ways(ways_);
   return continuous_->safe_share(pairs_, ways_, duration);
+}
+
+// A kinematic body loses no time. What it touches, or what touches that, goes along with it: it pushes, and never
+// passes.
+void Simulation::carry(double lost) {
+  const std::vector<Body>& bodies = scene_.bodies();
+  carriers_.resize(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) carriers_[i] = bodies[i].kinematic ? static_cast<int>(i) : -1;
+  const auto join = [&](std::size_t from, std::size_t to) {
+    if (carriers_[from] < 0 || carriers_[to] >= 0 || bodies[to].fixed()) return false;
+    carriers_[to] = carriers_[from];
+    return true;
+  };
+  for (bool more = true; more;) {
+    more = false;
+    for (const ContactPoint& point : pairs_.points()) {
+      const std::size_t a = bodies_.base_of(point.a), b = bodies_.base_of(point.b);
+      more = join(a, b) || join(b, a) || more;
+    }
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (carriers_[i] < 0 || bodies[i].kinematic) continue;
+    const auto carrier = static_cast<std::size_t>(carriers_[i]);
+    bodies_.carry(i, ways_[carrier], bodies_.colliders()[carrier]->getWorldTransform().getOrigin(), lost);
+  }
 }
 
 void Simulation::load(std::size_t body, const btVector3& force, const btVector3& torque) {

@@ -29,7 +29,7 @@ enum class Detection {
 //! What became of a part of a step.
 struct PartResult {
   double duration;  // that it took [s]
-  double lost;      // of it, in which nothing moved [s]
+  double lost;      // of it, in which nothing moved by itself [s]
   bool converged;   // whether the velocities satisfy their equations
 };
 
@@ -104,6 +104,7 @@ class Simulation {
   PartResult advance_safely(double duration, int parts);
   void load_bodies();
   double safe_share(double duration);
+  void carry(double lost);
 
   Scene scene_;
   StateLayout layout_;
@@ -123,6 +124,7 @@ class Simulation {
   std::vector<Load> actuations_;
   std::vector<Motor> motors_;
   std::vector<Velocity> ways_;  // of all bodies
+  std::vector<int> carriers_;   // of all bodies, the kinematic one that each goes along with; -1: none
   double last_duration_ = 0.0;  // of the part before; 0: none since `restore` [s]
 };
 

@@ -217,6 +217,12 @@ void Articulation::move(double duration, double share) {
   place_colliders();
 }
 
+void Articulation::put_base(const btTransform& pose) {
+  links_.front().pose = pose;
+  place_links();
+  place_colliders();
+}
+
 void Articulation::put_off(const std::vector<double>& way) {
   if (positions_.empty()) {
     base_pose_ = links_.front().pose;

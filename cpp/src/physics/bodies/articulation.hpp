@@ -60,6 +60,9 @@ class Articulation {
   }
   bool free() const { return free_; }
 
+  //! The body that it hangs on.
+  std::size_t base() const { return links_.front().body; }
+
   //! Whether no force changes how its base, a free one, moves.
   bool kinematic() const { return free_ && scene_.bodies()[links_.front().body].kinematic; }
 
@@ -109,6 +112,9 @@ class Articulation {
 
   //! Moves all on their ways, for a share of `duration` [s]; a kinematic base loses no time.
   void move(double duration, double share);
+
+  //! Moves all with its free base, which is here then.
+  void put_base(const btTransform& pose);
 
   //! Puts the links, but for what collides, a way off from where they are [m, rad], until `put_back`: along each
   //! velocity, and for a free base by a turn about an axis that stays.

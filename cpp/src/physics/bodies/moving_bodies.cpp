@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "physics/sweep.hpp"
+
 namespace energymargin {
 
 MovingBodies::MovingBodies(const Scene& scene, const std::vector<CollisionShape>& shapes)
@@ -114,6 +116,24 @@ JointControl* MovingBodies::control_of(std::size_t joint) const {
     }
   }
   return nullptr;
+}
+
+std::size_t MovingBodies::base_of(std::size_t body) const {
+  return tree_of_[body] ? trees_[*tree_of_[body]]->base() : body;
+}
+
+void MovingBodies::carry(std::size_t base, const Velocity& carrier, const btVector3& origin, double duration) {
+  const auto carried = [&](const btTransform& pose) {
+    const btVector3 linear = carrier.linear + carrier.angular.cross(pose.getOrigin() - origin);
+    return moved_pose(pose, linear * duration, carrier.angular * duration);
+  };
+  if (tree_of_[base]) {
+    Articulation& tree = *trees_[*tree_of_[base]];
+    tree.put_base(carried(tree.links().front().pose));
+  } else {
+    auto& rigid = static_cast<btRigidBody&>(*colliders_[base]);
+    rigid.setCenterOfMassTransform(carried(rigid.getWorldTransform()));
+  }
 }
 
 void MovingBodies::move(double duration, double share) {

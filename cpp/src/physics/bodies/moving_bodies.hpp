@@ -69,6 +69,12 @@ class MovingBodies {
   //! Moves all on their ways, for a share of `duration` [s].
   void move(double duration, double share);
 
+  //! The body itself, or the one that its tree hangs on.
+  std::size_t base_of(std::size_t body) const;
+
+  //! Moves a body, with the tree whose free base it is, with what turns about `origin` and moves like `carrier`.
+  void carry(std::size_t base, const Velocity& carrier, const btVector3& origin, double duration);
+
  private:
   void add_trees(const std::vector<CollisionShape>& shapes);
   void add_mimics();
