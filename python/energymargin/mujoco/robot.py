@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from energymargin._core import Plan
 from energymargin.mujoco.needed import needed
 from energymargin.mujoco.states import States
+from energymargin.mujoco.ticks import Ticks
 from energymargin.scenes.mjcf_model import control_address
 
 __all__ = ["Robot"]
@@ -18,7 +19,6 @@ Vector = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.81  # m/s^2, of the default limits of motors, as of a Plan
 SHARE_OF_WEIGHT = 2.0  # that these hold
-ALMOST = 1e-6  # of a row: so close to its end, a time is in the next one
 
 
 class Robot:
@@ -33,20 +33,21 @@ class Robot:
         self._mujoco, self._plan, self._model, self._states = needed(), plan, model, states
         self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
         self._targets = [(self._control(j), rows) for j, rows in plan.targets.items()]
+        self._rows = Ticks(plan.step, float(model.opt.timestep))
         self._motors = [
             (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
         ]
 
-    def held(self, time: float) -> int:
-        """Steps from a time [s] on for which all that `act` sets stays the same."""
-        row, step = int(time / self._plan.step + ALMOST), float(self._model.opt.timestep)
-        if self._motors and row < self._plan.rows:
+    def held(self, step: int) -> int:
+        """Steps from a step on for which all that `act` sets stays the same."""
+        if self._motors and self._rows.last(step) < self._plan.rows:
             return 1
-        return max(1, round(((row + 1) * self._plan.step - time) / step))
+        return self._rows.next(step) - step
 
-    def act(self, data: Any, time: float) -> None:
-        """Sets the controls, and adds to the wrenches, for the step that begins at a time [s]."""
-        row, last = int(time / self._plan.step + ALMOST), self._plan.rows - 1
+    def act(self, data: Any, step: int) -> None:
+        """Sets the controls, and adds to the wrenches, for a step. A row begins at the step that is
+        nearest to its time."""
+        row, last = self._rows.last(step), self._plan.rows - 1
         for control, targets in self._targets:
             data.ctrl[control] = targets[min(row, last)]
         if row > last:
