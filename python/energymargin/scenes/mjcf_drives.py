@@ -37,6 +37,8 @@ class Drive:
     """The force limit of each actuator."""
     passive_force: bool = False
     """Whether a spring of the joint acts beside its actuators."""
+    controls: dict[int, float] = field(default_factory=dict)
+    """By actuator with a constant gain, the force for each unit of its control."""
     motors: int = 0
     """Actuators that control a force alone."""
     ceiling: float = math.inf
@@ -268,6 +270,9 @@ class _Drives:
             drive.motors += 1
             return
         self._push(length, *law)
+        gain = float(model.actuator_gainprm[actuator][0])
+        if word("mjtGain", model.actuator_gaintype[actuator]) == "fixed" and gain:
+            drive.controls[actuator] = factor * gain
         drive.most.append(abs(factor) * self._force_limit(actuator))
 
     def _force_limit(self, actuator: int) -> float:
