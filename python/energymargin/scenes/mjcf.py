@@ -91,9 +91,10 @@ def from_mjcf(
         joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness,
             which replace the model's.
         disable_collisions: pairs of bodies that never collide, or "overlapping": those that
-            overlap at the start, and of which a joint moves one.
-        self_collision: whether bodies of the model can collide. None that joints move may then
-            overlap at the start.
+            may not overlap at the start and do.
+        self_collision: whether bodies of the model can collide, objects too. A body that joints
+            move may then overlap neither its own robot nor a fixed body at the start; where it
+            overlaps what moves apart from it, as a finger what it grips, the two touch.
         ignore: what to do without of what is not simulated, by the names in the error.
         timeout: [s].
         cancel: ends it once it is set.
