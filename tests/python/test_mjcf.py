@@ -522,6 +522,42 @@ def test_a_finger_that_presses_on_a_table_begins_apart_and_its_state_is_taken_fr
     assert fingertip(scene, end) == pytest.approx(0.02, abs=1e-3)
 
 
+# What `ignore` leaves loose: joints under a tendon and a motor, and a closed chain.
+HAND = {
+    "tendon": '<fixed name="t"><joint joint="a" coef="1"/><joint joint="b" coef="1"/></fixed>',
+    "actuator": '<position tendon="t" kp="5"/><motor joint="c"/><position joint="d" kp="5"/>',
+    "equality": '<connect body1="d" body2="c" anchor="0 0 0"/>',
+}
+LEFT_OUT = ("actuator/tendon", "actuator/motor", "equality/connect")
+
+
+def hand(**options):
+    links = "".join(link(name, at=f"{i} 0 1") for i, name in enumerate("abcd"))
+    return built(links, sections=HAND, ignore=LEFT_OUT, **options)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "'actuator/tendon' leaves joints without a drive: 'a', 'b'",
+        "'actuator/motor' leaves joints without a drive: 'c'",
+        "'equality/connect' leaves bodies without what held them: 'd', 'c'",
+    ],
+)
+def test_what_is_ignored_is_told_with_what_it_leaves_loose(message, monkeypatch):
+    monkeypatch.setattr("energymargin.plausibility._known", set())
+    with pytest.warns(em.PlausibilityWarning, match=message):
+        hand()
+
+
+def test_joints_that_are_driven_or_held_otherwise_are_not_told_as_loose(monkeypatch):
+    monkeypatch.setattr("energymargin.plausibility._known", set())
+    joints = {"a": {"stiffness": 5.0}, "b": {"held": True}, "c": {"stiffness": 5.0}}
+    with pytest.warns(em.PlausibilityWarning) as told:
+        hand(joints=joints)
+    assert ["equality/connect" in str(one.message) for one in told] == [True]
+
+
 def test_torsional_friction_and_margins_are_named():
     geom = '<geom size="0.05" condim="4" margin="0.01"/>'
     with pytest.raises(ValueError, match=r"geom.condim \(1\), geom.margin \(1\)"):
