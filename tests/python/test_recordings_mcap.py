@@ -250,6 +250,20 @@ def test_a_file_that_is_no_bag_or_was_cut_is_refused(path, columns):
         read_mcap(path.with_name("absent.mcap"), **TOPICS)
 
 
+@pytest.mark.parametrize("every", [1, 2])
+def test_zeros_of_a_tracker_that_lost_a_body_are_not_seen(path, columns, every):
+    """Of the body that gives the frames, and of the one that is interpolated between them."""
+    nothing = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": turned(0.0)}
+    object_bag = messages(columns, "object", TOPICS["object"])[::every]
+    effector_bag = messages(columns, "effector", TOPICS["effector"])
+    for own in (object_bag[20], effector_bag[30], effector_bag[31]):
+        own[3]["pose"] = nothing
+    read = read_mcap(write_bag(path, [*object_bag, *effector_bag]), **TOPICS, longest_gap=0.2)
+    assert read.repairs.unseen == {"object": (20,)}
+    for body, motion in (("object", read.object), ("effector", read.effector)):
+        assert np.allclose(motion.poses[:, 1], columns[f"{body}_y"][::every], atol=1e-3)
+
+
 def test_lengths_that_no_file_has_are_refused_by_the_file_s_name(path, columns):
     """Of records at the end, which are read first: 2^64 - 1 bytes."""
     raw = write_bag(path, both(columns)).read_bytes()

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.plausibility import warn
-from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING
+from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING, gap_limits, lost
 from energymargin.recordings.csv_files import FrameTable, SourceFile, frame_origin
 from energymargin.recordings.reading import LONGEST_GAP, Rules, recording_of
 from energymargin.recordings.recording import Recording
@@ -39,7 +39,6 @@ UNTURNED = 0.02  # length of y and z of a quaternion, 2.3 deg of turn about them
 ROLLED = 0.1  # the same of x, 11 deg
 FLAT = 0.1  # length of the x axis seen from above, from which on its heading is known
 CLEARLY = 1.1  # times as rare; else the frames are the object's
-USUAL = 1.5  # median steps of time; messages that are farther apart are a gap
 NANOSECONDS = 1_000_000_000
 UNITS = "Poses are in m and quaternions (REP 103)"
 
@@ -123,7 +122,7 @@ def read_mcap(
             f"poses of the object are in the frame {parents['object']!r}, those of the effector in "
             f"{parents['effector']!r}, expected the same frame"
         )
-    return recording_of(_table(source, seen, longest_gap), rules, origin=place)
+    return recording_of(_table(source, seen, rules), rules, origin=place)
 
 
 def is_bag(path: Path) -> bool:
@@ -291,7 +290,7 @@ def _parent(source: SourceFile, body: str, sightings: list[_Sighting]) -> str:
     return parents[0]
 
 
-def _table(source: SourceFile, seen: dict[str, list[_Sighting]], longest_gap: float) -> FrameTable:
+def _table(source: SourceFile, seen: dict[str, list[_Sighting]], rules: Rules) -> FrameTable:
     """A row for each message of the body that is seen more rarely."""
     begin = min(own[0].nanoseconds for own in seen.values())
     stamps = {
@@ -304,8 +303,9 @@ def _table(source: SourceFile, seen: dict[str, list[_Sighting]], longest_gap: fl
     values = {"time": times}
     for body, own in seen.items():
         poses = _planar(source, body, own)
+        poses[lost(poses, rules.least_jump)] = np.nan
         if body != slower:
-            poses = _between(times, stamps[body], poses, longest_gap)
+            poses = _between(times, stamps[body], poses, rules.longest_gap)
         for axis, column in zip(("x", "y", "yaw"), poses.T, strict=True):
             values[f"{body}_{axis}"] = column
     lines = np.array([one.number for one in seen[slower]], dtype=np.int64)
@@ -398,5 +398,5 @@ def _between(
     outside = (after == len(known)) | (before < 0)
     last = len(known) - 1
     gap = known[np.minimum(after, last)] - known[np.maximum(before, 0)]
-    found[outside | (gap > max(longest_gap, USUAL * _usual_step(known)))] = np.nan
+    found[outside | (gap > sum(gap_limits(longest_gap, known)))] = np.nan
     return found

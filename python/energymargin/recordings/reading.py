@@ -22,6 +22,7 @@ from energymargin.recordings.cleaning import (
     diagonal,
     filled_clock,
     jumps,
+    lost,
     require_short_gaps,
     smoothed,
 )
@@ -195,6 +196,7 @@ def _track(table: FrameTable, body: str, least: tuple[float, float]) -> _Track:
         velocities = np.stack([table.values[name] for name in of_velocity], axis=1)
     measured = poses if velocities is None else np.concatenate([poses, velocities], axis=1)
     seen = np.asarray(np.isfinite(measured).all(axis=1))
+    seen &= ~lost(poses, least[0])
     _require_enough(table, int(seen.sum()), f"rows in which the {body} was seen")
     jumped = np.zeros_like(seen)
     jumped[seen] = jumps(table.values["time"][seen], poses[seen], least)
