@@ -82,6 +82,14 @@ def test_a_problem_asks_its_question_at_each_state(folder):
     assert not np.array_equal(posed.state, own.state)
 
 
+def test_the_command_says_that_velocities_know_later_frames_and_how_they_do_not(folder):
+    assert "smoothed over frames before and after; with --causal" in imported(folder).stderr
+    done = imported(folder, "--causal", "--overwrite")
+    assert "--causal" not in done.stderr and "6 frames at its ends left out" in done.stderr
+    (trajectory,) = em.datasets.load(folder / "P-recorded.h5").trajectories
+    assert len(trajectory) == 94
+
+
 def test_labels_of_a_file_win_over_the_success_set(folder):
     (folder / "labels.csv").write_text("recording,success\nREC.csv,0\n")
     assert "(0 successful)" in imported(folder, "--labels", "labels.csv").stderr

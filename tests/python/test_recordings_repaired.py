@@ -220,3 +220,41 @@ def test_a_tracker_that_holds_still_or_rounds_is_smoothed_as_any():
         motion, _ = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06)
         found = motion.velocities[65:95, 0]
         assert np.sqrt(np.mean((found - 0.05) ** 2)) < most
+
+
+def velocities(recording):
+    return np.concatenate([recording.object.velocities, recording.effector.velocities], axis=1)
+
+
+def test_causal_velocities_and_poses_do_not_change_with_frames_to_come(path, columns):
+    rows = rows_of(columns)
+    del rows[30:32]
+    whole = read_csv(write(path, columns, rows), causal=True)
+    part = read_csv(write(path, columns, rows[:60]), causal=True)
+    assert whole.frames[0] == 6 and whole.repairs.left_out == tuple(range(6))
+    assert part.repairs.missing == (30, 31)
+    for name in ("poses", "velocities", "velocity_covariances"):
+        early, late = getattr(part.object, name), getattr(whole.object, name)
+        assert np.array_equal(early, late[: len(part)])
+    assert not np.array_equal(
+        velocities(read_csv(path)), velocities(read_csv(write(path, columns, rows)))[:62]
+    )
+
+
+def test_a_push_that_begins_is_not_seen_before_it_does_if_velocities_are_causal(path):
+    columns = poses_of(push())
+    columns["object_y"] = 0.05 * np.maximum(columns["time"] - columns["time"][50], 0.0)
+    columns = noisy(columns)
+    write(path, columns)
+    ahead, causal = read_csv(path), read_csv(path, causal=True)
+    assert ahead.object.velocities[49, 1] > 0.01
+    assert abs(causal.object.velocities[causal.frames.tolist().index(49), 1]) < 0.01
+    assert causal.object.velocities[-1, 1] == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_causal_recording_may_forbid_repairs_and_keeps_velocities_of_its_own(path, columns):
+    assert len(read_csv(write(path, columns), causal=True, repair=False)) == 94
+    own = read_csv(write(path, push()), causal=True)
+    assert np.array_equal(velocities(own), velocities(read_csv(path)))
+    with pytest.raises(ValueError, match="causal is 'no', expected true or false"):
+        read_csv(path, causal="no")

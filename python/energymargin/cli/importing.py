@@ -102,6 +102,14 @@ SmoothingOption = Annotated[
     float,
     typer.Option(help="Time scale of the smoothing where the files have no velocities [s]."),
 ]
+CausalOption = Annotated[
+    bool,
+    typer.Option(
+        "--causal",
+        help="Smooth each frame with frames up to it alone, as a robot has them: scores foresee "
+        "without frames to come.",
+    ),
+]
 MostOverlapOption = Annotated[
     float, typer.Option(help="How far a body may be moved out of another one [m].")
 ]
@@ -123,6 +131,7 @@ def import_recordings(
     repair: RepairOption = True,
     longest_gap: LongestGapOption = 0.1,
     smoothing: SmoothingOption = 0.06,
+    causal: CausalOption = False,
     most_overlap: MostOverlapOption = 0.01,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -154,7 +163,12 @@ def import_recordings(
     made, bodies = _task_of(task, problem, parsed(parameter or []))
     require_free(output, overwrite=overwrite)
     rules = {"repair": repair, "longest_gap": longest_gap, "smoothing": smoothing}
-    read = _read(files, columns, (object_topic, effector_topic), rules)
+    read = _read(files, columns, (object_topic, effector_topic), {**rules, "causal": causal})
+    if not causal and any(_is_smooth(recording) for recording in read):
+        say(
+            "Velocities are smoothed over frames before and after; with --causal over those "
+            "before, as a robot would know them"
+        )
     dataset = _labelled_dataset(
         made, read, labels, captured, most_overlap=most_overlap, bodies=bodies
     )
@@ -263,6 +277,12 @@ def _labels_of(labels: Path, names: set[str]) -> dict[str, bool]:
     if len(success) > len(of_these):
         say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
     return of_these
+
+
+def _is_smooth(recording: Recording) -> bool:
+    """Whether velocities of a body come from a spline."""
+    motions = (recording.object, recording.effector)
+    return any(motion.velocity_covariances is not None for motion in motions)
 
 
 def _summary(recording: Recording) -> str:

@@ -83,6 +83,7 @@ def read_mcap(
     least_turn: float = LEAST_TURN,
     smoothing: float = SMOOTHING,
     smooth_poses: bool = True,
+    causal: bool = False,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
     """The recording in a bag: poses of two bodies in a plane, from a topic each.
@@ -103,13 +104,14 @@ def read_mcap(
         least_turn: the same of its yaw [rad].
         smoothing: the largest time scale of the smoothing spline [s].
         smooth_poses: whether the spline gives the poses, too.
+        causal: as of `read_csv`. The body that is interpolated is known between two messages.
         origin: of the poses' frame in the scene's, x, y [m] and yaw [rad].
 
     Raises OSError, ImportError without the extra, and ValueError that names the file: on a topic
     that is not there (it lists those that are), poses in different frames or out of the plane, and
     all that `read_csv` refuses.
     """
-    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses)
+    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     place = frame_origin(origin)
     source = SourceFile(Path(path), "message", UNITS)
     wanted = {"object": _topic("object", object), "effector": _topic("effector", effector)}

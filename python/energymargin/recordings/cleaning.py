@@ -41,6 +41,7 @@ __all__ = [
     "SIGMA_OF_MAD",
     "SMOOTHING",
     "Clock",
+    "causally_smoothed",
     "diagonal",
     "filled_clock",
     "gap_limits",
@@ -62,6 +63,7 @@ WINDOW = 7  # frames
 DEVIATIONS = 3.0  # Hampel's
 
 SMOOTHING = 0.06  # s; the least error of velocity at 33 Hz with 0.5 mm and 1 deg of noise
+MEMORY = 10.0  # time scales; what is older changes the spline's end by a thousandth
 LEAST_SCALE = 0.1  # of a frame's step: smooth no more
 FARTHEST = 5.0  # standard deviations of noise, from a measured pose to a smooth one
 SIGMA_OF_MAD = 1.4826  # of a normal distribution
@@ -77,6 +79,13 @@ class Clock:
     times: NDArray[np.float64]
     missing: tuple[int, ...]
     """Numbers of the frames that the file does not have."""
+
+    def since(self, time: float) -> Clock:
+        """The frames from a time on."""
+        later = self.times >= time
+        frames = self.frames[later]
+        missing = tuple(number for number in self.missing if number >= frames[0])
+        return Clock(frames, self.times[later], missing)
 
 
 def require_short_gaps(
@@ -226,6 +235,29 @@ def smoothed(
         diagonal(errors * units[..., 1].T / step**2),
     )
     return motion, errors
+
+
+def causally_smoothed(
+    times: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    at: NDArray[np.float64],
+    time_scale: float,
+) -> tuple[Motion, NDArray[np.float64]]:
+    """As `smoothed`, at each time by the poses up to it alone; the variances have the shape (K, 3).
+
+    At least 7 poses are at or before the first of these times.
+    """
+    ends = np.searchsorted(times, at, side="right")
+    begins = np.searchsorted(times, at - MEMORY * time_scale)
+    parts = [
+        smoothed(times[begin:end], poses[begin:end], at[k : k + 1], time_scale)
+        for k, (begin, end) in enumerate(
+            zip(np.minimum(begins, ends - LEAST_FRAMES), ends, strict=True)
+        )
+    ]
+    fields = ("poses", "velocities", "pose_covariances", "velocity_covariances")
+    joined = (np.concatenate([getattr(own, name) for own, _ in parts]) for name in fields)
+    return Motion(*joined), np.array([errors for _, errors in parts])
 
 
 def diagonal(variances: NDArray[np.float64]) -> NDArray[np.float64]:
