@@ -467,6 +467,97 @@ def test_links_that_overlap_at_the_start_are_refused_and_may_be_let_through():
         built(inside, disable_collisions=[("a", "c")])
 
 
+# A finger that a servo presses on a cube or on a table; the cube rests on the table.
+PRESS = """<mujoco>
+  <worldbody>
+    <geom name="table" type="plane" size="1 1 1" friction="1"/>
+    <body name="palm" pos="0 0 0.3">
+      <body name="finger">
+        <joint name="down" type="slide" axis="0 0 -1" range="0 0.3" damping="5"/>
+        <geom type="sphere" size="0.02" mass="0.2" friction="1"/>
+      </body>
+    </body>
+    <body name="cube" pos="{at} 0 0.03">
+      <freejoint/><geom type="box" size="0.03 0.03 0.03" mass="0.2" friction="1"/>
+    </body>
+  </worldbody>
+  <actuator><position joint="down" kp="200" forcerange="-20 20"/></actuator>
+</mujoco>"""
+
+
+def pressed(at):
+    """In MuJoCo, with the cube beside the finger, until all is at rest."""
+    of = mujoco.MjModel.from_xml_string(PRESS.format(at=at))
+    data = mujoco.MjData(of)
+    data.ctrl[:] = 0.4
+    mujoco.mj_step(of, data, 2000)
+    return of, data
+
+
+def fingertip(scene, state, name="finger"):
+    return scene.unpack(state)[name]["position"][2]
+
+
+@pytest.mark.parametrize("options", [{}, {"disable_collisions": "overlapping"}])
+def test_a_grip_of_mujoco_is_a_contact_that_holds(options):
+    of, data = pressed(at=0)
+    assert min(contact.dist for contact in data.contact) < -1e-4
+    scene = from_mjcf(of, object="cube", effector="finger", data=data, **options)
+    start = em.mujoco.state(scene, of, data)
+    end = em.World(scene).simulate(start, steps=240, record=[240]).states[-1]
+    assert fingertip(scene, end) == pytest.approx(0.08, abs=1e-3)
+    inside = em.regions.Ball("cube", (0, 0, 0.03), 0.01)
+    bounds = {"force": (3, 3, 0), "torque": (0, 0, 0), "duration": 0.1, "captured": inside}
+    problem = em.Problem(scene, start, horizon=0.5, **bounds)
+    assert em.capture_probability(problem, rollouts=20).captured == 1.0
+
+
+def test_a_finger_that_presses_on_a_table_begins_apart_and_its_state_is_taken_from_mujoco():
+    of, data = pressed(at=0.5)
+    with pytest.raises(ValueError, match=r"'finger' and 'table' by .*joints=.*em\.mujoco\.state"):
+        from_mjcf(of, data=data)
+    scene = from_mjcf(of, data=data, joints={"down": {"start": 0.0}})
+    start = em.mujoco.state(scene, of, data)
+    end = em.World(scene).simulate(start, steps=240, record=[240]).states[-1]
+    assert fingertip(scene, end) == pytest.approx(0.02, abs=1e-3)
+
+
+# What `ignore` leaves loose: joints under a tendon and a motor, and a closed chain.
+HAND = {
+    "tendon": '<fixed name="t"><joint joint="a" coef="1"/><joint joint="b" coef="1"/></fixed>',
+    "actuator": '<position tendon="t" kp="5"/><motor joint="c"/><position joint="d" kp="5"/>',
+    "equality": '<connect body1="d" body2="c" anchor="0 0 0"/>',
+}
+LEFT_OUT = ("actuator/tendon", "actuator/motor", "equality/connect")
+
+
+def hand(**options):
+    links = "".join(link(name, at=f"{i} 0 1") for i, name in enumerate("abcd"))
+    return built(links, sections=HAND, ignore=LEFT_OUT, **options)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "'actuator/tendon' leaves joints without a drive: 'a', 'b'",
+        "'actuator/motor' leaves joints without a drive: 'c'",
+        "'equality/connect' leaves bodies without what held them: 'd', 'c'",
+    ],
+)
+def test_what_is_ignored_is_told_with_what_it_leaves_loose(message, monkeypatch):
+    monkeypatch.setattr("energymargin.plausibility._known", set())
+    with pytest.warns(em.PlausibilityWarning, match=message):
+        hand()
+
+
+def test_joints_that_are_driven_or_held_otherwise_are_not_told_as_loose(monkeypatch):
+    monkeypatch.setattr("energymargin.plausibility._known", set())
+    joints = {"a": {"stiffness": 5.0}, "b": {"held": True}, "c": {"stiffness": 5.0}}
+    with pytest.warns(em.PlausibilityWarning) as told:
+        hand(joints=joints)
+    assert ["equality/connect" in str(one.message) for one in told] == [True]
+
+
 def test_torsional_friction_and_margins_are_named():
     geom = '<geom size="0.05" condim="4" margin="0.01"/>'
     with pytest.raises(ValueError, match=r"geom.condim \(1\), geom.margin \(1\)"):

@@ -100,3 +100,39 @@ def test_a_cancel_ends_a_replay():
     cancel.set()
     with pytest.raises(em.Cancelled):
         em.mujoco.replay(*at_start(problem), problem, escape, cancel=cancel)
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.0025, 0.004, 0.005, 0.01])
+def test_an_escape_leads_out_at_the_same_work_at_any_timestep(timestep):
+    problem = ball()
+    escape = em.escape_effort(problem, nodes=200)
+    model, data = at_start(problem)
+    model.opt.timestep = timestep
+    found = em.mujoco.replay(model, data, problem, escape, largest_scale=1.05)
+    assert found.least_effort == pytest.approx(escape.effort, rel=0.06)
+    assert found.distance < 0.01
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.0025, 0.004, 0.005, 0.01])
+def test_a_plan_is_played_to_its_end_with_all_its_rows_at_any_timestep(timestep):
+    """Rows of 1/240 s that push ever harder: N of them give sum(f) / 240 of momentum."""
+    force = np.linspace(0.0, 2.0, 240)
+    rows = np.zeros((240, 6))
+    rows[:, 0] = force
+    problem = ball(plan=em.Plan(1 / 240, wrenches={"ball": rows}))
+    model, data = at_start(problem)
+    model.opt.timestep = timestep
+    found = em.mujoco.replay(model, data, problem)
+    assert not found.escaped and found.time == pytest.approx(1.0)
+    assert found.state[7] == pytest.approx(force.sum() / 240, rel=0.01)
+
+
+def test_an_exit_counts_after_the_dwell_at_any_timestep():
+    """The ball is out from the square root of 2 s / a on; it stays out."""
+    rows = np.tile([3.0, 0, 0, 0, 0, 0], (240, 1))
+    problem = ball(plan=em.Plan(1 / 240, wrenches={"ball": rows}), dwell=0.1)
+    model, data = at_start(problem)
+    model.opt.timestep = 0.002
+    found = em.mujoco.replay(model, data, problem)
+    assert found.escaped
+    assert found.time == pytest.approx(np.sqrt(2 * RADIUS / 3.0), abs=1 / 60 + 0.002)

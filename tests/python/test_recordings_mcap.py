@@ -8,6 +8,7 @@ from bags import EPOCH, header, message, turned, write_bag
 from command_line import run_here
 from recorded import poses_of, push, write
 
+import energymargin as em
 from energymargin import datasets
 from energymargin.recordings import bag_topics, read_csv, read_mcap
 
@@ -247,6 +248,70 @@ def test_a_file_that_is_no_bag_or_was_cut_is_refused(path, columns):
         read_mcap(path, **TOPICS)
     with pytest.raises(FileNotFoundError):
         read_mcap(path.with_name("absent.mcap"), **TOPICS)
+
+
+@pytest.mark.parametrize("every", [1, 2])
+def test_zeros_of_a_tracker_that_lost_a_body_are_not_seen(path, columns, every):
+    """Of the body that gives the frames, and of the one that is interpolated between them."""
+    nothing = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": turned(0.0)}
+    object_bag = messages(columns, "object", TOPICS["object"])[::every]
+    effector_bag = messages(columns, "effector", TOPICS["effector"])
+    for own in (object_bag[20], effector_bag[30], effector_bag[31]):
+        own[3]["pose"] = nothing
+    read = read_mcap(write_bag(path, [*object_bag, *effector_bag]), **TOPICS, longest_gap=0.2)
+    assert read.repairs.unseen == {"object": (20,)}
+    for body, motion in (("object", read.object), ("effector", read.effector)):
+        assert np.allclose(motion.poses[:, 1], columns[f"{body}_y"][::every], atol=1e-3)
+
+
+def test_lengths_that_no_file_has_are_refused_by_the_file_s_name(path, columns):
+    """Of records at the end, which are read first: 2^64 - 1 bytes."""
+    raw = write_bag(path, both(columns)).read_bytes()
+    refused = 0
+    for k in range(len(raw) - 120, len(raw) - 8, 4):
+        path.write_bytes(raw[:k] + b"\xff" * 8 + raw[k + 8 :])
+        try:
+            read_mcap(path, **TOPICS)
+        except ValueError as error:
+            assert str(path) in str(error)
+            refused += 1
+    assert refused > 10
+
+
+def test_a_clock_that_is_set_back_is_refused_with_its_message(path, columns):
+    bag = both(columns)
+    for k in range(40, len(columns["time"])):
+        stamp = bag[k][3]["header"]["stamp"]
+        stamp["sec"] -= 1
+    with pytest.raises(ValueError, match=r", message 41: the time of the object goes back by 0\.9"):
+        read_mcap(write_bag(path, bag), **TOPICS)
+
+
+def scalar_first(turn):
+    """The numbers of a quaternion in the order w, x, y, z, read as x, y, z, w."""
+    return {"x": turn["w"], "y": turn["x"], "z": turn["y"], "w": turn["z"]}
+
+
+def test_quaternions_with_w_first_are_told(path, columns, monkeypatch):
+    monkeypatch.setattr("energymargin.plausibility._known", set())
+    columns["object_yaw"] = np.full(len(columns["time"]), 0.1)
+    bag = both(columns)
+    for k in range(len(columns["time"])):
+        own = bag[k][3]["pose"]
+        own["orientation"] = scalar_first(own["orientation"])
+    words = r"the object has the orientation \(0\.9988, 0, 0, 0\.04998\), .* Is w first there\?"
+    with pytest.warns(em.PlausibilityWarning, match=words):
+        read_mcap(write_bag(path, bag), **TOPICS)
+
+
+def test_quaternions_with_w_first_that_turn_are_refused_with_the_reason(path, columns):
+    columns["object_yaw"] = np.linspace(0.0, 1.0, len(columns["time"]))
+    bag = both(columns)
+    for k in range(len(columns["time"])):
+        own = bag[k][3]["pose"]
+        own["orientation"] = scalar_first(own["orientation"])
+    with pytest.raises(ValueError, match=r"the object tilts .*Is w first in its quaternions\?"):
+        read_mcap(write_bag(path, bag), **TOPICS)
 
 
 def test_the_command_makes_a_dataset_of_bags(tmp_path, columns):

@@ -135,6 +135,21 @@ def cell(row, name, text):
     return change
 
 
+def test_a_file_of_several_episodes_says_so(path):
+    rows = rows_of(push())
+    with pytest.raises(ValueError, match=r"line 102: frame is 0 after 99, .* these 3 episodes\?"):
+        read_csv(write(path, push(), 3 * rows))
+
+
+def test_a_clock_that_was_set_back_is_told_from_an_episode(path):
+    columns = push()
+    columns["time"][60:] -= 0.5
+    with pytest.raises(
+        ValueError, match=r"line 62: time is .* expected it to rise\. Was the clock"
+    ):
+        read_csv(write(path, columns))
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

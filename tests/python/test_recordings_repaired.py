@@ -53,6 +53,39 @@ def test_a_longer_gap_is_refused_with_the_line_after_it(path, columns):
         read_csv(write(path, columns, rows))
 
 
+def test_two_dropped_frames_at_30_hz_are_filled_with_times_in_milliseconds(path):
+    columns = poses_of(push(rate=29.97))
+    columns["time"] = np.round(columns["time"], 3)
+    rows = rows_of(columns)
+    del rows[40:42], rows[61:63]
+    assert len(read_csv(write(path, columns, rows)).repairs.missing) == 4
+    del rows[20:23]
+    with pytest.raises(ValueError, match=r"from frame 19 to 23, expected at most 0\.1 s"):
+        read_csv(write(path, columns, rows))
+
+
+@pytest.mark.parametrize("zero", ["0", "0.000000", "-0.0"])
+def test_zeros_of_a_tracker_that_lost_a_body_are_poses_not_seen(path, columns, zero):
+    rows = rows_of(columns)
+    for row in (*rows[:5], rows[40], rows[41]):
+        row[5:8] = [zero] * 3
+    recording = read_csv(write(path, columns, rows))
+    assert recording.repairs == Repairs(unseen={"effector": (40, 41)}, left_out=(0, 1, 2, 3, 4))
+    assert largest_error(recording, [35, 36]) < 1
+    for row in rows[60:90]:
+        row[5:8] = [zero] * 3
+    with pytest.raises(ValueError, match=r"from frame 59 to 90 \(its pose is 0, 0, 0 there\)"):
+        read_csv(write(path, columns, rows))
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.05, 1.0])
+def test_a_body_that_is_at_the_origin_is_seen_there(path, speed):
+    columns = poses_of(push())
+    since = np.maximum(columns["time"] - columns["time"][30], 0.0)
+    columns |= {"object_x": speed * since, "object_y": 0 * since, "object_yaw": 0 * since}
+    assert read_csv(write(path, columns)).repairs == Repairs()
+
+
 @pytest.mark.parametrize("cell", ["", "nan", "NaN"])
 def test_poses_that_were_not_seen_are_filled(path, columns, cell):
     rows = rows_of(columns)
@@ -187,3 +220,41 @@ def test_a_tracker_that_holds_still_or_rounds_is_smoothed_as_any():
         motion, _ = smoothed(times, np.tile(measured, (3, 1)).T, times, 0.06)
         found = motion.velocities[65:95, 0]
         assert np.sqrt(np.mean((found - 0.05) ** 2)) < most
+
+
+def velocities(recording):
+    return np.concatenate([recording.object.velocities, recording.effector.velocities], axis=1)
+
+
+def test_causal_velocities_and_poses_do_not_change_with_frames_to_come(path, columns):
+    rows = rows_of(columns)
+    del rows[30:32]
+    whole = read_csv(write(path, columns, rows), causal=True)
+    part = read_csv(write(path, columns, rows[:60]), causal=True)
+    assert whole.frames[0] == 6 and whole.repairs.left_out == tuple(range(6))
+    assert part.repairs.missing == (30, 31)
+    for name in ("poses", "velocities", "velocity_covariances"):
+        early, late = getattr(part.object, name), getattr(whole.object, name)
+        assert np.array_equal(early, late[: len(part)])
+    assert not np.array_equal(
+        velocities(read_csv(path)), velocities(read_csv(write(path, columns, rows)))[:62]
+    )
+
+
+def test_a_push_that_begins_is_not_seen_before_it_does_if_velocities_are_causal(path):
+    columns = poses_of(push())
+    columns["object_y"] = 0.05 * np.maximum(columns["time"] - columns["time"][50], 0.0)
+    columns = noisy(columns)
+    write(path, columns)
+    ahead, causal = read_csv(path), read_csv(path, causal=True)
+    assert ahead.object.velocities[49, 1] > 0.01
+    assert abs(causal.object.velocities[causal.frames.tolist().index(49), 1]) < 0.01
+    assert causal.object.velocities[-1, 1] == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_causal_recording_may_forbid_repairs_and_keeps_velocities_of_its_own(path, columns):
+    assert len(read_csv(write(path, columns), causal=True, repair=False)) == 94
+    own = read_csv(write(path, push()), causal=True)
+    assert np.array_equal(velocities(own), velocities(read_csv(path)))
+    with pytest.raises(ValueError, match="causal is 'no', expected true or false"):
+        read_csv(path, causal="no")

@@ -2,6 +2,7 @@
 
 import math
 import sys
+import warnings
 
 import pytest
 from urdf_files import (
@@ -257,3 +258,40 @@ def test_the_torque_limit_of_a_pair_is_raised_at_the_joint_that_is_followed(tmp_
     assert [j.torque_limit for j in of_both] == [40.0, math.inf]
     with pytest.raises(ValueError, match="'torque_limit', expected limits for one that follows"):
         built(tmp_path, text, joints={"follows": {"torque_limit": 40.0}})
+
+
+FINGER = 'lower="0" upper="0.1" effort="0"'
+
+
+def finger(tmp_path, inside="", **options):
+    text = chain(joint("j", "a", "b", inside, kind="prismatic", limit=FINGER), links="ab")
+    return built(tmp_path, text, **options)
+
+
+def test_an_effort_of_zero_is_refused_where_a_drive_would_never_move(tmp_path):
+    closing = {"target": 0.05, "stiffness": 500.0, "damping": 20.0}
+    with pytest.raises(ValueError, match=r"'j' has effort=\"0\".*'torque_limit': 10"):
+        finger(tmp_path, joints={"j": closing})
+    scene = finger(tmp_path, joints={"j": {**closing, "torque_limit": math.inf}})
+    end = em.World(scene).simulate(scene.pack(), steps=240, record=[240]).states[-1]
+    sag = 9.81 / 500.0  # it stands upright, and has 1 kg
+    assert scene.unpack(end)["joints"]["j"]["position"] == pytest.approx(0.05 - sag, abs=1e-3)
+
+
+def test_an_effort_of_zero_lets_damping_resist(tmp_path):
+    scene = finger(tmp_path, '<dynamics damping="3"/>')
+    (only,) = scene.joints
+    assert (only.damping, only.torque_limit) == (3.0, math.inf)
+
+
+def test_joints_that_follow_none_when_mimic_is_ignored_are_named_unless_they_are_driven(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("energymargin.plausibility._known", set())
+    text = chain(joint("ab", "a", "b"), joint("bc", "b", "c", follower("ab", 1, 0)), links="abc")
+    options = {"ignore": ("joint/mimic",)}
+    with pytest.warns(em.PlausibilityWarning, match="'joint/mimic' leaves .* drive: 'bc'"):
+        built(tmp_path, text, **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        built(tmp_path, text, joints={"bc": {"stiffness": 5.0}}, **options)

@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import OverwriteOption, ParameterOption, parsed, require_free
+from energymargin.cli.options import (
+    OverwriteOption,
+    ParameterOption,
+    parsed,
+    require_free,
+    require_one,
+)
 from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
@@ -41,9 +47,20 @@ EffectorTopicOption = Annotated[
 TaskOption = Annotated[
     str | None, typer.Option(help="Whose scene and capture set these recordings have.")
 ]
+ProblemOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Instead of a task, a problem file of your own, from problem.save: its scene, capture "
+        "set and bounds. Its bodies with the roles object and effector were recorded.",
+        metavar="P.json",
+    ),
+]
 LabelsOption = Annotated[
     Path | None,
-    typer.Option(help="CSV file recording,success: a row for each recording's file name."),
+    typer.Option(
+        help="CSV file recording,success: a row for each recording's file name. If not given, one "
+        "succeeded whose last state lies in the success set."
+    ),
 ]
 PublishedOption = Annotated[
     Path | None,
@@ -58,7 +75,8 @@ OutputOption = Annotated[
     typer.Option(
         "--output",
         "-o",
-        help="The dataset; TASK-recorded.h5 if not given. With --published, the folder.",
+        help="The dataset; TASK-recorded.h5 or P-recorded.h5 if not given. With --published, the "
+        "folder.",
     ),
 ]
 ColumnsOption = Annotated[
@@ -68,8 +86,7 @@ ColumnsOption = Annotated[
 CapturedOption = Annotated[
     Path | None,
     typer.Option(
-        help="CSV file recording,frame,captured; if not given, labels are those of the task's "
-        "capture set."
+        help="CSV file recording,frame,captured; if not given, labels are those of the capture set."
     ),
 ]
 RepairOption = Annotated[
@@ -85,6 +102,14 @@ SmoothingOption = Annotated[
     float,
     typer.Option(help="Time scale of the smoothing where the files have no velocities [s]."),
 ]
+CausalOption = Annotated[
+    bool,
+    typer.Option(
+        "--causal",
+        help="Smooth each frame with frames up to it alone, as a robot has them: scores foresee "
+        "without frames to come.",
+    ),
+]
 MostOverlapOption = Annotated[
     float, typer.Option(help="How far a body may be moved out of another one [m].")
 ]
@@ -94,6 +119,7 @@ def import_recordings(
     *,
     files: FilesArgument = None,
     task: TaskOption = None,
+    problem: ProblemOption = None,
     labels: LabelsOption = None,
     published: PublishedOption = None,
     output: OutputOption = None,
@@ -105,6 +131,7 @@ def import_recordings(
     repair: RepairOption = True,
     longest_gap: LongestGapOption = 0.1,
     smoothing: SmoothingOption = 0.06,
+    causal: CausalOption = False,
     most_overlap: MostOverlapOption = 0.01,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -112,36 +139,63 @@ def import_recordings(
 
     Example: `energymargin import a.csv b.csv --task push -p friction=0.3 --labels labels.csv`
 
+    A scene of your own: `energymargin import a.csv --problem P.json`
+
     Bags: `energymargin import a.mcap --object-topic /box/pose --effector-topic /tf:tool0 ...`
 
     The authors' data: `energymargin import --published dynamicCageForMPPI-data -o published`
     """
     if published is not None:
-        if files or task or labels:
+        if files or task or problem or labels:
             raise ValueError(
-                "--published reads a whole folder, so no files, --task or --labels go with it"
+                "--published reads a whole folder, so no files, --task, --problem or --labels go "
+                "with it"
             )
         _import_published(published, output or Path("published"), overwrite=overwrite)
         return
-    if not files or task is None or labels is None:
+    require_one(task=task, problem=problem)
+    if not files or (task is None and problem is None):
         raise ValueError(
-            "expected recordings with --task and --labels, or --published DIR: "
+            "expected recordings with --task or --problem, or --published DIR: "
             "energymargin import --help has examples"
         )
-    from energymargin import tasks as registry
-
-    output = output or Path(f"{task}-recorded.h5")
-    made = registry.make(task, **parsed(parameter or []))
+    output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
+    made, bodies = _task_of(task, problem, parsed(parameter or []))
     require_free(output, overwrite=overwrite)
     rules = {"repair": repair, "longest_gap": longest_gap, "smoothing": smoothing}
-    read = _read(files, columns, (object_topic, effector_topic), rules)
-    dataset = _labelled_dataset(made, read, labels, captured, most_overlap)
+    read = _read(files, columns, (object_topic, effector_topic), {**rules, "causal": causal})
+    if not causal and any(_is_smooth(recording) for recording in read):
+        say(
+            "Velocities are smoothed over frames before and after; with --causal over those "
+            "before, as a robot would know them"
+        )
+    dataset = _labelled_dataset(
+        made, read, labels, captured, most_overlap=most_overlap, bodies=bodies
+    )
     dataset.save(output)
     written = escape(str(output))
+    successes = f"{dataset.successes.sum()} successful"
+    if labels is None:
+        successes += " by their last states"
     say(
-        f"Wrote {len(read)} trajectories ({dataset.successes.sum()} successful), {dataset.size} "
-        f"states to {written}. Next: [bold]energymargin score {written}[/]"
+        f"Wrote {len(read)} trajectories ({successes}), {dataset.size} states to {written}. "
+        f"Next: [bold]energymargin score {written}[/]"
     )
+
+
+def _task_of(
+    task: str | None, problem: Path | None, parameters: dict[str, Any]
+) -> tuple[Task, tuple[str, str]]:
+    """The task, and the names of the object and the effector in its scene."""
+    from energymargin import tasks
+    from energymargin.tasks.from_problem import ProblemTask
+
+    if problem is None:
+        return tasks.make(task or "", **parameters), ("object", "effector")
+    if parameters:
+        raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
+    made = ProblemTask(str(problem.resolve()))
+    return made, (made.body("object"), made.body("effector"))
 
 
 def _read(
@@ -186,29 +240,49 @@ def _read_bag(
 def _labelled_dataset(
     task: Task,
     read: Sequence[Recording],
-    labels: Path,
+    labels: Path | None,
     captured: Path | None,
+    *,
     most_overlap: float,
+    bodies: tuple[str, str],
 ) -> Dataset:
-    """The recordings with the labels of these files; labels of other recordings are counted."""
+    """The recordings with the labels of these files; labels of other recordings are counted.
+
+    `bodies`: the names of the object and the effector.
+    """
     from energymargin import recordings
 
-    success = recordings.read_labels(labels)
     frame_labels = None if captured is None else recordings.read_frame_labels(captured)
     names = {recording.name for recording in read}
     if frame_labels is not None:
         frame_labels = {name: own for name, own in frame_labels.items() if name in names}
-    of_these = {name: label for name, label in success.items() if name in names}
-    if len(success) > len(of_these):
-        say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
     return recordings.dataset(
         task,
         read,
-        of_these,
+        None if labels is None else _labels_of(labels, names),
         captured=frame_labels,
         most_overlap=most_overlap,
         notice=lambda text: say(escape(text)),
+        object=bodies[0],
+        effector=bodies[1],
     )
+
+
+def _labels_of(labels: Path, names: set[str]) -> dict[str, bool]:
+    """Those of these recordings; says how many are of others."""
+    from energymargin import recordings
+
+    success = recordings.read_labels(labels)
+    of_these = {name: label for name, label in success.items() if name in names}
+    if len(success) > len(of_these):
+        say(f"{escape(str(labels))}: {len(success) - len(of_these)} labels are of other recordings")
+    return of_these
+
+
+def _is_smooth(recording: Recording) -> bool:
+    """Whether velocities of a body come from a spline."""
+    motions = (recording.object, recording.effector)
+    return any(motion.velocity_covariances is not None for motion in motions)
 
 
 def _summary(recording: Recording) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem, Region
 from energymargin.mujoco.simulation import Simulation
+from energymargin.mujoco.ticks import Ticks
 
 __all__ = ["Edge", "Played", "Player"]
 
@@ -62,7 +63,8 @@ class Player:
     Without a clock a look at the capture set follows each step of the scene, and after the edges
     the objects go on without a wrench for as long as a longest edge. With a clock the robot follows
     its plan, a look follows each `check`, and all ends at the horizon. There an exit counts if,
-    without a wrench from then on, all looks are outside until `dwell` is over.
+    without a wrench from then on, all looks are outside until `dwell` is over. Each look, and each
+    end of an edge, is at the step of MuJoCo that is nearest to its time.
     """
 
     def __init__(
@@ -83,6 +85,7 @@ class Player:
         if problem.horizon is not None:
             step *= max(1, round((problem.check or CHECK) / step))
         self._between_looks = step
+        self._looks = Ticks(step, self._timestep)
 
     @property
     def start(self) -> Vector:
@@ -130,9 +133,8 @@ class Player:
         """To the next look, or to a time [s]; False if it is there already."""
         if self._cancel and self._cancel.is_set:
             raise Cancelled("cancelled while an escape was played in MuJoCo")
-        last, step, between = round(until / self._timestep), self._timestep, self._between_looks
-        look = round((int(simulation.time / between + ALMOST) + 1) * between / step)
-        steps = min(look, last) - simulation.steps
+        last = round(until / self._timestep)
+        steps = min(self._looks.next(simulation.steps), last) - simulation.steps
         simulation.advance(steps)
         return steps > 0
 
@@ -154,17 +156,16 @@ class Player:
         return not self._captured.contains(self._scene, simulation.state())
 
     def _is_look(self, simulation: Simulation) -> bool:
-        between, horizon, step = self._between_looks, self._problem.horizon, self._timestep
-        look = round(simulation.time / between) * between
-        at_end = horizon is not None and simulation.steps == round(horizon / step)
-        return at_end or simulation.steps == round(look / step)
+        steps, looks, horizon = simulation.steps, self._looks, self._problem.horizon
+        at_end = horizon is not None and steps == round(horizon / self._timestep)
+        return at_end or steps == looks.step(looks.last(steps))
 
     def _stays_outside(self, simulation: Simulation) -> bool:
         horizon, between = self._problem.horizon, self._between_looks
         if horizon is None:
             return True
-        looks = math.ceil((simulation.time + self._problem.dwell) / between - ALMOST)
-        until = min(looks * between, horizon)
+        more = math.ceil(self._problem.dwell / between - ALMOST)
+        until = min((self._looks.last(simulation.steps) + more) * between, horizon)
         self._begin_edge(simulation, self._none)
         while self._go_to_look(simulation, until):
             if self._is_look(simulation) and not self._outside(simulation):

@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Cancel, EscapeEffort, Problem, Region, Scene, World
 from energymargin.checks import one_of, positive_number
+from energymargin.mujoco.names import Names
 from energymargin.mujoco.playing import Edge, Player
+from energymargin.mujoco.servos import servos
 
 __all__ = ["Replay", "replay"]
 
@@ -59,7 +61,7 @@ def replay(
 
     Args:
         model: a `mujoco.MjModel` with the scene's bodies and joints, as `model_of` makes one.
-        data: a `mujoco.MjData` at the problem's state. It is copied.
+        data: a `mujoco.MjData` at the problem's state, with its controls. It is copied.
         problem: the one that the escape is of.
         escape: whose wrenches are played; None plays the undisturbed future.
         captured: 'all' or 'any', as in `escape_effort`.
@@ -67,11 +69,13 @@ def replay(
             percent each time, up to this.
         cancel: Cancelled is raised once it is set.
 
-    Looks at the capture set follow each step of the scene, or the problem's clock. Without a clock
-    the objects go on without a wrench for as long as a longest edge.
+    Looks at the capture set follow each step of the scene, or the problem's clock, each at the step
+    of MuJoCo that is nearest; the model's timestep may be any. Without a clock the objects go on
+    without a wrench for as long as a longest edge. Joints keep the controls of the data.
 
-    Raises ValueError on an escape without a path, on data at another state, on a model that lacks a
-    body, a joint or an actuator of the plan, and on a problem without a clock if there is no
+    Raises ValueError on an escape without a path, on data at another state, or whose controls ask
+    joints for other targets than the scene's (`set_state` puts both), on a model that lacks a body,
+    a joint or an actuator of the plan, and on a problem without a clock if there is no
     escape; RuntimeError if MuJoCo diverges; ImportError without the extra `mujoco`.
     """
     region = _region(problem, one_of("captured", captured, ("all", "any")))
@@ -79,6 +83,7 @@ def replay(
     edges, ours = _undisturbed(problem) if escape is None else _path(escape)
     player = Player(problem, region, model, data, cancel)
     _require_same(problem, player.start)
+    _require_targets(problem, model, data)
     played = player.play(edges, stop=False)
     distance, angle = _apart(problem.scene, played.end, ours)
     scale, effort = (1.0, played.effort) if played.escaped else (None, None)
@@ -142,6 +147,20 @@ def _require_same(problem: Problem, state: Vector) -> None:
             raise ValueError(
                 f"data has '{name}' off the problem's state by {off:.3g}, expected that state: "
                 "problem.with_state(...) takes that of the data"
+            )
+
+
+def _require_targets(problem: Problem, model: Any, data: Any) -> None:
+    """Raises ValueError unless the controls ask for the scene's targets, or a plan has others."""
+    planned = problem.plan.targets if problem.plan else {}
+    for name, servo in servos(Names(problem.scene, model), model).items():
+        asked, target = float(data.ctrl[servo.address]), servo.joint.target
+        if name not in planned and abs(asked - servo.control(target)) > SAME:
+            raise ValueError(
+                f"data has the control {asked:.6g} for joint {name!r}, expected "
+                f"{servo.control(target):.6g}, which asks for its target {target:.6g} in the "
+                "problem's scene: em.mujoco.set_state(model, data, problem.scene, problem.state) "
+                "sets it"
             )
 
 

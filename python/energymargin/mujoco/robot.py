@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan
 from energymargin.mujoco.needed import needed
+from energymargin.mujoco.servos import Servo, servos
 from energymargin.mujoco.states import States
-from energymargin.scenes.mjcf_model import control_address
+from energymargin.mujoco.ticks import Ticks
 
 __all__ = ["Robot"]
 
@@ -18,37 +19,38 @@ Vector = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.81  # m/s^2, of the default limits of motors, as of a Plan
 SHARE_OF_WEIGHT = 2.0  # that these hold
-ALMOST = 1e-6  # of a row: so close to its end, a time is in the next one
 
 
 class Robot:
     """What follows a plan.
 
-    Targets are the controls of the joints' position actuators. A motor's wrench would bring its
-    body to the wanted velocity in one step if nothing but gravity acted on it.
+    The controls of the joints' position actuators ask for the targets. A motor's wrench would bring
+    its body to the wanted velocity in one step if nothing but gravity acted on it.
     """
 
     def __init__(self, plan: Plan, model: Any, states: States) -> None:
         """Raises ValueError on a body that the model lacks, or a joint without such an actuator."""
         self._mujoco, self._plan, self._model, self._states = needed(), plan, model, states
         self._wrenches = [(states.body_id(b), rows) for b, rows in plan.wrenches.items()]
-        self._targets = [(self._control(j), rows) for j, rows in plan.targets.items()]
+        found = servos(states.names, model)
+        self._targets = [(_servo(found, joint), rows) for joint, rows in plan.targets.items()]
+        self._rows = Ticks(plan.step, float(model.opt.timestep))
         self._motors = [
             (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
         ]
 
-    def held(self, time: float) -> int:
-        """Steps from a time [s] on for which all that `act` sets stays the same."""
-        row, step = int(time / self._plan.step + ALMOST), float(self._model.opt.timestep)
-        if self._motors and row < self._plan.rows:
+    def held(self, step: int) -> int:
+        """Steps from a step on for which all that `act` sets stays the same."""
+        if self._motors and self._rows.last(step) < self._plan.rows:
             return 1
-        return max(1, round(((row + 1) * self._plan.step - time) / step))
+        return self._rows.next(step) - step
 
-    def act(self, data: Any, time: float) -> None:
-        """Sets the controls, and adds to the wrenches, for the step that begins at a time [s]."""
-        row, last = int(time / self._plan.step + ALMOST), self._plan.rows - 1
-        for control, targets in self._targets:
-            data.ctrl[control] = targets[min(row, last)]
+    def act(self, data: Any, step: int) -> None:
+        """Sets the controls, and adds to the wrenches, for a step. A row begins at the step that is
+        nearest to its time."""
+        row, last = self._rows.last(step), self._plan.rows - 1
+        for servo, targets in self._targets:
+            data.ctrl[servo.address] = servo.control(float(targets[min(row, last)]))
         if row > last:
             return
         for body, wrenches in self._wrenches:
@@ -81,17 +83,11 @@ class Robot:
             torque = force * reaches.max(initial=0.0)
         return np.repeat([force, torque], 3)
 
-    def _control(self, joint: str) -> int:
-        """The number in `ctrl` that is a target."""
-        model, kinds = self._model, self._mujoco.mjtObj
-        number = self._mujoco.mj_name2id(model, kinds.mjOBJ_JOINT, joint)
-        on_joint = model.actuator_trntype == self._mujoco.mjtTrn.mjTRN_JOINT
-        controls = model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]
-        springy = controls & (model.actuator_gainprm[:, 0] > 0)
-        found = np.flatnonzero(on_joint & springy & (model.actuator_trnid[:, 0] == number))
-        if number < 0 or len(found) != 1:
-            raise ValueError(
-                f"plan has targets of joint '{joint}', for which model has {len(found)} position "
-                "actuators, expected 1"
-            )
-        return control_address(model, int(found[0]))
+
+def _servo(found: dict[str, Servo], joint: str) -> Servo:
+    if joint not in found:
+        raise ValueError(
+            f"plan has targets of joint {joint!r}, expected joints that the model has and that one "
+            f"position actuator drives: {', '.join(found) or 'it has none'}"
+        )
+    return found[joint]

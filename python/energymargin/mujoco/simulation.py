@@ -51,7 +51,7 @@ class Simulation:
         """Some steps. Raises RuntimeError if MuJoCo diverges."""
         left = steps
         while left > 0:
-            some = min(left, self._robot.held(self.time)) if self._robot else left
+            some = min(left, self._robot.held(self.steps)) if self._robot else left
             self._load()
             self._step(some)
             left -= some
@@ -74,7 +74,7 @@ class Simulation:
         """Sets what acts in the next steps."""
         self.data.xfrc_applied[:] = self._applied
         if self._robot:
-            self._robot.act(self.data, self.time)
+            self._robot.act(self.data, self.steps)
         self.data.xfrc_applied[self.objects] += self._wrenches
 
     def _step(self, steps: int) -> None:

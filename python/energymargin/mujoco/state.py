@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin._core import Scene
 from energymargin.mujoco.names import Names
 from energymargin.mujoco.needed import needed
+from energymargin.mujoco.servos import servos
 from energymargin.mujoco.states import States
-from energymargin.scenes.mjcf_model import control_address
+from energymargin.scenes.mjcf_model import start_of
 
 __all__ = ["set_state", "state", "targets"]
 
 Vector = NDArray[np.float64]
-PLACES = ("qpos", "qvel", "mocap_pos", "mocap_quat")
+PLACES = ("qpos", "qvel", "act", "ctrl", "mocap_pos", "mocap_quat")
 
 
 def state(
@@ -50,6 +51,8 @@ def state(
 def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: str = "") -> None:
     """Puts a state, shape (n,), into a `mujoco.MjData`, and brings that forward (mj_forward).
 
+    Controls become those that ask for the targets of the scene's joints, so that what the scene
+    grips stays gripped; a control beyond its range is a PlausibilityWarning, since MuJoCo clips it.
     What the model has and the scene does not stays; so does what the model does not have. A free
     body of the scene has a free joint in the model, is its mocap body, or hangs on what stays and
     is there already. One with locked axes may stand on slides and a hinge or a ball.
@@ -59,6 +62,8 @@ def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: 
     """
     own = _copy(model, data)
     States(scene, model, prefix=prefix, others=scene.pack()).write(own, state)
+    for servo in servos(Names(scene, model, prefix), model).values():
+        servo.write(own)
     _move(own, data)
     needed().mj_forward(model, data)
 
@@ -66,24 +71,17 @@ def set_state(model: Any, data: Any, scene: Scene, state: ArrayLike, *, prefix: 
 def targets(scene: Scene, model: Any, data: Any, *, prefix: str = "") -> dict[str, float]:
     """By joint under position control, the target [rad or m] that MuJoCo's control asks for.
 
-    For `Plan(targets=...)`, or a scene whose joints were made at another control: those with one
-    position actuator on the joint itself. Raises ImportError without MuJoCo.
+    For `Plan(targets=...)`, or a scene whose joints were made at another control. It is that of
+    `em.scenes.from_mjcf` for joints that one actuator drives, also by a tendon or beside a spring.
+    Raises ImportError without MuJoCo.
     """
-    names = Names(scene, model, prefix)
-    found = {number: joint.name for joint, number in names.moving() if joint.stiffness > 0}
-    result = {}
-    for actuator in range(model.nu):
-        joint = found.get(int(model.actuator_trnid[actuator][0]))
-        on_joint = int(model.actuator_trntype[actuator]) == int(needed().mjtTrn.mjTRN_JOINT)
-        stiffness = -float(model.actuator_biasprm[actuator][1])
-        if joint is None or not on_joint or stiffness <= 0:
-            continue
-        control = float(data.ctrl[control_address(model, actuator)])
-        if model.actuator_ctrllimited[actuator]:
-            control = float(np.clip(control, *model.actuator_ctrlrange[actuator]))
-        force = model.actuator_gainprm[actuator][0] * control + model.actuator_biasprm[actuator][0]
-        result[joint] = float(force / stiffness / model.actuator_gear[actuator][0])
-    return result
+    found = servos(Names(scene, model, prefix), model)
+    control = start_of(model, data, None).control
+    return {
+        name: servo.target(float(control[servo.address]))
+        for name, servo in found.items()
+        if servo.stiffness > 0
+    }
 
 
 def _copy(model: Any, data: Any) -> Any:

@@ -39,7 +39,7 @@ class States:
         Raises ValueError on such if there is no `others`.
         """
         self._mujoco, self._scene, self._model = needed(), scene, model
-        self._names = names = Names(scene, model, prefix)
+        self.names = names = Names(scene, model, prefix)
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free()]
         self._joints = list(names.joints())
         self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving()]
@@ -94,20 +94,20 @@ class States:
 
     def body_id(self, name: str) -> int:
         """The number of a body in the model; ValueError if there is none."""
-        number = self._names.body(name)
+        number = self.names.body(name)
         if number is None:
             raise ValueError(f"model has no body '{name}', expected all that move in the scene")
         return number
 
     def require_fixed(self, data: Any) -> None:
         """ValueError unless the model has the scene's fixed bodies where the scene has them."""
-        for body, number in self._names.fixed():
+        for body, number in self.names.fixed():
             there = {"position": body.position, "orientation": body.orientation}
             self._require(data, body.name, number, there, FIXED)
 
     def _others(self, given: ArrayLike | None) -> Vector:
         """The numbers of what the model does not have."""
-        missing = self._names.missing()
+        missing = self.names.missing()
         if given is None:
             if missing:
                 raise ValueError(

@@ -7,18 +7,21 @@ vertical alone, and stay at their height.
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING
+from energymargin.plausibility import warn
+from energymargin.recordings.cleaning import LEAST_JUMP, LEAST_TURN, SMOOTHING, gap_limits, lost
 from energymargin.recordings.csv_files import FrameTable, SourceFile, frame_origin
 from energymargin.recordings.reading import LONGEST_GAP, Rules, recording_of
 from energymargin.recordings.recording import Recording
@@ -32,9 +35,10 @@ SUFFIX = ".mcap"
 MOST_TILT = 0.2  # rad, of a body that moves in a plane; 11 deg, more than a camera's error
 MOST_RISE = 0.05  # m, the same of its height
 UNIT = 1e-3  # by so much a quaternion of single precision is not of length one
+UNTURNED = 0.02  # length of y and z of a quaternion, 2.3 deg of turn about them
+ROLLED = 0.1  # the same of x, 11 deg
 FLAT = 0.1  # length of the x axis seen from above, from which on its heading is known
 CLEARLY = 1.1  # times as rare; else the frames are the object's
-USUAL = 1.5  # median steps of time; messages that are farther apart are a gap
 NANOSECONDS = 1_000_000_000
 UNITS = "Poses are in m and quaternions (REP 103)"
 
@@ -64,6 +68,8 @@ class _Sighting:
     orientation: tuple[float, float, float, float]
     number: int
     """Of the message on its topic, from 1 on."""
+    logged: int
+    """When it was recorded [ns]."""
 
 
 def read_mcap(
@@ -77,6 +83,7 @@ def read_mcap(
     least_turn: float = LEAST_TURN,
     smoothing: float = SMOOTHING,
     smooth_poses: bool = True,
+    causal: bool = False,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Recording:
     """The recording in a bag: poses of two bodies in a plane, from a topic each.
@@ -97,13 +104,14 @@ def read_mcap(
         least_turn: the same of its yaw [rad].
         smoothing: the largest time scale of the smoothing spline [s].
         smooth_poses: whether the spline gives the poses, too.
+        causal: as of `read_csv`. The body that is interpolated is known between two messages.
         origin: of the poses' frame in the scene's, x, y [m] and yaw [rad].
 
     Raises OSError, ImportError without the extra, and ValueError that names the file: on a topic
     that is not there (it lists those that are), poses in different frames or out of the plane, and
     all that `read_csv` refuses.
     """
-    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses)
+    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     place = frame_origin(origin)
     source = SourceFile(Path(path), "message", UNITS)
     wanted = {"object": _topic("object", object), "effector": _topic("effector", effector)}
@@ -116,7 +124,7 @@ def read_mcap(
             f"poses of the object are in the frame {parents['object']!r}, those of the effector in "
             f"{parents['effector']!r}, expected the same frame"
         )
-    return recording_of(_table(source, seen, longest_gap), rules, origin=place)
+    return recording_of(_table(source, seen, rules), rules, origin=place)
 
 
 def is_bag(path: Path) -> bool:
@@ -170,7 +178,6 @@ def _files(source: SourceFile) -> list[Path]:
 def _reader(file: Path) -> Iterator[McapReader]:
     """Reads a file; what it cannot read is a ValueError."""
     try:
-        from mcap.exceptions import McapError
         from mcap.reader import make_reader
         from mcap_ros2.decoder import DecoderFactory
     except ImportError as error:
@@ -178,16 +185,18 @@ def _reader(file: Path) -> Iterator[McapReader]:
     with file.open("rb") as stream:
         try:
             yield make_reader(stream, decoder_factories=[DecoderFactory()])
-        except McapError as error:
+        except Exception as error:  # of a damaged file, its libraries raise whatever they meet
+            if isinstance(error, OSError) and error.errno != errno.EINVAL:  # EINVAL: beyond its end
+                raise
             raise SourceFile(file).error(
-                f"{error}; expected a whole MCAP file of messages of ROS 2"
+                f"cannot be read ({error}), expected a whole MCAP file of messages of ROS 2"
             ) from error
 
 
 def _sightings(
     source: SourceFile, wanted: dict[str, tuple[str, str]]
 ) -> dict[str, list[_Sighting]]:
-    """Of both bodies, in the order of their times."""
+    """Of both bodies, in the order of their times. ValueError where a clock goes back."""
     topics = bag_topics(source.path)
     for topic, frame in wanted.values():
         _require_poses(source, topic, frame, topics)
@@ -201,12 +210,28 @@ def _sightings(
                 own.extend(_of_message(kind, decoded, message.log_time, number))
     found = {}
     for body, (topic, frame) in wanted.items():
-        of_body = _of_frame(source, topic, frame, by_topic[topic])
-        of_body.sort(key=lambda one: one.nanoseconds)
-        found[body] = [
-            one for k, one in enumerate(of_body) if k == 0 or not _repeats(of_body[k - 1], one)
-        ]
+        found[body] = _without_repeats(_of_frame(source, topic, frame, by_topic[topic]))
+        _require_order(source, body, found[body])
     return found
+
+
+def _without_repeats(sightings: list[_Sighting]) -> list[_Sighting]:
+    """Each sighting once: /tf has the same one again and again."""
+    once = {(one.nanoseconds, one.position, one.orientation): one for one in reversed(sightings)}
+    return list(reversed(once.values()))
+
+
+def _require_order(source: SourceFile, body: str, sightings: list[_Sighting]) -> None:
+    """Raises ValueError on a message that is older than the one before it."""
+    for before, one in pairwise(sightings):
+        back = (before.nanoseconds - one.nanoseconds) / NANOSECONDS
+        if back > 0:
+            raise source.error(
+                f"the time of the {body} goes back by {back:.3g} s after message {before.number}: "
+                "was the clock set, or are these several episodes? Cut the bag there, at "
+                f"{one.logged / NANOSECONDS:.3f} s of its log",
+                one.number,
+            )
 
 
 def _require_poses(source: SourceFile, topic: str, frame: str, topics: dict[str, str]) -> None:
@@ -235,6 +260,7 @@ def _of_message(kind: str, message: Any, logged: int, number: int) -> Iterator[_
             (position.x, position.y, position.z),
             (turn.x, turn.y, turn.z, turn.w),
             number,
+            logged,
         )
 
 
@@ -254,14 +280,6 @@ def _of_frame(
     return [one for one in sightings if not frame or one.frame == frame]
 
 
-def _repeats(before: _Sighting, one: _Sighting) -> bool:
-    """Whether it is the same sighting again, as /tf has them."""
-    return (before.nanoseconds, before.position, before.orientation) == (
-        *(one.nanoseconds, one.position),
-        one.orientation,
-    )
-
-
 def _parent(source: SourceFile, body: str, sightings: list[_Sighting]) -> str:
     """The frame of a body's poses."""
     if not sightings:
@@ -274,7 +292,7 @@ def _parent(source: SourceFile, body: str, sightings: list[_Sighting]) -> str:
     return parents[0]
 
 
-def _table(source: SourceFile, seen: dict[str, list[_Sighting]], longest_gap: float) -> FrameTable:
+def _table(source: SourceFile, seen: dict[str, list[_Sighting]], rules: Rules) -> FrameTable:
     """A row for each message of the body that is seen more rarely."""
     begin = min(own[0].nanoseconds for own in seen.values())
     stamps = {
@@ -287,8 +305,9 @@ def _table(source: SourceFile, seen: dict[str, list[_Sighting]], longest_gap: fl
     values = {"time": times}
     for body, own in seen.items():
         poses = _planar(source, body, own)
+        poses[lost(poses, rules.least_jump)] = np.nan
         if body != slower:
-            poses = _between(times, stamps[body], poses, longest_gap)
+            poses = _between(times, stamps[body], poses, rules.longest_gap)
         for axis, column in zip(("x", "y", "yaw"), poses.T, strict=True):
             values[f"{body}_{axis}"] = column
     lines = np.array([one.number for one in seen[slower]], dtype=np.int64)
@@ -323,11 +342,13 @@ def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> NDArra
     )
     upwards = 1 - 2 * (x * x + y * y)  # z of the body's z axis
     tilt = np.arccos(np.clip(upwards, -1, 1))
+    rolled = _only_rolled(turns[seen])
+    hint = ". Is w first in its quaternions? Expected x, y, z, w" if rolled else ""
     refuse(
         np.abs(tilt - tilt[0]) > MOST_TILT,
         lambda k: (
             f"tilts by more than {math.degrees(MOST_TILT):.0f} deg, expected poses in a plane, "
-            "turned about the vertical alone"
+            f"turned about the vertical alone{hint}"
         ),
     )
     height = places[seen, 2]
@@ -343,9 +364,24 @@ def _planar(source: SourceFile, body: str, sightings: list[_Sighting]) -> NDArra
         np.linalg.norm(ahead, axis=1) < FLAT,
         lambda k: "has its x axis along the vertical, so its heading is not known",
     )
+    if rolled:
+        shown = ", ".join(f"{number:.4g}" for number in turns[seen][0])
+        about = f"{source.path}: the {body} has the orientation ({shown})"
+        text = f"{about}, turned about its own x axis, and the yaw 0 throughout. Is w first there? "
+        warn([(about, text + "Expected x, y, z, w.")], str(source.path))
     poses = np.full((len(sightings), 3), np.nan)
     poses[seen] = np.column_stack([places[seen, :2], np.arctan2(ahead[:, 1], ahead[:, 0])])
     return poses
+
+
+def _only_rolled(turns: NDArray[np.float64]) -> bool:
+    """Whether quaternions, shape (N, 4), turn about the body's own x axis alone.
+
+    So does a tool that points down and never turns, and each body that stands if w is written
+    first.
+    """
+    x, y, z, _ = turns.T
+    return bool(np.median(np.hypot(y, z)) < UNTURNED and np.median(np.abs(x)) > ROLLED)
 
 
 def _between(
@@ -364,5 +400,5 @@ def _between(
     outside = (after == len(known)) | (before < 0)
     last = len(known) - 1
     gap = known[np.minimum(after, last)] - known[np.maximum(before, 0)]
-    found[outside | (gap > max(longest_gap, USUAL * _usual_step(known)))] = np.nan
+    found[outside | (gap > sum(gap_limits(longest_gap, known)))] = np.nan
     return found

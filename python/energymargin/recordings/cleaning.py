@@ -1,6 +1,7 @@
 """Gaps, outliers and noise of measured poses.
 
-Gaps: frames that a camera dropped, by the steps of their numbers, and the time without a body.
+Gaps: frames that a camera dropped, by the steps of their numbers, and the time without a body. A
+tracker that has lost a body may write zeros.
 
 Outliers: frames in which a marker jumped, by a Hampel filter about the motion's own slope. Seven
 frames around each one have a median slope, and about that line a median and a median absolute
@@ -26,7 +27,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from energymargin.recordings.csv_files import FrameTable
+from energymargin.recordings.csv_files import FrameTable, of_body
 from energymargin.recordings.deviations import error_variance, unit_variances
 from energymargin.recordings.recording import Motion
 
@@ -40,22 +41,29 @@ __all__ = [
     "SIGMA_OF_MAD",
     "SMOOTHING",
     "Clock",
+    "causally_smoothed",
     "diagonal",
     "filled_clock",
+    "gap_limits",
     "jumps",
+    "lost",
     "require_short_gaps",
     "smoothed",
 ]
 
 USUAL = 1.5  # median steps of time; with a shorter one, no frame is missing
+JITTER = 0.25  # of the median step of time: so much times are rounded, or late
 LEAST_STEP = 0.5  # of the median step of time, between frames that are filled in
 
 LEAST_JUMP = 5e-3  # m; ten times a good camera's noise
 LEAST_TURN = np.radians(5.0)  # rad
+USUAL_STEPS = 95.0  # percent of a body's steps: outliers are fewer
+LEAPS = 5.0  # of them; no body goes so far in one
 WINDOW = 7  # frames
 DEVIATIONS = 3.0  # Hampel's
 
 SMOOTHING = 0.06  # s; the least error of velocity at 33 Hz with 0.5 mm and 1 deg of noise
+MEMORY = 10.0  # time scales; what is older changes the spline's end by a thousandth
 LEAST_SCALE = 0.1  # of a frame's step: smooth no more
 FARTHEST = 5.0  # standard deviations of noise, from a measured pose to a smooth one
 SIGMA_OF_MAD = 1.4826  # of a normal distribution
@@ -72,6 +80,13 @@ class Clock:
     missing: tuple[int, ...]
     """Numbers of the frames that the file does not have."""
 
+    def since(self, time: float) -> Clock:
+        """The frames from a time on."""
+        later = self.times >= time
+        frames = self.frames[later]
+        missing = tuple(number for number in self.missing if number >= frames[0])
+        return Clock(frames, self.times[later], missing)
+
 
 def require_short_gaps(
     table: FrameTable, body: str, good: NDArray[np.bool_], longest_gap: float
@@ -80,17 +95,55 @@ def require_short_gaps(
     times = table.values["time"]
     rows = np.flatnonzero(good)
     gaps = np.diff(times[rows])
-    longest = max(longest_gap, USUAL * float(np.median(np.diff(times))))  # of a slow camera
-    if (gaps > longest).any():
-        k = int(np.argmax(gaps > longest))
+    longest, jitter = gap_limits(longest_gap, times)
+    if (gaps > longest + jitter).any():
+        k = int(np.argmax(gaps > longest + jitter))
         before, after = rows[k], rows[k + 1]
         numbers = table.values["frame"]
+        poses = np.stack([table.values[name] for name in of_body(body)[0]], axis=1)
+        zeros = " (its pose is 0, 0, 0 there)" if _zeros(poses[before:after]).any() else ""
         raise table.source.error(
             f"the {body} was not seen for {gaps[k]:.3g} s, from frame {numbers[before]:.0f} to "
-            f"{numbers[after]:.0f}, expected at most {longest:g} s: cut the recording there, "
-            "or allow a larger longest_gap",
+            f"{numbers[after]:.0f}{zeros}, expected at most {longest:g} s: cut the recording "
+            "there, or allow a larger longest_gap",
             int(table.lines[after]),
         )
+
+
+def gap_limits(longest_gap: float, times: NDArray[np.float64]) -> tuple[float, float]:
+    """The longest time without a pose that is filled, of a slow camera a bit more than its step;
+    and by how much rounded and jittering times may be beyond it [s]."""
+    step = float(np.median(np.diff(times))) if len(times) > 1 else math.inf
+    return max(longest_gap, USUAL * step), JITTER * step
+
+
+def lost(poses: NDArray[np.float64], least_jump: float) -> NDArray[np.bool_]:
+    """Of N poses, shape (N, 3), those, shape (N,), of a tracker that has lost the body and writes
+    x = y = yaw = 0; a pose that was not seen is NaN.
+
+    They are those of zeros that the motion does not lead to: before or behind them the body is
+    farther away than it usually goes in a step, and than `least_jump` [m].
+    """
+    seen, zeros = np.asarray(np.isfinite(poses).all(axis=1)), _zeros(poses)
+    moving = seen & ~zeros
+    steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1)[moving[1:] & moving[:-1]]
+    usual = float(np.percentile(steps, USUAL_STEPS)) if len(steps) else 0.0
+    far = moving & (np.linalg.norm(poses[:, :2], axis=1) > max(least_jump, LEAPS * usual))
+    found = np.zeros_like(zeros)
+    for first, end in _runs(zeros):
+        before, after = np.flatnonzero(seen[:first])[-1:], end + np.flatnonzero(seen[end:])[:1]
+        found[first:end] = far[before].any() or far[after].any()
+    return found
+
+
+def _zeros(poses: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.asarray((poses == 0.0).all(axis=1))
+
+
+def _runs(rows: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First row and end of each run of true ones."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
+    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
 
 
 def filled_clock(table: FrameTable) -> Clock:
@@ -182,6 +235,29 @@ def smoothed(
         diagonal(errors * units[..., 1].T / step**2),
     )
     return motion, errors
+
+
+def causally_smoothed(
+    times: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    at: NDArray[np.float64],
+    time_scale: float,
+) -> tuple[Motion, NDArray[np.float64]]:
+    """As `smoothed`, at each time by the poses up to it alone; the variances have the shape (K, 3).
+
+    At least 7 poses are at or before the first of these times.
+    """
+    ends = np.searchsorted(times, at, side="right")
+    begins = np.searchsorted(times, at - MEMORY * time_scale)
+    parts = [
+        smoothed(times[begin:end], poses[begin:end], at[k : k + 1], time_scale)
+        for k, (begin, end) in enumerate(
+            zip(np.minimum(begins, ends - LEAST_FRAMES), ends, strict=True)
+        )
+    ]
+    fields = ("poses", "velocities", "pose_covariances", "velocity_covariances")
+    joined = (np.concatenate([getattr(own, name) for own, _ in parts]) for name in fields)
+    return Motion(*joined), np.array([errors for _, errors in parts])
 
 
 def diagonal(variances: NDArray[np.float64]) -> NDArray[np.float64]:

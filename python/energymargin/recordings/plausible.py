@@ -17,6 +17,7 @@ MOST_TURNED = 4 * math.pi  # rad
 FASTEST = 10.0  # m/s
 FASTEST_TURN = 20.0  # rad/s
 USUAL = 75.0  # percent of the frames, of which a rate is judged: outliers are fewer
+RESTARTED = 0.1  # of an episode: numbers that fall to its beginning start another
 STEPS = (5e-4, 0.5)  # s; a frame's
 
 DISAGREEMENT = 0.5  # of the larger velocity
@@ -29,11 +30,7 @@ def require_clock(table: FrameTable) -> None:
         values = table.values[name]
         falls = np.flatnonzero(np.diff(values) <= 0)
         if len(falls):
-            k = falls[0] + 1
-            raise table.source.error(
-                f"{name} is {values[k]:.10g} after {values[k - 1]:.10g}, expected it to rise",
-                int(table.lines[k]),
-            )
+            _refuse_falls(table, name, falls + 1)
     step = float(np.median(np.diff(table.values["time"])))
     if not STEPS[0] <= step <= STEPS[1]:
         unit = "milliseconds" if step > STEPS[1] else "seconds"
@@ -41,6 +38,18 @@ def require_clock(table: FrameTable) -> None:
             f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s: "
             f"is the time in {unit}? {table.source.of_units}"
         )
+
+
+def _refuse_falls(table: FrameTable, name: str, rows: NDArray[np.int64]) -> None:
+    """Raises ValueError: at these rows, from 1 on, the frame or the time does not rise."""
+    values, k = table.values[name], int(rows[0])
+    text = f"{name} is {values[k]:.10g} after {values[k - 1]:.10g}, expected it to rise"
+    again = values[0] + RESTARTED * (values[k - 1] - values[0])
+    if values[rows].max() < again:
+        text += f". Are these {len(rows) + 1} episodes? Cut the file there: each is a recording"
+    elif values[k] < values[k - 1]:
+        text += ". Was the clock set? Cut the file there"
+    raise table.source.error(text, int(table.lines[k]))
 
 
 def require_units(table: FrameTable, body: str) -> None:

@@ -19,9 +19,11 @@ from energymargin.recordings.cleaning import (
     LEAST_TURN,
     SMOOTHING,
     Clock,
+    causally_smoothed,
     diagonal,
     filled_clock,
     jumps,
+    lost,
     require_short_gaps,
     smoothed,
 )
@@ -103,6 +105,7 @@ def read_csv(
     least_turn: float = LEAST_TURN,
     smoothing: float = SMOOTHING,
     smooth_poses: bool = True,
+    causal: bool = False,
     origin: Sequence[float] | None = None,
     mend: bool | None = None,
 ) -> Recording:
@@ -123,6 +126,8 @@ def read_csv(
         smoothing: the largest time scale of the smoothing spline [s], which gives the velocities
             that the file does not have.
         smooth_poses: whether the spline gives the poses of such a body, too.
+        causal: whether the spline of each frame goes through frames up to it alone, as a robot has
+            them: foresight is then not helped by frames to come. The first six are left out.
         origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
             `columns`.
         mend: the former name of `repair`.
@@ -132,7 +137,7 @@ def read_csv(
     if mend is not None:
         warn_deprecated("read_csv with mend", "repair=...")
         repair = mend
-    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses)
+    rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     layout = Columns.of(columns)
     return recording_of(
         read_table(path, layout), rules, origin=layout.origin if origin is None else origin
@@ -149,12 +154,14 @@ class Rules:
     least_turn: float = LEAST_TURN
     smoothing: float = SMOOTHING
     smooth_poses: bool = True
+    causal: bool = False
 
     def __post_init__(self) -> None:
         """Checks them."""
         for name in ("longest_gap", "least_jump", "least_turn", "smoothing"):
             positive_number(name, getattr(self, name))
         yes_or_no("repair", self.repair)
+        yes_or_no("causal", self.causal)
 
 
 def recording_of(given: FrameTable, rules: Rules, *, origin: Sequence[float]) -> Recording:
@@ -170,7 +177,10 @@ def recording_of(given: FrameTable, rules: Rules, *, origin: Sequence[float]) ->
     clock = filled_clock(sightings.table)
     repairs = _repairs(table, sightings, clock)
     _require_few(table, repairs, len(clock.times), repair=rules.repair)
-    motions = _motions(sightings, clock, rules.smoothing, smooth_poses=rules.smooth_poses)
+    if rules.causal:
+        clock = clock.since(_known_since(sightings))
+        repairs = _repairs(table, sightings, clock)
+    motions = _motions(sightings, clock, rules)
     place = frame_origin(origin)
     object_motion, effector_motion = (_moved(motion, place) for motion in motions)
     name = table.source.path.name
@@ -195,6 +205,7 @@ def _track(table: FrameTable, body: str, least: tuple[float, float]) -> _Track:
         velocities = np.stack([table.values[name] for name in of_velocity], axis=1)
     measured = poses if velocities is None else np.concatenate([poses, velocities], axis=1)
     seen = np.asarray(np.isfinite(measured).all(axis=1))
+    seen &= ~lost(poses, least[0])
     _require_enough(table, int(seen.sum()), f"rows in which the {body} was seen")
     jumped = np.zeros_like(seen)
     jumped[seen] = jumps(table.values["time"][seen], poses[seen], least)
@@ -220,12 +231,22 @@ def _require_longer(table: FrameTable, smoothing: float) -> None:
 def _repairs(table: FrameTable, sightings: _Sightings, clock: Clock) -> Repairs:
     """Which frames are interpolated or left out; `sightings` are those between the ends."""
     between, tracks = sightings.table, sightings.tracks
+    own = np.isin(between.values["frame"], clock.frames)
+    unseen = {track.body: _frames(between, own & ~track.seen) for track in tracks}
+    outliers = {track.body: _frames(between, own & track.jumped) for track in tracks}
     return Repairs(
         clock.missing,
-        {t.body: _frames(between, ~t.seen) for t in tracks if not t.seen.all()},
-        {t.body: _frames(between, t.jumped) for t in tracks if t.jumped.any()},
-        _frames(table, ~np.isin(table.lines, between.lines)),
+        {body: frames for body, frames in unseen.items() if frames},
+        {body: frames for body, frames in outliers.items() if frames},
+        _frames(table, ~np.isin(table.values["frame"], clock.frames)),
     )
+
+
+def _known_since(sightings: _Sightings) -> float:
+    """The time [s] from which on a spline has enough poses of each body that has no velocities."""
+    times = sightings.table.values["time"]
+    firsts = [times[t.good][LEAST_FRAMES - 1] for t in sightings.tracks if t.velocities is None]
+    return float(max(firsts, default=times[0]))
 
 
 def _frames(table: FrameTable, rows: NDArray[np.bool_]) -> tuple[int, ...]:
@@ -251,22 +272,22 @@ def _require_few(table: FrameTable, repairs: Repairs, frames: int, *, repair: bo
 def _motions(
     sightings: _Sightings,
     clock: Clock,
-    time_scale: float,
-    *,
-    smooth_poses: bool,
+    rules: Rules,
 ) -> list[Motion]:
     """Of each body at all frames. Raises ValueError if velocities of the file contradict poses."""
     table, tracks = sightings.table, sightings.tracks
     times = table.values["time"]
+    smooth_of = causally_smoothed if rules.causal else smoothed
     motions = []
     for track, other in zip(tracks, reversed(tracks), strict=True):
         good = track.good
-        smooth, errors = smoothed(times[good], track.poses[good], clock.times, time_scale)
+        smoother = smoothed if track.velocities is not None else smooth_of
+        smooth, errors = smoother(times[good], track.poses[good], clock.times, rules.smoothing)
         measured = _interpolated(clock.times, times[good], track.poses[good])
-        of_measured = diagonal(np.tile(errors, (len(measured), 1)))
+        of_measured = diagonal(np.broadcast_to(errors, measured.shape))
         if track.velocities is None:
             as_seen = replace(smooth, poses=measured, pose_covariances=of_measured)
-            motions.append(smooth if smooth_poses else as_seen)
+            motions.append(smooth if rules.smooth_poses else as_seen)
             continue
         velocities = _interpolated(clock.times, times[good], track.velocities[good])
         of_other = None

@@ -37,11 +37,15 @@ class RecordedTask(Task, Protocol):
         """Z_cap(z) of a state, shape (n,); of one object."""
         ...
 
+    def succeeded(self, params: Params) -> Regions:
+        """Z_suc; of one object. Recordings with labels do without."""
+        ...
+
 
 def dataset(
     task: str | Task,
     recordings: Sequence[Recording],
-    labels: Mapping[str, bool],
+    labels: Mapping[str, bool] | None = None,
     *,
     captured: Mapping[str, Mapping[int, bool]] | None = None,
     params: Params | None = None,
@@ -58,7 +62,8 @@ def dataset(
     Args:
         task: a name, or a task from `tasks.make`; it has to be a RecordedTask.
         recordings: as `read_csv` gives them.
-        labels: by recording, whether it succeeded (`read_labels`).
+        labels: by recording, whether it succeeded (`read_labels`). None: one succeeded whose last
+            state lies in the task's own success set.
         captured: by recording and frame, whether the object was captured (`read_frame_labels`); a
             frame that was missing has the label of the one before. None: a state is captured that
             lies in the task's own capture set.
@@ -76,7 +81,9 @@ def dataset(
     made = _made(task)
     given = _numbers(made) if params is None else dict(params)
     names = [recording.name for recording in recordings]
-    _require_same("labels", names, labels)
+    _require_recordings(names)
+    if labels is not None:
+        _require_same("labels", names, labels)
     if captured is not None:
         _require_same("captured", names, captured)
     scene = _scene(made, given)
@@ -102,7 +109,9 @@ def dataset(
                 captured=_in_capture_set(made, scene, states, given)
                 if captured is None
                 else _labels(recording, captured[recording.name]),
-                success=labels[recording.name],
+                success=_in_success_set(made, scene, states[-1], given)
+                if labels is None
+                else labels[recording.name],
                 params=given,
                 seed=number,
             )
@@ -148,13 +157,25 @@ def _scene(task: RecordedTask, params: Params) -> Scene:
 def _in_capture_set(
     task: RecordedTask, scene: Scene, states: NDArray[np.float64], params: Params
 ) -> NDArray[np.bool_]:
-    inside = np.zeros(len(states), dtype=bool)
-    for k, state in enumerate(states):
-        region = task.captured(state, params)
-        if not isinstance(region, Region):
-            raise ValueError(f"task {task.name!r} has several objects, expected one")
-        inside[k] = bool(region.contains(scene, state))
-    return inside
+    sets = [_of_one_object(task, task.captured(state, params)) for state in states]
+    inside = [region.contains(scene, state) for region, state in zip(sets, states, strict=True)]
+    return np.array(inside, dtype=bool)
+
+
+def _in_success_set(
+    task: RecordedTask, scene: Scene, state: NDArray[np.float64], params: Params
+) -> bool:
+    if not callable(getattr(task, "succeeded", None)):
+        raise ValueError(
+            f"labels is None, and task {task.name!r} has no succeeded(), expected one of them"
+        )
+    return bool(_of_one_object(task, task.succeeded(params)).contains(scene, state))
+
+
+def _of_one_object(task: RecordedTask, sets: Regions) -> Region:
+    if not isinstance(sets, Region):
+        raise ValueError(f"task {task.name!r} has several objects, expected one")
+    return sets
 
 
 def _labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
@@ -174,13 +195,18 @@ def _labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bo
     return labels
 
 
-def _require_same(what: str, names: Sequence[str], given: Mapping[str, object]) -> None:
-    """Raises ValueError unless each recording is named once."""
+def _require_recordings(names: Sequence[str]) -> None:
+    """Raises ValueError unless there are some, and each has a name of its own."""
     if not names:
         raise ValueError("recordings is empty, expected one at least")
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"two recordings are named {name!r}, expected names of their own")
+
+
+def _require_same(what: str, names: Sequence[str], given: Mapping[str, object]) -> None:
+    """Raises ValueError unless each recording is named there, and no other."""
+    for name in names:
         if name not in given:
             raise ValueError(f"{what} lacks {name!r}")
     others = [name for name in given if name not in names]

@@ -112,14 +112,26 @@ def _empty(scene: Scene) -> Scene:
 
 
 def _overlaps(robot: Scene) -> dict[Pair, float]:
-    """How deep [m] links overlap each other, or other bodies, at the start."""
-    links = {joint.child for joint in robot.joints}
+    """How deep [m] links overlap each other, or fixed bodies, at the start.
+
+    What moves apart from a link, as an object in a gripper, touches it: that is a contact.
+    """
+    carriers = {joint.child: joint.parent for joint in robot.joints}
+    fixed = {body.name for body in robot.bodies if body.fixed}
     depths: dict[Pair, float] = {}
-    for contact in World(robot).contacts(robot.pack()) if links else ():
-        pair = (contact.body_a, contact.body_b)
-        if links & set(pair) and -contact.distance > OVERLAP:
-            depths[pair] = max(depths.get(pair, 0.0), -contact.distance)
+    for contact in World(robot).contacts(robot.pack()) if carriers else ():
+        a, b = contact.body_a, contact.body_b
+        together = _base(a, carriers) == _base(b, carriers) or {a, b} & fixed
+        if together and {a, b} & carriers.keys() and -contact.distance > OVERLAP:
+            depths[a, b] = max(depths.get((a, b), 0.0), -contact.distance)
     return dict(sorted(depths.items()))
+
+
+def _base(body: str, carriers: Mapping[str, str]) -> str:
+    """The body at the end of the chain that carries one."""
+    while body in carriers:
+        body = carriers[body]
+    return body
 
 
 def _refuse(depths: dict[Pair, float], prefix: str) -> None:
@@ -127,6 +139,8 @@ def _refuse(depths: dict[Pair, float], prefix: str) -> None:
     deep = {(a.removeprefix(prefix), b.removeprefix(prefix)): d for (a, b), d in depths.items()}
     found = ", ".join(f"{a!r} and {b!r} by {1e3 * d:.3g} mm" for (a, b), d in deep.items())
     raise ValueError(
-        f"links overlap at the start: {found}; another start, "
-        f"disable_collisions={list(deep)}, or self_collision=False avoids that"
+        f"links overlap at the start: {found}. Where they touch and press, start them apart, "
+        "joints={name: {'start': ...}}, and give the problem the state in which they touch "
+        "(em.mujoco.state reads it from MuJoCo). Where their shapes always overlap, "
+        f"disable_collisions={list(deep)}: these never collide then, and bear nothing"
     )

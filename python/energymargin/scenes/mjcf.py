@@ -16,7 +16,7 @@ from energymargin.scenes.additions import CONTROL, Additions, Control, added
 from energymargin.scenes.mjcf_bodies import Builder
 from energymargin.scenes.mjcf_contacts import Contacts
 from energymargin.scenes.mjcf_couplings import Coupling, couplings
-from energymargin.scenes.mjcf_drives import drives, joint_drives
+from energymargin.scenes.mjcf_drives import Drive, drives, joint_drives
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.mjcf_model import (
     Selection,
@@ -91,10 +91,12 @@ def from_mjcf(
         joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness,
             which replace the model's.
         disable_collisions: pairs of bodies that never collide, or "overlapping": those that
-            overlap at the start, and of which a joint moves one.
-        self_collision: whether bodies of the model can collide. None that joints move may then
-            overlap at the start.
-        ignore: what to do without of what is not simulated, by the names in the error.
+            may not overlap at the start and do.
+        self_collision: whether bodies of the model can collide, objects too. A body that joints
+            move may then overlap neither its own robot nor a fixed body at the start; where it
+            overlaps what moves apart from it, as a finger what it grips, the two touch.
+        ignore: what to do without of what is not simulated, by the names in the error. A warning
+            names the joints that nothing drives then, and the bodies that hang loose.
         timeout: [s].
         cancel: ends it once it is set.
 
@@ -126,7 +128,9 @@ def from_mjcf(
     control = _control(selection, coupled, joints or {})
     driven = drives(selection, coupled, control, features)
     contacts = Contacts(selection, features)
-    features.require_none(str(model) if isinstance(model, Path) else "the model")
+    source = str(model) if isinstance(model, Path) else "the model"
+    features.require_none(source)
+    features.warn(source, _held(made, driven, control), bytes(made.names).decode())
     limit.require("the model was read")
     gravity = np.asarray(_gravity(made) if scene is None else scene.gravity)
     builder = Builder(
@@ -217,6 +221,14 @@ def _control(
                 expected = ", ".join(known) or "none for one that follows another joint"
                 raise ValueError(f"joints[{name!r}] has {keyword!r}, expected {expected}")
     return dict(given)
+
+
+def _held(model: Any, driven: Mapping[int, Drive], control: Control) -> set[str]:
+    """Joints that a control of the model or the caller drives or holds."""
+    by_control = {joint_name(model, joint) for joint, drive in driven.items() if drive.controls}
+    return by_control | {
+        name for name, own in control.items() if {"held", "stiffness"} & own.keys()
+    }
 
 
 def _pairs(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from energymargin.scenes.mjcf_features import Features
-from energymargin.scenes.mjcf_model import Selection, disabled, joint_name, word
+from energymargin.scenes.mjcf_model import Selection, body_name, disabled, joint_name, word
 
 __all__ = ["Coupling", "Linear", "couplings", "linear_tendon"]
 
@@ -72,7 +72,8 @@ def couplings(selection: Selection, features: Features) -> dict[int, Coupling]:
             return {joint: _coupling(of) for joint, (of, _) in solved.items()}
         dropped = [solved[joint][1] for joint in bad]
         for equation in dropped:
-            features.add(equation.feature)
+            joints = [joint_name(selection.model, joint) for joint in equation.sum.terms]
+            features.add(equation.feature, loose=joints)
         equations = [equation for equation in equations if equation not in dropped]
 
 
@@ -133,7 +134,8 @@ def _equations(selection: Selection, features: Features) -> list[_Equation]:
             equation = _equation(model, i, ends, own, features)
             equations += [equation] if equation else []
         elif kind in ("connect", "weld"):
-            features.add(f"equality/{kind}", _holds_what_moves(selection, i, ends))
+            bodies = _held(selection, i, ends)
+            features.add(f"equality/{kind}", bool(bodies), bodies)
         elif kind == "distance":
             features.add("equality/distance")
         else:
@@ -153,7 +155,7 @@ def _equation(
         return None
     data = model.eq_data[equality]
     if None in sides or not joints <= own or (len(sides) > 1 and np.any(data[2:5] != 0)):
-        features.add(feature)
+        features.add(feature, loose=[joint_name(model, joint) for joint in sorted(joints & own)])
         return None
     total = Linear({}, -float(data[0]))
     for side, factor in zip(sides, (1.0, -float(data[1])), strict=False):
@@ -169,14 +171,15 @@ def _beyond(model: Any, end: int, *, of_joints: bool) -> Linear | None:
     return length and length.plus(Linear({}, -float(model.tendon_length0[end])))
 
 
-def _holds_what_moves(selection: Selection, equality: int, ends: list[int]) -> bool:
-    """Whether a connection or a weld holds a body of the selection that can move."""
+def _held(selection: Selection, equality: int, ends: list[int]) -> list[str]:
+    """The bodies of the selection that a connection or a weld holds and that can move."""
     model = selection.model
     if word("mjtObj", model.eq_objtype[equality]) == "site":
         ends = [int(model.site_bodyid[site]) for site in ends]
     if selection.root in ends and not all(body in selection.lump for body in ends):
-        return False  # where the base is, and how it moves, the caller says
-    return any(body in selection.lump and body not in selection.static for body in ends)
+        return []  # where the base is, and how it moves, the caller says
+    moving = [body for body in ends if body in selection.lump and body not in selection.static]
+    return [body_name(model, body) for body in moving]
 
 
 def linear_tendon(model: Any, tendon: int) -> Linear | None:

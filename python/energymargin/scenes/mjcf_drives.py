@@ -37,6 +37,8 @@ class Drive:
     """The force limit of each actuator."""
     passive_force: bool = False
     """Whether a spring of the joint acts beside its actuators."""
+    controls: dict[int, float] = field(default_factory=dict)
+    """By actuator with a constant gain, the force for each unit of its control."""
     motors: int = 0
     """Actuators that control a force alone."""
     ceiling: float = math.inf
@@ -109,6 +111,10 @@ class _Drives:
         ((joint, factor),) = length.terms.items()
         return self.drives[joint], factor, length.constant
 
+    def _names(self, length: Linear) -> list[str]:
+        """Of the joints here that a length depends on."""
+        return [joint_name(self._model, joint) for joint in length.terms if joint in self._own]
+
     def _of(self, joint: int) -> Linear:
         return Linear({joint: 1.0}).with_couplings(self._linear)
 
@@ -164,16 +170,18 @@ class _Drives:
         if length is None:
             self._features.add("tendon", acts and self._near(tendon))
             return
+        names = self._names(length)
         if not set(length.terms) & set(self._own):
             return
         if not set(length.terms) <= set(self._own):
-            self._features.add("tendon", acts)
+            self._features.add("tendon", acts, names)
             return
         length = length.with_couplings(self._linear)
         losses = bool(model.tendon_frictionloss[tendon])
         self._features.add("tendon.frictionloss", losses and bool(length.terms))
         if len(length.terms) > 1:
-            self._features.add("tendon", self._pulls(tendon) or not self._within(tendon, length))
+            acts = self._pulls(tendon) or not self._within(tendon, length)
+            self._features.add("tendon", acts, names)
         elif length.terms:
             self._add_simple_tendon(tendon, length)
 
@@ -261,13 +269,16 @@ class _Drives:
         )
         law = self._law(actuator)
         if law is None or law[1] < 0 or law[2] < 0:
-            self._features.add("actuator/gain")
+            self._features.add("actuator/gain", loose=self._names(length))
             return
         drive, factor, _ = self._on_joint(length) or (Drive(), 1.0, 0.0)
         if law[1] == 0 and law[2] == 0:
             drive.motors += 1
             return
         self._push(length, *law)
+        gain = float(model.actuator_gainprm[actuator][0])
+        if word("mjtGain", model.actuator_gaintype[actuator]) == "fixed" and gain:
+            drive.controls[actuator] = factor * gain
         drive.most.append(abs(factor) * self._force_limit(actuator))
 
     def _force_limit(self, actuator: int) -> float:
@@ -320,10 +331,11 @@ class _Drives:
         length = linear_tendon(self._model, tendon)
         if length is not None and not set(length.terms) & set(self._own):
             return None
+        names = [] if length is None else self._names(length)
         whole = length is not None and set(length.terms) <= set(self._own)
         length = length.with_couplings(self._linear) if length is not None and whole else None
         if length is None or len(length.terms) > 1:
-            self._features.add("actuator/tendon")
+            self._features.add("actuator/tendon", loose=names)
             return None
         return length
 
@@ -341,7 +353,7 @@ class _Drives:
         for joint, drive in self.drives.items():
             if joint_name(model, joint) in commanded:
                 continue
-            add("actuator/motor", drive.motors)
+            add("actuator/motor", drive.motors, [joint_name(model, joint)])
             limited = any(math.isfinite(most) for most in drive.most)
             add("actuator.forcerange", limited and (len(drive.most) > 1 or drive.passive_force))
 

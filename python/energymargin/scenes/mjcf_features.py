@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from energymargin.errors import EnergyMarginError
+from energymargin.plausibility import warn
 
 __all__ = ["FEATURES", "Features", "NotSimulatedError"]
 
@@ -45,6 +46,16 @@ FEATURES = {
 }
 """What `ignore` may name, and what happens then."""
 
+OF_BODIES = ("equality/connect", "equality/weld")
+NO_DRIVE = "joints without a drive"
+LEAVES = {
+    **dict.fromkeys(("actuator/motor", "actuator/tendon", "actuator/gain"), NO_DRIVE),
+    **dict.fromkeys(("equality/joint", "equality/tendon"), "joints that follow no other"),
+    **dict.fromkeys(OF_BODIES, "bodies without what held them"),
+    "tendon": "joints without the limits and springs of their tendons",
+}
+"""By what `ignore` names, what moves freely then."""
+
 
 class NotSimulatedError(EnergyMarginError, ValueError):
     """A model asks for what a scene does not simulate."""
@@ -63,7 +74,7 @@ class NotSimulatedError(EnergyMarginError, ValueError):
 
 
 class Features:
-    """Counts what is not simulated, but for what is ignored."""
+    """Counts what is not simulated, but for what is ignored, and names what that leaves loose."""
 
     def __init__(self, ignore: Collection[str]) -> None:
         """Raises ValueError on a name that is not in FEATURES."""
@@ -72,13 +83,29 @@ class Features:
                 raise ValueError(f"ignore has {name!r}, expected one of {', '.join(FEATURES)}")
         self._ignored = frozenset(ignore)
         self._found: Counter[str] = Counter()
+        self._loose: dict[str, list[str]] = {}
 
-    def add(self, name: str, count: int = 1) -> None:
-        """Something of a name in FEATURES is there."""
+    def add(self, name: str, count: int = 1, loose: Iterable[str] = ()) -> None:
+        """Something of a name in FEATURES is there. `loose`: the joints or bodies that it moves or
+        holds, by name, which nothing does without it."""
         if count and name not in self._ignored:
             self._found[name] += int(count)
+        elif count and name in LEAVES:
+            own = self._loose.setdefault(name, [])
+            own.extend(one for one in loose if one not in own)
 
     def require_none(self, source: str) -> None:
         """Raises NotSimulatedError that names all that was added."""
         if self._found:
             raise NotSimulatedError(source, dict(sorted(self._found.items())))
+
+    def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
+        """Warns, once for a fingerprint, of joints and bodies that nothing drives or holds without
+        what is ignored; `held` are the joints that something else does."""
+        for name, leaves in LEAVES.items():
+            others = () if name in OF_BODIES else held
+            names = [one for one in self._loose.get(name, ()) if one not in others]
+            if names:
+                about = f"{source}: ignore={name!r}"
+                text = f"{about} leaves {leaves}: {', '.join(map(repr, names))}."
+                warn([(text, f"{text} joints={{name: ...}} drives or holds a joint.")], fingerprint)

@@ -16,6 +16,7 @@ from energymargin._core import Cancel, Compound, Inertial, Mimic, Scene
 from energymargin.limits import Limit
 from energymargin.meshes import THRESHOLD
 from energymargin.meshes.progress import Progress, Tally
+from energymargin.plausibility import warn
 from energymargin.scenes.additions import CONTROL, Additions, Control, Pair, added
 from energymargin.scenes.files import found
 from energymargin.scenes.poses import moved, place, pose
@@ -82,7 +83,8 @@ def from_urdf(
             has a coefficient.
         frictions: of single links, by name.
         joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness.
-            They replace what the file has: limits, effort as torque_limit, damping.
+            They replace what the file has: limits, effort as torque_limit, damping. An effort of 0
+            is that of a joint without a motor; one that is driven needs a torque_limit.
         inertia: "file", or "shapes" to distribute the file's masses evenly over the collision
             shapes.
         decompose: whether meshes become convex parts, as in `em.mesh`.
@@ -93,7 +95,8 @@ def from_urdf(
         packages: folders in which package:// and relative paths are looked up, before
             ROS_PACKAGE_PATH and the folders above the file.
         ignore: what to leave out: elements by tag, attributes as "tag.attribute". What is simulated
-            in one parent and not in another is named with it, as "link/origin".
+            in one parent and not in another is named with it, as "link/origin". A warning names the
+            joints that nothing drives without their "joint/mimic".
         subtree: a link by name: that one and what hangs on it become bodies, and the others, with
             their joints and meshes, are not read. It is the root then: `base`, `position` and
             `orientation` are its own.
@@ -129,6 +132,7 @@ def from_urdf(
         limit,
         None if progress is None else Tally(progress, robot.mesh_count),
     )
+    _warn_of_loose(Path(path), robot, joints or {})
     bodies = _bodies(robot, shaping, prefix, fixed=base == "fixed")
     warn_of_links(Path(path), robot, bodies)
     bodies[robot.root] |= place(root @ robot.base)
@@ -363,8 +367,32 @@ def _drive(joint: Joint, followers: list[Joint], own: Mapping[str, Any]) -> dict
         "limits": (lower, upper),
         "start": min(max(0.0, lower), upper),
         "damping": damping,
-        "torque_limit": joint.effort,
+        "torque_limit": _torque_limit(joint, own),
     }
+
+
+def _torque_limit(joint: Joint, own: Mapping[str, Any]) -> float:
+    """The effort of the file; many exporters write 0 where they know none."""
+    if joint.effort != 0.0 or "torque_limit" in own or own.get("held"):
+        return joint.effort
+    if own.get("stiffness") or own.get("damping"):
+        way = f"joints={{{joint.name!r}: {{'torque_limit': 10.0, ...}}}}"
+        raise ValueError(
+            f'joint {joint.name!r} has effort="0" in the file, and joints drives it: with a torque '
+            f"limit of 0 it would not move; {way} says how strong it is, math.inf has no limit"
+        )
+    return math.inf  # what resists without a motor is not a motor's to limit
+
+
+def _warn_of_loose(path: Path, robot: Robot, control: Control) -> None:
+    """Warns of joints whose <mimic> is ignored and that nothing moves."""
+    driven = {name for name, own in control.items() if {"held", "stiffness"} & own.keys()}
+    names = [name for name in robot.loose if name not in driven]
+    if names:
+        about = f"{path}: ignore='joint/mimic' leaves joints without a drive"
+        shown = ", ".join(map(repr, names))
+        text = f"{about}: {shown}. joints={{name: ...}} drives or holds a joint."
+        warn([(about + shown, text)], str(path))
 
 
 def _given(name: str, limits: Any) -> tuple[float, float]:

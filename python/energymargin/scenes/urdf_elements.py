@@ -47,6 +47,7 @@ HINTS = {
     "capsule": "and a capsule is a cylinder with a sphere at each end",
     "plane": "and Scene.add_plane makes a plane",
 }
+MIMIC = "joint/mimic"
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
 # Marks a name whose prefix the file does not declare; no name in XML begins so.
 UNDECLARED = "?"
@@ -99,8 +100,11 @@ GRAMMAR = {
 
 def checked(
     path: Path, ignore: Collection[str], limit: Limit, subtree: str | None = None
-) -> ET.Element:
+) -> tuple[ET.Element, tuple[str, ...]]:
     """The root of a URDF file in which all is understood, without what is to be ignored.
+
+    Beside it the names of the joints whose <mimic> is left out.
+
 
     `subtree`: the link that is kept with all that hangs on it; other links and joints are not read.
     `ignore`: elements by tag or by "parent/tag", attributes as "tag.attribute" or
@@ -118,6 +122,7 @@ def checked(
     if subtree is not None:
         keep_subtree(root, subtree)
     warn_of_origins(path, root)
+    loose = tuple(joint.get("name", "") for joint in root.iterfind("joint[mimic]"))
     undeclared: Counter[str] = Counter()
     _strip(root, "", {*LOOKS, *ignore}, undeclared)
     unknown: Counter[str] = Counter()
@@ -136,7 +141,7 @@ def checked(
             f"{_counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
             stacklevel=4,  # of who calls from_urdf
         )
-    return root
+    return root, loose if MIMIC in ignore else ()
 
 
 def _counted(names: Counter[str]) -> str:

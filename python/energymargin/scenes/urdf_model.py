@@ -95,6 +95,8 @@ class Robot:
     """The root link, in the frame of the file's root link."""
     merged: dict[str, str] = field(default_factory=dict)
     """Frames that are part of another link, and of which."""
+    loose: tuple[str, ...] = ()
+    """Joints that follow no other, since their <mimic> is left out."""
 
     @property
     def mesh_count(self) -> int:
@@ -208,11 +210,12 @@ def read(
     Raises FileNotFoundError, ValueError that names what is wrong, or what is not simulated, and
     TimeoutError or Cancelled at the limit.
     """
-    element = checked(path, ignore, limit, subtree)
+    element, loose = checked(path, ignore, limit, subtree)
     links = _by_name("link", [_link(link) for link in element.findall("link")])
     joints = _by_name("joint", [_joint(joint) for joint in element.findall("joint")])
     limit.require(f"{path} was read")
-    robot = Robot(_root(links, joints), links, _followed(joints, limit, subtree))
+    followed = _followed(joints, limit, subtree)
+    robot = Robot(_root(links, joints), links, followed, loose=loose)
     return without_frames(robot, limit, free=free)
 
 
