@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import OverwriteOption, ParameterOption, parsed, require_free
+from energymargin.cli.options import OverwriteOption, ParameterOption, parsed
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
