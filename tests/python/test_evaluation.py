@@ -263,7 +263,7 @@ def test_a_score_that_is_missing_is_left_out_and_counted():
     data = labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, np.nan, 2])
     result = evaluate(data, horizons=[0])
     assert result.missing == 1
-    assert "1 states have no score yet" in result.to_markdown()
+    assert "1 state has no score and is left out" in result.to_markdown()
     cell = result.states["capture"][0]
     assert (cell.auc, cell.count) == (1.0, 3)
 

@@ -54,7 +54,7 @@ def demo(
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
     database = output / f"{TASK}-scores.db"
     settings, executor = SearchSettings(nodes, seed, search="published"), chosen_executor(threads)
-    with scored_run(dataset, database, settings, executor=executor) as run:
+    with scored_run(dataset, database, settings, executor=executor) as (run, _):
         labelled = run.labelled_scores()
     print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=seed)
     # Slow to load, which Ctrl-C would wait for.

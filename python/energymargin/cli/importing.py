@@ -221,20 +221,27 @@ def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
     """A dataset and a file of scores for each part of the authors' data."""
     from energymargin import published
     from energymargin.cli.progress import progress_bar
+    from energymargin.datasets.dataset import left_out_text
 
     parts = published.parts(data)
     folder.mkdir(parents=True, exist_ok=True)
     for part in parts:
         require_free(folder / f"{part}.h5", overwrite=overwrite)
+    states = left_out = 0
     with progress_bar(err, "Reading", "parts") as progress:
         progress(0, len(parts))
         for done, part in enumerate(parts, 1):
             dataset = published.dataset(data, part)
             dataset.save(folder / f"{part}.h5")
             published.add_scores(folder / f"{part}-scores.db", data, dataset, part)
+            _, reasons = dataset.possible_problems()
+            states, left_out = states + dataset.size, left_out + len(reasons)
+            if reasons:
+                say(f"[yellow]{part}: {escape(left_out_text(reasons, dataset.size))}[/]")
             progress(done, len(parts))
     one = escape(str(folder / parts[0]))
     say(
-        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(folder))}. Next: "
+        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(folder))}: {states} "
+        f"states, of which {left_out} cannot be simulated. Next: "
         f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
     )

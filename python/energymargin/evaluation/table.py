@@ -182,6 +182,13 @@ class Evaluation:
     """As of LabelledScores. The paper's efforts stand beside none of another search."""
 
     @property
+    def left_out(self) -> str:
+        """In words, how many states lack a score: those not scored yet, or not to be simulated."""
+        if self.missing == 1:
+            return "1 state has no score and is left out"
+        return f"{self.missing} states have no score and are left out"
+
+    @property
     def has_paper(self) -> bool:
         """Whether the paper has the same scores of this task, of all states."""
         return self.task in PAPER and self.asks is None
@@ -301,7 +308,7 @@ class Evaluation:
         if self.shows_paper and self.search == "improved":
             caption += " Its efforts are of the published search, these of the improved one."
         if self.missing:
-            caption += f" {self.missing} states have no score yet and are left out."
+            caption += f" {self.left_out}."
         return " ".join(caption.split())
 
     def _states(self) -> str:
