@@ -138,6 +138,7 @@ def import_recordings(
     read = _read(files, columns, (object_topic, effector_topic), rules)
     dataset = _labelled_dataset(made, read, labels, captured, most_overlap)
     dataset.save(output)
+    _say_left_out(dataset)
     written = escape(str(output))
     say(
         f"Wrote {len(read)} trajectories ({dataset.successes.sum()} successful), {dataset.size} "
@@ -212,6 +213,16 @@ def _labelled_dataset(
     )
 
 
+def _say_left_out(dataset: Dataset, title: str = "") -> int:
+    """Counts the states that cannot be simulated."""
+    from energymargin.datasets.dataset import left_out_text
+
+    _, reasons = dataset.possible_problems()
+    if reasons:
+        say(f"[yellow]{escape(title + left_out_text(reasons, dataset.size))}[/]")
+    return len(reasons)
+
+
 def _summary(recording: Recording) -> str:
     times = recording.times
     return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.repairs}"
@@ -221,7 +232,6 @@ def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
     """A dataset and a file of scores for each part of the authors' data."""
     from energymargin import published
     from energymargin.cli.progress import progress_bar
-    from energymargin.datasets.dataset import left_out_text
 
     parts = published.parts(data)
     folder.mkdir(parents=True, exist_ok=True)
@@ -234,10 +244,8 @@ def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
             dataset = published.dataset(data, part)
             dataset.save(folder / f"{part}.h5")
             published.add_scores(folder / f"{part}-scores.db", data, dataset, part)
-            _, reasons = dataset.possible_problems()
-            states, left_out = states + dataset.size, left_out + len(reasons)
-            if reasons:
-                say(f"[yellow]{part}: {escape(left_out_text(reasons, dataset.size))}[/]")
+            states += dataset.size
+            left_out += _say_left_out(dataset, f"{part}: ")
             progress(done, len(parts))
     one = escape(str(folder / parts[0]))
     say(
