@@ -256,7 +256,7 @@ class Dataset(Closing):
     def _problems_or_errors(
         self, numbers: Sequence[int] | None, future: Future | None
     ) -> Iterator[Problem | StateError]:
-        """Of each state of these numbers."""
+        """Yields the problem of each of these states, or why it makes none."""
         if not (future is None or isinstance(future, Future)):
             raise ValueError(f"future is {future!r}, expected an em.datasets.Future, or None")
         places = self._places(range(self.size) if numbers is None else self._rising(numbers))

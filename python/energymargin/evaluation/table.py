@@ -165,6 +165,8 @@ class Evaluation:
     """The trajectory score; None also if the success score was not computed."""
     missing: int
     """States that lack a score, and are left out."""
+    missing_trajectories: int = 0
+    """Trajectories that lack a score in one of their last frames, and are left out of success."""
     success_any: Cell | None = None
     """The trajectory score of at least one object."""
     last: int = LAST_FRAMES
@@ -184,9 +186,14 @@ class Evaluation:
     @property
     def left_out(self) -> str:
         """In words, how many states lack a score: those not scored yet, or not to be simulated."""
+        states = f"{self.missing} states have no score and are left out"
         if self.missing == 1:
-            return "1 state has no score and is left out"
-        return f"{self.missing} states have no score and are left out"
+            states = "1 state has no score and is left out"
+        lost = self.missing_trajectories
+        if lost == 0:
+            return states
+        trajectories = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
+        return f"{states}; so {trajectories} of success"
 
     @property
     def has_paper(self) -> bool:
@@ -383,6 +390,7 @@ def evaluate(
         states=states,
         success=successes.get(SUCCESS),
         missing=int(missing.sum()),
+        missing_trajectories=_without_success(labelled, last) if successes else 0,
         success_any=successes.get(SUCCESS + ANY),
         last=last,
         probable_success=successes.get(PROBABLE_SUCCESS),
@@ -391,6 +399,13 @@ def evaluate(
         among=among,
         clipped=clipped,
     )
+
+
+def _without_success(labelled: LabelledScores, last: int) -> int:
+    """Trajectories that some metric of whole trajectories does not compare."""
+    metrics = [metric for metric in SUCCESSES if metric in labelled.scores]
+    compared = [len(compared_trajectories(labelled, metric, last).scores) for metric in metrics]
+    return len(labelled.by_trajectory()) - min(compared)
 
 
 def _success_cells(

@@ -113,7 +113,7 @@ def dataset(
 
 
 def _overlaps(in_scene: Placed) -> Iterator[str]:
-    """What became of overlaps."""
+    """Yields a text for frames that were moved apart, and one for those that found no place."""
     frames, stuck = len(in_scene.states), int(in_scene.stuck.sum())
     if in_scene.moved.any():
         yield (
