@@ -11,7 +11,8 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import ThreadsOption, real, split, whole
+from energymargin.cli.options import OverwriteFolderOption, ThreadsOption, real, split, whole
+from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import say
 from energymargin_paper.study import Study
 
@@ -28,15 +29,23 @@ SEVERAL: dict[Any, Callable[[str, str], Any]] = {
 def command(study: Study[Any, Any]) -> Any:
     """The command of a study: its settings as options, a folder, --quick and --threads."""
 
-    def run(*, output: Path | None, quick: bool, threads: int | None = None, **given: Any) -> None:
+    def run(
+        *,
+        output: Path | None,
+        quick: bool,
+        overwrite: bool,
+        threads: int | None = None,
+        **given: Any,
+    ) -> None:
         folder = output or Path("out", f"{study.name}-quick" if quick else study.name)
-        make(study, _settings(study, quick, given), folder, threads)
+        make(study, _settings(study, quick, given), folder, threads, overwrite=overwrite)
 
     parameters = [
         *(_option(study, own) for own in fields(study.settings) if "help" in own.metadata),
         *([_keyword("threads", ThreadsOption)] if study.threaded else []),
         _keyword("output", _folder(study)),
         _keyword("quick", _quick(study), default=False),
+        _keyword("overwrite", OverwriteFolderOption, default=False),
     ]
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     run.__doc__ = study.__doc__
@@ -45,8 +54,19 @@ def command(study: Study[Any, Any]) -> Any:
     return typer.main.get_command(app)
 
 
-def make(study: Study[Any, Any], settings: Any, folder: Path, threads: int | None = None) -> None:
-    """Makes a study: a progress bar, its tables, its pictures, and what the folder then has."""
+def make(
+    study: Study[Any, Any],
+    settings: Any,
+    folder: Path,
+    threads: int | None = None,
+    *,
+    overwrite: bool = False,
+) -> None:
+    """Makes a study: a progress bar, its tables, its pictures, and what the folder then has.
+
+    Raises ValueError on a folder with files of others, unless they may be replaced.
+    """
+    require_own_folder(folder, overwrite=overwrite)
     try:
         with study.bar() as progress:
             result = study.reproduce(settings, folder, threads=threads, progress=progress)
@@ -62,7 +82,8 @@ def make(study: Study[Any, Any], settings: Any, folder: Path, threads: int | Non
     except ImportError as error:
         say(f"No picture, which needs pip install 'energymargin[plots]': {escape(str(error))}")
     files = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir())
-    say(f"In {escape(str(folder))}/: {escape(', '.join(files))}")
+    shown = ", ".join(name for name in files if name != MARK)
+    say(f"In {escape(str(folder))}/: {escape(shown)}")
 
 
 def _settings(study: Study[Any, Any], quick: bool, given: dict[str, Any]) -> Any:

@@ -230,7 +230,8 @@ class Published:
 
     def _caption(self) -> str:
         s = self.settings
-        failed = sum(part.failed for part in self.parts)
+        failed = {part.name: part.failed for part in self.parts if part.failed}
+        of_parts = ", ".join(f"{count} of {name}" for name, count in failed.items())
         return (
             f"The authors' scores and ours on the same states; AUC/AP of staying captured for the "
             f"next h frames, states with as many frames left. Ours: trees of {s.nodes} nodes, "
@@ -238,7 +239,8 @@ class Published:
             f"objects={OBJECTS}), along the mean of the authors' script in simulation, and in "
             f"recordings along what the tool did in the last half second. Seed {s.seed}, "
             f"energymargin {version('energymargin')}. Of recordings every {s.every}th frame. "
-            f"{failed} states could not be scored."
+            f"{sum(failed.values())} states could not be scored and are left out"
+            f"{f' ({of_parts})' if failed else ''}."
         )
 
     def _simulated_table(self, among: Among) -> str:

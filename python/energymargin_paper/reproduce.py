@@ -18,7 +18,8 @@ import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
-from energymargin.cli.options import ThreadsOption, split
+from energymargin.cli.options import OverwriteFolderOption, ThreadsOption, split
+from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, say
 from energymargin.replacing import replace_text
 from energymargin.table_text import markdown_table
@@ -92,6 +93,7 @@ def everything(
     quick: Annotated[
         bool, typer.Option("--quick", help="A first picture of everything, in some minutes.")
     ] = False,
+    overwrite: OverwriteFolderOption = False,
 ) -> None:
     """Every study of this list, into one folder with an index page (index.html, index.md).
 
@@ -109,14 +111,14 @@ def everything(
         raise ValueError(f"only has {wrong[0]!r}, expected some of {', '.join(TOGETHER)}")
     count = thread_count(threads)
     folder = output or Path("out", "all-quick" if quick else "all")
-    folder.mkdir(parents=True, exist_ok=True)
+    require_own_folder(folder, overwrite=overwrite)
     times = Times(folder / "times.json")
     times.of(chosen[0])  # raises now, not after hours, if the file holds something else
     for number, name in enumerate(chosen, 1):
         err.print(f"[bold]{name}[/] ({number} of {len(chosen)}): {STUDIES[name]}")
         begun, one = time.monotonic(), load(name)
         try:
-            make(one, one.settings_in_all(quick), folder / name, threads)
+            make(one, one.settings_in_all(quick), folder / name, threads, overwrite=overwrite)
         finally:
             times.add(name, time.monotonic() - begun)
         write_index(folder, {name: STUDIES[name] for name in TOGETHER}, times, count)
@@ -158,7 +160,7 @@ def _section(folder: Path, name: str) -> list[str]:
         lines += [re.sub(r"(?m)^#", "##", text.read_text().rstrip()), ""]
     for picture in sorted(own.glob("*.png")):
         lines += [f"![{picture.stem}]({name}/{picture.name})", ""]
-    files = sorted(path.name for path in own.iterdir() if path.is_file())
+    files = sorted(path.name for path in own.iterdir() if path.is_file() and path.name != MARK)
     links = ", ".join(f"[{file}]({name}/{file})" for file in files)
     return [*lines, f"Files: {links}. The command: `energymargin reproduce {name}`."]
 

@@ -202,6 +202,29 @@ def test_an_uncertainty_is_written_and_read(given):
     ]
 
 
+class Steps(stats.rv_continuous):
+    """A distribution of a user's own."""
+
+    def _ppf(self, q):
+        return np.where(q < 0.5, 0.2, 0.4)
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [
+        Steps(name="norm")(),
+        Steps()(),
+        stats.rv_discrete(name="poisson", values=([0, 1], [0.5, 0.5]))(),
+        stats.rv_histogram(np.histogram([0.2, 0.4], bins=2))(),
+    ],
+)
+def test_a_distribution_of_ones_own_has_no_text_whatever_its_name(friction):
+    one = Uncertainty(friction=friction)
+    assert len(em.Belief(problem(), uncertainty=one).particles(4).problems) == 4
+    with pytest.raises(ValueError, match=r"expected a frozen one of scipy.stats"):
+        one.to_json()
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

@@ -224,6 +224,7 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
     assert "capture" in done.stdout
     names = {path.name for path in (folder / "out").iterdir()}
     assert names == {
+        ".energymargin",
         "push.h5",
         "push-scores.db",
         "table.md",

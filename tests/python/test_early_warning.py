@@ -105,7 +105,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_table(study: Study, tmp_pa
         (tmp_path / path.name).write_bytes(path.read_bytes())
     lines = (folder / "runs.jsonl").read_text().splitlines(keepends=True)
     (tmp_path / "runs.jsonl").write_text("".join(lines[:-9]) + lines[-9][:30])
-    done = run_here(*COMMAND, "-o", ".", cwd=tmp_path)
+    done = run_here(*COMMAND, "-o", ".", "--overwrite", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for name in ("early_warning.csv", "early_warning.md"):
         assert (tmp_path / name).read_text() == (folder / name).read_text()

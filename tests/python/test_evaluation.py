@@ -263,9 +263,22 @@ def test_a_score_that_is_missing_is_left_out_and_counted():
     data = labelled([0, 0, 1, 1], [1, 0, 1, 0], capture=[3, 1, np.nan, 2])
     result = evaluate(data, horizons=[0])
     assert result.missing == 1
-    assert "1 states have no score yet" in result.to_markdown()
+    assert "1 state has no score and is left out" in result.to_markdown()
     cell = result.states["capture"][0]
     assert (cell.auc, cell.count) == (1.0, 3)
+
+
+def test_a_trajectory_whose_last_frames_lack_a_score_is_left_out_of_success_and_counted():
+    scores = {"success": np.array([0.9, np.nan, 0.8, 0.1, 0.2, 0.3])}
+    data = labelled([0, 0, 1, 1, 2, 2], [1, 1, 1, 0, 0, 0], success=[1, 1, 1, 1, 0, 0])
+    data = replace(data, scores=scores)
+    result = evaluate(data, horizons=[0])
+    assert result.missing_trajectories == 1 and result.success.count == 2
+    words = "1 state has no score and is left out; so is 1 trajectory of success."
+    assert words in result.to_markdown()
+    assert evaluate(data, horizons=[0], last=1).missing_trajectories == 1
+    first = replace(data, scores={"success": np.roll(scores["success"], -1)})
+    assert evaluate(first, horizons=[0], last=1).missing_trajectories == 0
 
 
 def test_all_draws_at_once_give_what_scikit_learn_gives_for_each():

@@ -87,7 +87,7 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_table(
     lines = (folder / "runs.jsonl").read_text().splitlines(keepends=True)
     half = len(lines) // 2
     (tmp_path / "runs.jsonl").write_text("".join(lines[:half]) + lines[half][:30])
-    result = CliRunner().invoke(app, [*COMMAND, "-o", str(tmp_path)])
+    result = CliRunner().invoke(app, [*COMMAND, "-o", str(tmp_path), "--overwrite"])
     assert result.exit_code == 0, result.output
     for name in ("foresight.csv", "reliability.csv", "foresight.md"):
         assert (tmp_path / name).read_text() == (folder / name).read_text()

@@ -1,11 +1,15 @@
 """Improvement of a plan: it finds the best one of a problem whose answer is known."""
 
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 import pytest
 from sliding import HORIZON, MASS, problem, still
 
 import energymargin as em
 from energymargin.actions.hardening import MOST, adapted, scaled
+from energymargin.actions.journal import text_of
 from energymargin.actions.parameters import Parameters
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
@@ -159,18 +163,92 @@ def test_a_changed_plan_constraint_or_set_is_simulated_anew(tmp_path):
         assert again.to_csv() == alone.to_csv()
 
 
-def knocks(random, times):
-    """A function as disturbance."""
-    wrenches = np.zeros((len(times), 6))
-    wrenches[:, 0] = random.normal(scale=3.0)
-    return wrenches
+def pushes_of(force):
+    """A disturbance as a closure."""
+
+    def pushes(random, times):
+        wrenches = np.zeros((len(times), 6))
+        wrenches[:, 0] = random.normal(scale=force)
+        return wrenches
+
+    return pushes
 
 
-def test_a_file_knows_a_function_by_its_name_and_numpys_numbers(tmp_path):
-    path = tmp_path / "search.jsonl"
-    small = {**SMALL, "budget": 1000, "disturbance": knocks}
+def pushes(random, times, force=3.0):
+    """A disturbance as a function of a module."""
+    return pushes_of(force)(random, times)
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """A disturbance as an object, and as a method of one."""
+
+    force: float
+
+    def __call__(self, random, times):
+        return pushes(random, times, self.force)
+
+
+FUNCTIONS = [
+    pushes_of(0.1),
+    partial(pushes, force=0.1),
+    lambda random, times: pushes(random, times, 0.1),
+    Pushes(0.1),
+    Pushes(0.1).__call__,
+    pushes,  # which may read a number that has changed
+]
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_a_file_refuses_a_function_as_disturbance_which_it_cannot_tell_from_another(
+    tmp_path, function
+):
+    path, small = tmp_path / "search.jsonl", {**SMALL, "budget": 1000, "disturbance": function}
+    with pytest.raises(ValueError, match=r"disturbance is .*cannot tell.*or leave file out"):
+        em.improve(problem(), BOX, placed, file=path, **small)
+    assert not path.exists()
+
+
+def test_a_function_as_disturbance_is_searched_with_without_a_file():
+    small = {**SMALL, "budget": 1000}
+    hard, soft = (
+        em.improve(problem(), BOX, placed, **{**small, "disturbance": pushes_of(force)})
+        for force in (3.0, 0.1)
+    )
+    assert hard.before.score < 0.9 and soft.before.score == 1.0
+
+
+def test_a_file_refuses_a_predicate_which_it_cannot_tell_from_another(tmp_path):
+    inside = em.regions.Predicate(lambda states: np.ones(len(states), dtype=bool))
+    small = {**SMALL, "budget": 1000}
+
+    def anywhere(values):
+        return still(values).replace(captured=inside)
+
+    with pytest.raises(ValueError, match=r"file keeps .* a Predicate has no file format.*leave"):
+        em.improve(problem(), BOX, anywhere, file=tmp_path / "search.jsonl", **small)
+    assert em.improve(problem(), BOX, anywhere, **small).before.score == 1.0
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (em.disturbances.Uniform(), em.disturbances.Uniform(1 + 1e-15)),
+        (em.disturbances.Uniform(), em.disturbances.Gaussian(force=1.0)),
+        (em.disturbances.Uniform(), None),
+        (
+            em.disturbances.of_plan(force=(0.1, 0, 0), torque=(0, 0, 0)),
+            em.disturbances.of_plan(force=(0.1 + 1e-12, 0, 0), torque=(0, 0, 0)),
+        ),
+    ],
+)
+def test_the_text_of_a_disturbance_is_that_of_no_other(one, other):
+    assert text_of(one) != text_of(other)
+
+
+def test_a_file_knows_numpys_numbers(tmp_path):
+    path, small = tmp_path / "search.jsonl", {**SMALL, "budget": 1000}
     first = em.improve(problem(), BOX, placed, file=path, seed=np.int64(3), **small)
-    assert "test_improve.knocks" in path.read_text().splitlines()[0]
     kept = path.read_text()
     again = em.improve(problem(), BOX, placed, file=path, seed=3, **small)
     assert again.ranking.to_csv() == first.ranking.to_csv() and path.read_text() == kept

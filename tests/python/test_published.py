@@ -299,7 +299,7 @@ def test_the_study_holds_both_sides_against_the_same_states_and_goes_on(folder, 
     out = tmp_path / "out"
     text = (out / "published.md").read_text()
     assert "## Simulated, captured now" in text and "smoothed labels" in text
-    assert "0 states could not be scored" in text and "nan" not in text.lower()
+    assert "0 states could not be scored and are left out." in text and "nan" not in text.lower()
     assert (out / "published.png").stat().st_size > 10_000
     lines = (out / "runs.jsonl").read_text().splitlines()
     assert len(lines) == 2 * 2 * 4 + 2 * 6  # simulated states, and every second frame

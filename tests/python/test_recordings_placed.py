@@ -9,12 +9,14 @@ from recorded import noisy, push, rows_of, write
 
 import energymargin as em
 from energymargin.recordings import (
+    Recording,
     dataset,
     placed,
     read_csv,
     read_frame_labels,
     read_labels,
 )
+from energymargin.recordings.recording import Motion, Repairs
 from energymargin.tasks.push_real import PushRealTask
 
 FRICTION = 0.3
@@ -110,6 +112,47 @@ def test_a_large_overlap_is_refused_with_its_frame(task, recordings):
         ValueError, match=r"0\.csv, frame \d+: '\w+' overlaps others by .* = 1e-06 m"
     ):
         placed(recordings[0], scene, most_overlap=1e-6)
+
+
+class Gap:
+    """A task with two walls, 2 mm nearer to each other than a cube needs."""
+
+    name = "gap"
+    parameters = {}  # noqa: RUF012
+
+    def scene(self, params):
+        scene = em.Scene()
+        for x in (0.901, 1.099):
+            scene.add_body(f"wall {x}", em.Box((0.1, 1, 1)), mass=0, position=(x, 0, 0.5))
+        for name in ("object", "effector"):
+            scene.add_body(name, em.Box((0.1,) * 3), mass=1, position=(0, 0, 0.05), role=name)
+        return scene
+
+    def captured(self, state, params):
+        return em.regions.HalfSpace("object", (1.0, 0, 0), 2.0)
+
+
+def in_gap(*places):
+    """A recording of a cube at these places along x; its tool is far away."""
+    frames = len(places)
+    poses = np.zeros((2, frames, 3))
+    poses[0, :, 0], poses[1, :, 0] = places, -1.0
+    motions = [Motion(own, np.zeros((frames, 3))) for own in poses]
+    return Recording("a.csv", np.arange(frames), np.arange(frames) / 30, *motions, Repairs())
+
+
+def test_a_frame_without_a_place_stays_as_measured_and_is_counted():
+    recording, told = in_gap(0.0, 1.0, 0.5), []
+    found = placed(recording, Gap().scene({}))
+    assert found.stuck.tolist() == [False, True, False] and not found.moved.any()
+    assert found.states[1, 0] == 1.0
+    made = dataset(Gap(), [recording], {"a.csv": True}, notice=told.append)
+    assert made.size == 3
+    assert told == [
+        "a.csv: in 1 of 3 frames bodies overlap wherever they are moved to, and stay as measured"
+    ]
+    with pytest.raises(ValueError, match=r"a.csv, frame 0: .*so it is in every frame: do the sha"):
+        placed(in_gap(1.0, 1.0), Gap().scene({}))
 
 
 def test_bodies_that_are_none_of_the_scene_are_refused(task, recordings):

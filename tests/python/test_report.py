@@ -439,7 +439,7 @@ def test_the_page_never_replaces_the_scores_or_the_dataset(own, monkeypatch):
     os.rename("push.h5", "push.html")
     os.link("scores.html", "link.html")
     before = {path.name: path.read_bytes() for path in own.iterdir()}
-    done = run("report", "scores.html", cwd=own)
+    done = run("report", "scores.html", "--overwrite", cwd=own)
     assert done.returncode == 2
     assert "output is 'scores.html', which is the file of scores, 'scores.html'" in " ".join(
         done.stderr.split()
@@ -457,7 +457,7 @@ def test_the_command_says_in_one_line_what_is_wrong_and_what_it_wrote(own):
     done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, cwd=own)
     assert done.returncode == 0 and "Wrote push-scores.html, " in done.stderr
     (own / "push.h5").rename(own / "elsewhere.h5")
-    done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, cwd=own)
+    done = run("report", "push-scores.db", "--pictures", 0, "--draws", 9, "--overwrite", cwd=own)
     said = " ".join(done.stderr.split())
     assert (
         "Notice in the page: Without the dataset there are no pictures" in said and "--data" in said
@@ -473,7 +473,7 @@ def files_of(folder):
 def being_written(folder):
     """The command that makes a report, at work on the new file."""
     process = subprocess.Popen(
-        [COMMAND, "report", "push-scores.db", "--draws", "50000"],
+        [COMMAND, "report", "push-scores.db", "--draws", "50000", "--overwrite"],
         cwd=folder,
         stderr=subprocess.PIPE,
     )

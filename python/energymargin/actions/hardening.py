@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.actions.journal import said_of
 from energymargin.actions.trials import Disturbance
 from energymargin.disturbances import Gaussian, OfPlan, Uniform, of_plan
 
@@ -57,10 +56,6 @@ class _Scaled:
 
     function: Callable[[Any, Any], Any]
     factor: float
-
-    def __repr__(self) -> str:
-        """The function by its name, which is the same in another process."""
-        return f"{self.factor} times {said_of(self.function)}"
 
     def __call__(self, random: Any, times: Any) -> Any:
         """Wrenches of all steps."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
 from energymargin.actions.candidates import Candidates, check_uncertainty
 from energymargin.actions.hardening import adapted, scaled
 from energymargin.actions.improved import Generation, Improvement
-from energymargin.actions.journal import Journal, digest_of, said_of
+from energymargin.actions.journal import Journal, digest_of, text_of
 from energymargin.actions.parameters import Parameters
 from energymargin.actions.ranking import Race, Ranking, Terms, score_of
 from energymargin.actions.strategies import METHODS, Strategy, population_of, strategy
@@ -97,8 +97,9 @@ def improve(
         nodes: of the searches, as of `em.escape_effort`.
         search: the same.
         file: where finished batches are kept: the same call goes on from there, after Ctrl-C, or
-            with a larger budget. What a changed plan or constraint asks is simulated anew. Sets
-            that are Python predicates are not compared.
+            with a larger budget. What a changed plan or constraint asks is simulated anew. A file
+            cannot tell two functions apart, so the disturbance is a model of em.disturbances, and
+            no set is a Predicate.
         threads: None takes all cores.
         executor: in place of threads, as of `em.score`.
         progress: progress(steps, budget).
@@ -123,16 +124,19 @@ def improve(
     check_uncertainty(uncertainty)
     maker = _Maker(problem, box, make_plan, _functions(constraints), question)
     start = maker.start()
-    what = {
-        **{"algorithm": [ALGORITHM, ALGORITHM_IMPROVED], "parameters": box.to_plain()},
-        **{"start": digest_of(start), "metric": metric, "disturbance": said_of(disturbance)},
-        **{"uncertainty": uncertainty.to_json() if uncertainty else None, "seed": seed},
-        **{"rollouts": rollouts, "method": method, "harden": harden},
-        **{"nodes": nodes, "search": search},
-    }
+    path = _path(file)
+    what: dict[str, Any] = {}
+    if path is not None:
+        what = {
+            **{"algorithm": [ALGORITHM, ALGORITHM_IMPROVED], "parameters": box.to_plain()},
+            **{"start": digest_of(start), "metric": metric, "disturbance": text_of(disturbance)},
+            **{"uncertainty": uncertainty.to_json() if uncertainty else None, "seed": seed},
+            **{"rollouts": rollouts, "method": method, "harden": harden},
+            **{"nodes": nodes, "search": search},
+        }
     spent = _Spent(budget, progress)
     with Trials(executor, threads, spent.add) as trials:
-        journal = Journal(trials, _path(file), what, spent.add)
+        journal = Journal(trials, path, what, spent.add)
         run = _Run(
             *(maker, question, uncertainty, rollouts, start.horizon),
             *(journal, spent, of_search, limit),

@@ -1,11 +1,13 @@
 """Batches of trials, each kept in a file once it is done, so that the same search goes on.
 
 A batch is known by what it asked: its question, its draws and the problems of its candidates. So a
-search that has become another one by a changed constraint or plan runs its own batches.
+search that has become another one by a changed constraint or plan runs its own batches. A function
+looks like any other in a file, so none is kept there: not as disturbance, not as set.
 """
 
 from __future__ import annotations
 
+import copyreg
 import hashlib
 import json
 from collections.abc import Callable, Sequence
@@ -14,15 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core import Problem, regions
+from energymargin._core import Problem
 from energymargin.actions.trials import Draws, Question, Trial, Trials
 from energymargin.arguments import shown
 from energymargin.limits import Limit
 from energymargin.replacing import replace_text
 
-__all__ = ["Journal", "digest_of", "said_of"]
-
-FAR = 1e9  # m
+__all__ = ["Journal", "digest_of", "text_of"]
 
 
 class Journal:
@@ -69,31 +69,42 @@ class Journal:
 
 
 def digest_of(problem: Problem) -> str:
-    """Of all that a problem says, but for the sets if one is a Python predicate, which has no
-    text."""
+    """SHA-256 of all that a problem says. Raises ValueError on a set that has no text."""
     try:
         text = problem.to_json()
-    except ValueError:
-        objects = (body.name for body in problem.scene.bodies if body.role == "object")
-        anywhere = regions.HalfSpace(next(objects), (0.0, 0.0, 1.0), FAR)
-        text = problem.replace(captured=anywhere, succeeded=None).to_json()
+    except ValueError as error:
+        raise ValueError(
+            f"file keeps batches by the text of their problems: {error}, or leave file out"
+        ) from error
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def text_of(disturbance: Any) -> str:
+    """A model as JSON text, the same for equal ones alone, to the last bit; "null" for None.
+
+    Raises ValueError on a function: two of one name may do different things.
+    """
+    if disturbance is None:
+        return json.dumps(None)
+    reduce: Any = copyreg.dispatch_table.get(type(disturbance))
+    if reduce is None:
+        raise ValueError(
+            f"disturbance is {shown(disturbance)}, which a file cannot tell from another function: "
+            "use a model of em.disturbances, or leave file out"
+        )
+    make, arguments = reduce(disturbance)
+    return json.dumps([make.__name__, *arguments], default=lambda array: np.asarray(array).tolist())
+
+
 def _key(question: Question, trials: Sequence[Trial]) -> str:
-    """Of a batch; the particles of a candidate follow from its problem and the search's seed."""
+    """SHA-256 of a batch; the particles of a candidate follow from its problem and the search's
+    seed."""
     asked = [
         (trial.first, trial.count, len(trial.problems), digest_of(trial.problems[0]))
         for trial in trials
     ]
-    text = repr((question.metric, question.seed, said_of(question.disturbance), asked))
+    text = repr((question.metric, question.seed, text_of(question.disturbance), asked))
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def said_of(disturbance: Any) -> str:
-    """A disturbance in words that are the same in another process."""
-    name = getattr(disturbance, "__qualname__", None)
-    return repr(disturbance) if name is None else f"{disturbance.__module__}.{name}"
 
 
 def _drawn(values: list[float], times: list[float], steps: int, diverged: int) -> Draws:

@@ -324,8 +324,9 @@ def _to_plain(quantity: str, value: Any) -> Any:
 
 
 def _distribution_to_plain(value: Any) -> dict[str, Any]:
-    name = getattr(getattr(value, "dist", None), "name", None)
-    if name is None:
+    kind = getattr(value, "dist", None)
+    name = getattr(kind, "name", None)
+    if kind is None or type(kind) is not type(_of_scipy(name)):  # one of a user may have its name
         raise ValueError(
             f"distribution is {shown(value)}, expected a frozen one of scipy.stats, as "
             "uniform(0, 1): others have no name by which they could be written down"
@@ -341,10 +342,16 @@ def _from_plain(plain: Any) -> Any:
         return plain
     if "covariance" in plain:
         return plain["covariance"]
-    import scipy.stats
-
     name = plain["distribution"]
-    distribution = getattr(scipy.stats, name, None) if isinstance(name, str) else None
-    if distribution is None or not is_distribution(distribution):
+    distribution = _of_scipy(name)
+    if distribution is None:
         raise ValueError(f"distribution is {name!r}, expected the name of one of scipy.stats")
     return distribution(*plain.get("args", ()), **plain.get("kwds", {}))
+
+
+def _of_scipy(name: object) -> Any:
+    """The distribution of scipy.stats with this name; None if there is none."""
+    import scipy.stats
+
+    found = getattr(scipy.stats, name, None) if isinstance(name, str) else None
+    return found if is_distribution(found) else None

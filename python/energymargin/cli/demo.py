@@ -10,7 +10,14 @@ import typer
 from rich.markup import escape
 
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.options import NodesOption, SeedOption, ThreadsOption, chosen_executor
+from energymargin.cli.options import (
+    NodesOption,
+    OverwriteFolderOption,
+    SeedOption,
+    ThreadsOption,
+    chosen_executor,
+)
+from energymargin.cli.places import require_own_folder
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import err, say
 
@@ -25,6 +32,7 @@ SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
 
 
 def demo(
+    *,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files.")] = Path(
         "out"
     ),
@@ -32,6 +40,7 @@ def demo(
     nodes: NodesOption = 100,
     seed: SeedOption = 0,
     threads: ThreadsOption = None,
+    overwrite: OverwriteFolderOption = False,
 ) -> None:
     """The whole way on planar pushing: scores, table, pictures. Stopped, it goes on from there.
 
@@ -41,11 +50,11 @@ def demo(
 
     if find_spec("matplotlib") is None:  # before the scores are computed
         raise ImportError("the demo draws pictures: pip install 'energymargin[plots]'")
-    output.mkdir(parents=True, exist_ok=True)
+    require_own_folder(output, overwrite=overwrite)
     dataset = _demo_dataset(output / f"{TASK}.h5", trajectories, seed)
     database = output / f"{TASK}-scores.db"
     settings, executor = SearchSettings(nodes, seed, search="published"), chosen_executor(threads)
-    with scored_run(dataset, database, settings, executor=executor) as run:
+    with scored_run(dataset, database, settings, executor=executor) as (run, _):
         labelled = run.labelled_scores()
     print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=seed)
     # Slow to load, which Ctrl-C would wait for.

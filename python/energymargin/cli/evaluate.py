@@ -12,10 +12,13 @@ from energymargin.cli.options import (
     BootstrapSeedOption,
     DrawsOption,
     LastOption,
+    OverwriteOption,
     RunOption,
     ScoresArgument,
 )
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, out
+from energymargin.replacing import replace_text
 
 if TYPE_CHECKING:
     from energymargin.evaluation import Among, Evaluation, LabelledScores
@@ -66,6 +69,7 @@ def evaluate(
     clipped: ClippedOption = False,
     draws: DrawsOption = 1000,
     seed: BootstrapSeedOption = 0,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Compare scores with what happened: AUC and AP by horizon, beside the paper's if it has them.
 
@@ -82,6 +86,7 @@ def evaluate(
     for path in outputs:
         if path.suffix not in WRITERS:
             raise ValueError(f"--output is {path}, expected a name with {' or '.join(WRITERS)}")
+        require_free(path, overwrite=overwrite)
     whole_number("last", last, 1)
     if among is not None:
         one_of("among", among, AMONG)
@@ -117,7 +122,7 @@ def print_evaluation(
             out.print()
         out.print(result.render())
     for path in outputs:
-        path.write_text(WRITERS[path.suffix](results))
+        replace_text(path, WRITERS[path.suffix](results))
 
 
 def _evaluated(labelled: LabelledScores, **options: Any) -> Evaluation:

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import RunOption, ScoresArgument
+from energymargin.cli.options import OverwriteOption, RunOption, ScoresArgument
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import out, say
 
 __all__ = ["export"]
@@ -23,6 +24,7 @@ def export(
         ),
     ] = None,
     run: RunOption = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Write scores and labels as a table, a row a state; or list the runs of a file of scores.
 
@@ -36,9 +38,14 @@ def export(
             for listed in opened.runs():
                 out.print(str(listed), soft_wrap=True, highlight=False)
         return
-    rows = store.export(scores, output, run=run)
     with store.ScoreStore(scores) as opened:
         chosen = opened.runs() if run is None else [opened.run(run)]
         curves = any(written.has_curves for written in chosen)
-    beside = f", and their curves to {escape(str(curves_path(output)))}" if curves else ""
-    say(f"Wrote {rows} states to {escape(str(output))}{beside}")
+    beside = curves_path(output)
+    for path in (output, beside) if curves else (output,):
+        require_free(path, overwrite=overwrite)
+    rows = store.export(scores, output, run=run)
+    more = f", and their curves to {escape(str(beside))}" if curves else ""
+    say(f"Wrote {rows} states to {escape(str(output))}{more}")
+    if beside.exists() and not curves:
+        say(f"[yellow]{escape(str(beside))} is not of these scores[/], which have no curves")

@@ -19,9 +19,9 @@ from energymargin.cli.options import (
     TimeoutOption,
     cluster,
     parsed,
-    require_free,
     require_one,
 )
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, say
 
 if TYPE_CHECKING:
@@ -76,6 +76,8 @@ def generate(
     output = output or Path(f"{task}.h5")
     made = registry.make(task, **parsed(parameter or []))
     require_free(output, overwrite=overwrite)
+    if picture is not None:
+        require_free(picture, overwrite=overwrite, option="--picture")
     count = _generate(
         made,
         output,

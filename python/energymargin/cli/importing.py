@@ -12,13 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import (
-    OverwriteOption,
-    ParameterOption,
-    parsed,
-    require_free,
-    require_one,
-)
+from energymargin.cli.options import OverwriteOption, ParameterOption, parsed, require_one
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, say
 
 if TYPE_CHECKING:
@@ -173,6 +168,7 @@ def import_recordings(
         made, read, labels, captured, most_overlap=most_overlap, bodies=bodies
     )
     dataset.save(output)
+    _say_left_out(dataset)
     written = escape(str(output))
     successes = f"{dataset.successes.sum()} successful"
     if labels is None:
@@ -285,6 +281,16 @@ def _is_smooth(recording: Recording) -> bool:
     return any(motion.velocity_covariances is not None for motion in motions)
 
 
+def _say_left_out(dataset: Dataset, title: str = "") -> int:
+    """Counts the states that cannot be simulated."""
+    from energymargin.datasets.dataset import left_out_text
+
+    _, reasons = dataset.possible_problems()
+    if reasons:
+        say(f"[yellow]{escape(title + left_out_text(reasons, dataset.size))}[/]")
+    return len(reasons)
+
+
 def _summary(recording: Recording) -> str:
     times = recording.times
     return f"{len(recording)} frames, {times[-1] - times[0]:.3g} s; {recording.repairs}"
@@ -299,15 +305,19 @@ def _import_published(data: Path, folder: Path, *, overwrite: bool) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for part in parts:
         require_free(folder / f"{part}.h5", overwrite=overwrite)
+    states = left_out = 0
     with progress_bar(err, "Reading", "parts") as progress:
         progress(0, len(parts))
         for done, part in enumerate(parts, 1):
             dataset = published.dataset(data, part)
             dataset.save(folder / f"{part}.h5")
             published.add_scores(folder / f"{part}-scores.db", data, dataset, part)
+            states += dataset.size
+            left_out += _say_left_out(dataset, f"{part}: ")
             progress(done, len(parts))
     one = escape(str(folder / parts[0]))
     say(
-        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(folder))}. Next: "
+        f"Wrote {len(parts)} datasets with the authors' scores to {escape(str(folder))}: {states} "
+        f"states, of which {left_out} cannot be simulated. Next: "
         f"[bold]energymargin evaluate {one}-scores.db[/], or [bold]energymargin score {one}.h5[/]"
     )

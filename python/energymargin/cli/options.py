@@ -23,6 +23,7 @@ __all__ = [
     "DrawsOption",
     "LastOption",
     "NodesOption",
+    "OverwriteFolderOption",
     "OverwriteOption",
     "ParameterOption",
     "RunOption",
@@ -38,7 +39,6 @@ __all__ = [
     "parsed",
     "probability_settings",
     "real",
-    "require_free",
     "require_one",
     "split",
     "whole",
@@ -65,6 +65,13 @@ ParameterOption = Annotated[
 ]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Replace the file if it exists.")
+]
+OverwriteFolderOption = Annotated[
+    bool,
+    typer.Option(
+        "--overwrite",
+        help="Take a folder that has files of others too, and replace those of the same names.",
+    ),
 ]
 RunOption = Annotated[
     int | None,
@@ -108,12 +115,6 @@ def cluster(scheduler: str) -> Dask:
     from energymargin.executors import Dask
 
     return Dask(scheduler, notice=lambda text: say(f"[yellow]{escape(text)}[/]"))
-
-
-def require_free(path: Path, *, overwrite: bool) -> None:
-    """Raises ValueError if the file exists, and is not to be replaced."""
-    if path.exists() and not overwrite:
-        raise ValueError(f"{path} exists: choose another -o, or give --overwrite")
 
 
 def require_one(**options: Any) -> None:

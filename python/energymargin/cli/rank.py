@@ -18,8 +18,8 @@ from energymargin.cli.options import (
     TimeoutOption,
     chosen_executor,
     chosen_sampling,
-    require_free,
 )
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, out, say
 
 if TYPE_CHECKING:

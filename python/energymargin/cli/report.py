@@ -15,9 +15,11 @@ from energymargin.cli.options import (
     BootstrapSeedOption,
     DrawsOption,
     LastOption,
+    OverwriteOption,
     RunOption,
     ScoresArgument,
 )
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, loading, say
 
 __all__ = ["report"]
@@ -68,6 +70,7 @@ def report(
     last: LastOption = 5,
     draws: DrawsOption = 1000,
     seed: BootstrapSeedOption = 0,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Make one page of a file of scores, to be opened in a browser without a network: tables,
     scores along trajectories, ROC, histograms, pictures of the states that the scores get most
@@ -80,6 +83,7 @@ def report(
         from energymargin.report import Options, write
 
     output = output or scores.with_suffix(".html")
+    require_free(output, overwrite=overwrite)
     options = Options(
         trajectories=trajectories,
         pictures=pictures,

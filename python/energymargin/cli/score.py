@@ -228,7 +228,10 @@ def _score(
                     sampling=sampling,
                     executor=executor,
                     timeout=limit.rest()["timeout"],
-                ) as run:
+                ) as (run, complete):
+                    if not complete:
+                        say(f"[yellow]the time was over:[/] {_progress_text(run)}")
+                        raise typer.Exit(TIMED_OUT)
                     _say_scored(run, several=len(runs) > 1, horizon=future is not None)
             except ScoreError as error:  # of some states alone
                 failed = failed or error
@@ -254,10 +257,7 @@ def _say_scored(run: Run, *, several: bool, horizon: bool) -> None:
 
     `several`: the command has other runs too; `horizon`: one was given.
     """
-    scored, states = run.counts()
-    if scored < states:
-        say(f"[yellow]the time was over:[/] {_progress_text(run)}")
-        raise typer.Exit(TIMED_OUT)
+    scored, _ = run.counts()
     written = escape(str(run.store.path))
     which = f" --run {run.number}" if several or not run.is_only else ""
     how = "" if run.future is None else f" ({run.future})"
@@ -280,8 +280,9 @@ def scored_run(
     sampling: Sampling | None = None,
     executor: Executor,
     timeout: float | None = None,
-) -> Iterator[Run]:
-    """Scores what is missing, and gives the run of all scores. Ctrl-C says how far it came."""
+) -> Iterator[tuple[Run, bool]]:
+    """Scores what is missing; gives the run of all scores, and whether the time was enough. States
+    that cannot be simulated are counted. Ctrl-C says how far it came."""
     from energymargin.cli.progress import progress_bar
     from energymargin.store import ScoreStore
     from energymargin.store.scoring import begin_run, dataset_metrics, score_run
@@ -293,11 +294,17 @@ def scored_run(
         title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"
         try:
             with progress_bar(err, title, "states") as progress:
-                score_run(dataset, run, executor=executor, progress=progress, timeout=timeout)
+                complete = score_run(
+                    *(dataset, run),
+                    executor=executor,
+                    progress=progress,
+                    notice=lambda text: say(f"[yellow]{escape(text)}[/]"),
+                    timeout=timeout,
+                )
         except KeyboardInterrupt:
             say(_progress_text(run))
             raise
-        yield run
+        yield run, complete
 
 
 def _progress_text(run: Run) -> str:

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from energymargin.cli.options import ParameterOption, RunOption, chosen_future, parsed, whole
+from energymargin.cli.options import (
+    OverwriteOption,
+    ParameterOption,
+    RunOption,
+    chosen_future,
+    parsed,
+    whole,
+)
+from energymargin.cli.places import require_free
 from energymargin.cli.terminal import err, leave, loading, say
 
 if TYPE_CHECKING:
@@ -86,6 +94,7 @@ def view_command(
     open_browser: OpenOption = False,
     output: OutputOption = None,
     size: SizeOption = SIZE,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """See a state with its tree in a browser: move along the trajectory and along the way out, and
     score what you see. Ctrl-C ends it.
@@ -98,6 +107,7 @@ def view_command(
     """
     pixels = _size(size)
     if output is not None:
+        require_free(output, overwrite=overwrite)
         _check_place(output)
     with loading():
         from energymargin.cli.progress import progress_bar
@@ -164,7 +174,7 @@ def _until_ctrl_c() -> None:
 def _check_place(path: Path) -> None:
     """Raises ValueError unless a picture can be written there, ImportError without a browser's
     driver: before the search, not after it."""
-    if path.suffix.lower() != ".png" or path.is_dir():
+    if path.suffix.lower() != ".png":
         raise ValueError(f"--output is {path}, expected a file that ends in .png")
     if not path.parent.is_dir():
         raise ValueError(f"--output is {path}, but there is no folder {path.parent}")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
@@ -43,7 +43,7 @@ from energymargin.notebook import shown_by
 from energymargin.tasks.base import Task
 from energymargin.trajectories import Trajectory
 
-__all__ = ["Dataset", "Label", "StateError", "load", "open"]
+__all__ = ["Dataset", "Label", "StateError", "left_out_text", "load", "open"]
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
 """Of a state: trajectory, frame, captured, success, captured_any, success_any."""
@@ -54,6 +54,12 @@ _HASHED = [name for name in (*(ROW.names or ()), *COLUMNS) if name != "seed"]
 
 class StateError(EnergyMarginError, ValueError):
     """A recorded state makes no problem. The message has its trajectory, frame, and the reason."""
+
+
+def left_out_text(reasons: Mapping[int, str], states: int) -> str:
+    """Counts the states that cannot be simulated, of so many, with the reason of the first."""
+    first = reasons[min(reasons)]
+    return f"{len(reasons)} of {states} states cannot be simulated and are left out; first {first}"
 
 
 @dataclass(frozen=True)
@@ -132,14 +138,30 @@ class Dataset(Closing):
         that do not rise from 0 to below `size`, and StateError with the trajectory and frame of a
         state that makes no problem.
         """
-        if not (future is None or isinstance(future, Future)):
-            raise ValueError(f"future is {future!r}, expected an em.datasets.Future, or None")
         problems = []
-        places = self._places(range(self.size) if numbers is None else self._rising(numbers))
-        for t, of_trajectory in groupby(places, key=lambda place: place[0]):
-            trajectory = self.trajectories[t]
-            problems += [self._problem(trajectory, t, k, future) for _, k in of_trajectory]
+        for one in self._problems_or_errors(numbers, future):
+            if isinstance(one, StateError):
+                raise one
+            problems.append(one)
         return problems
+
+    def possible_problems(
+        self, numbers: Sequence[int] | None = None, *, future: Future | None = None
+    ) -> tuple[dict[int, Problem], dict[int, str]]:
+        """The problems of those states that make one, by number, and of each other state the
+        reason, with its trajectory and frame: it cannot be simulated.
+
+        Arguments and errors as of `problems`, but for StateError.
+        """
+        problems: dict[int, Problem] = {}
+        reasons: dict[int, str] = {}
+        wanted = range(self.size) if numbers is None else numbers
+        for number, one in zip(wanted, self._problems_or_errors(numbers, future), strict=True):
+            if isinstance(one, StateError):
+                reasons[number] = str(one)
+            else:
+                problems[number] = one
+        return problems, reasons
 
     def belief(self, number: int, uncertainty: Uncertainty, future: Future | None = None) -> Belief:
         """The belief about the state of a number whose model is known with an error.
@@ -230,6 +252,21 @@ class Dataset(Closing):
                 f"numbers has {what}, expected numbers of states that rise, below {self.size}"
             )
         return wanted
+
+    def _problems_or_errors(
+        self, numbers: Sequence[int] | None, future: Future | None
+    ) -> Iterator[Problem | StateError]:
+        """Yields the problem of each of these states, or why it makes none."""
+        if not (future is None or isinstance(future, Future)):
+            raise ValueError(f"future is {future!r}, expected an em.datasets.Future, or None")
+        places = self._places(range(self.size) if numbers is None else self._rising(numbers))
+        for t, of_trajectory in groupby(places, key=lambda place: place[0]):
+            trajectory = self.trajectories[t]
+            for _, k in of_trajectory:
+                try:
+                    yield self._problem(trajectory, t, k, future)
+                except StateError as error:
+                    yield error
 
     def _problem(self, trajectory: Trajectory, t: int, k: int, future: Future | None) -> Problem:
         try:

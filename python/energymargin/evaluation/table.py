@@ -165,6 +165,8 @@ class Evaluation:
     """The trajectory score; None also if the success score was not computed."""
     missing: int
     """States that lack a score, and are left out."""
+    missing_trajectories: int = 0
+    """Trajectories that lack a score in one of their last frames, and are left out of success."""
     success_any: Cell | None = None
     """The trajectory score of at least one object."""
     last: int = LAST_FRAMES
@@ -180,6 +182,18 @@ class Evaluation:
     """Whether a horizon ends with its trajectory; else such states are left out."""
     search: str | None = None
     """As of LabelledScores. The paper's efforts stand beside none of another search."""
+
+    @property
+    def left_out(self) -> str:
+        """In words, how many states lack a score: those not scored yet, or not to be simulated."""
+        states = f"{self.missing} states have no score and are left out"
+        if self.missing == 1:
+            states = "1 state has no score and is left out"
+        lost = self.missing_trajectories
+        if lost == 0:
+            return states
+        trajectories = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
+        return f"{states}; so {trajectories} of success"
 
     @property
     def has_paper(self) -> bool:
@@ -301,7 +315,7 @@ class Evaluation:
         if self.shows_paper and self.search == "improved":
             caption += " Its efforts are of the published search, these of the improved one."
         if self.missing:
-            caption += f" {self.missing} states have no score yet and are left out."
+            caption += f" {self.left_out}."
         return " ".join(caption.split())
 
     def _states(self) -> str:
@@ -376,6 +390,7 @@ def evaluate(
         states=states,
         success=successes.get(SUCCESS),
         missing=int(missing.sum()),
+        missing_trajectories=_without_success(labelled, last) if successes else 0,
         success_any=successes.get(SUCCESS + ANY),
         last=last,
         probable_success=successes.get(PROBABLE_SUCCESS),
@@ -384,6 +399,13 @@ def evaluate(
         among=among,
         clipped=clipped,
     )
+
+
+def _without_success(labelled: LabelledScores, last: int) -> int:
+    """Trajectories that some metric of whole trajectories does not compare."""
+    metrics = [metric for metric in SUCCESSES if metric in labelled.scores]
+    compared = [len(compared_trajectories(labelled, metric, last).scores) for metric in metrics]
+    return len(labelled.by_trajectory()) - min(compared)
 
 
 def _success_cells(

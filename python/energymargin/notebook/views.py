@@ -383,7 +383,7 @@ def evaluation(result: Evaluation) -> str:
         f"next h; success: of whole trajectories, by their last {result.last} frames."
     )
     if result.missing:
-        note += f" {result.missing} states have no score yet and are left out."
+        note += f" {result.left_out}."
     return grid(f"Evaluation of {result.task}", head, rows, note)
 
 

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -65,9 +64,10 @@ def dataset(
 ) -> Dataset:
     """A part of the published data as a dataset: the authors' states and labels.
 
-    The task is at the authors' parameters. `notice` is called with a line of text for each
-    recording in which bodies overlapped and were moved apart. Raises OSError, and ValueError on an
-    unknown folder or part, and with the file and line that is not as expected.
+    The task is at the authors' parameters. A state that cannot be simulated stays as recorded, with
+    its labels; `Dataset.possible_problems` tells which are such. `notice` is called with a line of
+    text for each recording in which bodies overlapped and were moved apart. Raises OSError, and
+    ValueError on an unknown folder or part, and with the file and line that is not as expected.
     """
     own = of_part(folder, part)
     if part not in SIMULATED:
@@ -185,18 +185,31 @@ def _trajectory(
 
 def matched_interval(task: SimulatedTask, params: Params, states: NDArray[np.float64]) -> float:
     """The interval [s], in whole steps, after which the script's mean brings each state, shape
-    (K, n), nearest to the next recorded one, in the mean of the free bodies' distances."""
+    (K, n), nearest to the next recorded one, in the mean of the free bodies' distances.
+
+    States that cannot be simulated do not count.
+    """
     scene = task.scene(params)
     bodies = [body.name for body in scene.bodies if body.mass > 0]
     places = [scene.slice(name).start + axis for name in bodies for axis in range(3)]
     steps = range(LEAST, LONGEST + 1)
     distances = np.zeros(len(steps))
-    for state, after in pairwise(states):
+    possible = [_makes_problem(task, state, params) for state in states]
+    for k in np.flatnonzero(np.array(possible[:-1]) & np.array(possible[1:])):
+        state, after = states[k : k + 2]
         plan = task.plan(state, 0.0, params, LONGEST * task.step)
         reached = World(scene, plan).simulate(state, LONGEST, record=list(steps)).states
         away = (reached - after)[:, places].reshape(len(steps), len(bodies), 3)
         distances += np.linalg.norm(away, axis=2).sum(axis=1)
     return (LEAST + int(distances.argmin())) * task.step
+
+
+def _makes_problem(task: SimulatedTask, state: NDArray[np.float64], params: Params) -> bool:
+    try:
+        task.problem(state, params)
+    except ValueError:
+        return False
+    return True
 
 
 @dataclass(frozen=True)

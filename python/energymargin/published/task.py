@@ -125,9 +125,14 @@ class SimulatedTask(PublishedTask):
 
     def separated(self, world: World, state: NDArray[np.float64]) -> NDArray[np.float64]:
         """The state, shape (n,), with the object out of what it has sunk into deeply, as at an
-        impact."""
+        impact; where it finds no place, as it was recorded."""
         depth = max((-contact.distance for contact in world.contacts(state)), default=0.0)
-        return state if depth < DEEPEST else moved_apart(world, state, ("object",))
+        if depth < DEEPEST:
+            return state
+        try:
+            return moved_apart(world, state, ("object",))
+        except ValueError:
+            return state
 
     @abstractmethod
     def script(self, params: Params) -> dict[str, tuple[float, ...]]:

@@ -144,6 +144,8 @@ class Placed:
     """State vector of each frame, shape (K, n)."""
     moved: NDArray[np.float64]
     """Distances by which object and effector were moved out of an overlap [m], shape (K, 2)."""
+    stuck: NDArray[np.bool_]
+    """Frames as measured, whose bodies overlap wherever they are moved to, shape (K,)."""
 
 
 @once_positional("object", "effector", after=2)
@@ -161,9 +163,8 @@ def placed(
     x, y, yaw and their rates are those of the recording, all else, as heights, is that of the
     scene. With `part`, bodies that overlap are moved until they touch: the object out of what
     stands in the scene, the effector out of the object. Raises ValueError on a body that is
-    unknown, fixed or tilted in the scene, and where a body would be moved by more than
-    `most_overlap`
-    [m].
+    unknown, fixed or tilted in the scene, where a body would be moved by more than `most_overlap`
+    [m], and if no frame at all has a place for both, as between two others.
     """
     most_overlap = positive_number("most_overlap", most_overlap)
     names = (object, effector)
@@ -174,13 +175,17 @@ def placed(
     world = World(scene)
     measured = np.stack([_packed(recording, scene, names, k) for k in range(len(recording))])
     if not part:
-        return Placed(measured, np.zeros((len(recording), 2)))
-    states = np.empty_like(measured)
+        frames = len(recording)
+        return Placed(measured, np.zeros((frames, 2)), np.zeros(frames, dtype=bool))
+    states, reasons = measured.copy(), {}
     for k, number in enumerate(recording.frames.tolist()):
         try:
             states[k] = moved_apart(world, measured[k], names)
         except ValueError as error:
-            raise ValueError(f"{recording.name}, frame {number}: {error}") from error
+            reasons[k] = f"{recording.name}, frame {number}: {error}"
+    if len(reasons) == len(recording):
+        raise ValueError(f"{reasons[0]}; so it is in every frame: do the shapes fit?")
+    stuck = np.isin(np.arange(len(recording)), list(reasons))
     moved = np.stack([_distances(scene, name, measured, states) for name in names], axis=1)
     if moved.max() > most_overlap:
         k, body = divmod(int((moved > most_overlap).argmax()), 2)
@@ -189,7 +194,7 @@ def placed(
             f"{moved[k, body]:.3g} m, expected at most most_overlap = {most_overlap:g} m: do the "
             "shapes, the units and the origin of the camera's frame fit?"
         )
-    return Placed(states, moved)
+    return Placed(states, moved, stuck)
 
 
 def _packed(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Protocol, cast
 
@@ -73,7 +73,8 @@ def dataset(
         effector: the same.
         part: as of `placed`.
         most_overlap: as of `placed` [m].
-        notice: called with a line of text for each recording in which bodies were moved.
+        notice: called with a line of text for each recording in which bodies were moved, or found
+            no place.
 
     Raises ValueError on labels that lack a recording or name another one, and all that `placed`
     does.
@@ -98,8 +99,9 @@ def dataset(
             part=part,
             most_overlap=most_overlap,
         )
-        if in_scene.moved.any() and notice is not None:
-            notice(f"{recording.name}: {_moved(in_scene)}")
+        if notice is not None:
+            for text in _overlaps(in_scene):
+                notice(f"{recording.name}: {text}")
         states = in_scene.states
         trajectories.append(
             Trajectory(
@@ -119,12 +121,19 @@ def dataset(
     return Dataset(made.name, parameters_of(made), 0, trajectories)
 
 
-def _moved(in_scene: Placed) -> str:
-    frames = int(in_scene.moved.any(axis=1).sum())
-    return (
-        f"in {frames} of {len(in_scene.states)} frames bodies overlapped and were moved apart, by "
-        f"at most {1e3 * in_scene.moved.max():.2g} mm"
-    )
+def _overlaps(in_scene: Placed) -> Iterator[str]:
+    """Yields a text for frames that were moved apart, and one for those that found no place."""
+    frames, stuck = len(in_scene.states), int(in_scene.stuck.sum())
+    if in_scene.moved.any():
+        yield (
+            f"in {in_scene.moved.any(axis=1).sum()} of {frames} frames bodies overlapped and were "
+            f"moved apart, by at most {1e3 * in_scene.moved.max():.2g} mm"
+        )
+    if stuck:
+        yield (
+            f"in {stuck} of {frames} frames bodies overlap wherever they are moved to, and stay as "
+            "measured"
+        )
 
 
 def _made(task: str | Task) -> RecordedTask:

@@ -85,8 +85,6 @@ def export(
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
                 write(_CurvesTable(runs), file)
-        else:
-            curves_path(output).unlink(missing_ok=True)  # of another run
         with replaced(output) as file:
             return write(_RunsTable(runs), file)
 

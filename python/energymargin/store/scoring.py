@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -20,7 +20,7 @@ from energymargin.beliefs.gathering import Asked, ParticleSource, Sharing
 from energymargin.beliefs.sampling import PARTICLES, Sampling
 from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.datasets import Dataset, Future
-from energymargin.datasets.dataset import StateError
+from energymargin.datasets.dataset import StateError, left_out_text
 from energymargin.deprecations import once_positional
 from energymargin.executors import Executor, Row
 from energymargin.executors.pool import POLL
@@ -28,6 +28,7 @@ from energymargin.executors.session import Work
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.metrics import CLOCKLESS, TIMED, check_metrics
+from energymargin.plausibility import warn
 from energymargin.scoring.batch import run_all
 from energymargin.scoring.problem_metrics import chosen_metrics, require_objects
 from energymargin.scoring.settings import LooseSettings, SearchSettings, chosen_settings
@@ -61,12 +62,14 @@ def score_dataset(
     particles: int = PARTICLES,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
+    notice: Callable[[str], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
     **loose: Unpack[LooseSettings],
 ) -> bool:
     """Scores the states of a dataset that lack a score in the store at `path`, which gets each
-    score as soon as it is computed. Returns whether all states are scored now.
+    score as soon as it is computed. Returns whether all states that can be simulated are scored
+    now.
 
     Args:
         dataset: a Dataset, or its file, which is read in blocks.
@@ -80,6 +83,8 @@ def score_dataset(
         particles: of each belief, as of `em.score_belief`.
         executor: of `em.executors`; None is Threads().
         progress: progress(done, total) counts all states.
+        notice: called with a line of text that counts the states that cannot be simulated, which
+            are left out. None: it is a PlausibilityWarning.
         timeout: False is returned if so many seconds were over before all are scored.
         cancel: the same if it was set before.
         loose: the fields of SearchSettings by name, as nodes=100, in place of `settings`.
@@ -100,7 +105,13 @@ def score_dataset(
         metrics = dataset_metrics(dataset, metrics, settings, future, sampling)
         store = opened.enter_context(ScoreStore(path, create=True))
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
-        return score_run(dataset, run, executor=executor, progress=progress, **limit.rest())
+        return score_run(
+            *(dataset, run),
+            executor=executor,
+            progress=progress,
+            notice=notice,
+            **limit.rest(),
+        )
 
 
 def begin_run(
@@ -129,7 +140,7 @@ def _digests(dataset: Dataset, run: Run, future: Future | None) -> Digests:
     """How to compute the digests of a run's states, with a future."""
 
     def digests(numbers: Sequence[int]) -> dict[int, bytes]:
-        problems = _problems(dataset, numbers, future, {})
+        problems, _ = dataset.possible_problems(numbers, future=future)
         return {n: _posed_state(run, n, problem, future).digest for n, problem in problems.items()}
 
     return digests
@@ -141,6 +152,7 @@ def score_run(
     *,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
+    notice: Callable[[str], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
 ) -> bool:
@@ -158,9 +170,21 @@ def score_run(
         complete = _run_missing(missing, run, executor, settings, limit)
     run.store.require_in_place()
     counted.count()
+    if missing.left_out:
+        _tell_left_out(missing.left_out, run, notice)
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
+
+
+def _tell_left_out(
+    reasons: Mapping[int, str], run: Run, notice: Callable[[str], None] | None
+) -> None:
+    text = left_out_text(reasons, run.states)
+    if notice is None:
+        warn([("left out", text)], run.digest)
+    else:
+        notice(text)
 
 
 def _run_missing(
@@ -190,8 +214,9 @@ def dataset_metrics(
     Raises ValueError on metrics that the states do not have, or not with these settings.
     """
     numbers = np.unique(np.linspace(0, dataset.size - 1, SAMPLE).astype(int)).tolist()
-    errors: dict[int, str] = {}
-    problems = _problems(dataset, numbers, future, errors)
+    problems, errors = dataset.possible_problems(numbers, future=future)
+    if not problems:
+        problems, errors = dataset.possible_problems(future=future)
     if not problems:
         raise StateError(errors[min(errors)])
     _require_clock(metrics or (), problems.values())
@@ -219,20 +244,6 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
                 f"metrics has {metric!r}, which asks about states as they are: score it without a "
                 "horizon"
             )
-
-
-def _problems(
-    dataset: Dataset, numbers: Sequence[int], future: Future | None, errors: dict[int, str]
-) -> dict[int, Problem]:
-    """The problems of these states, by number; `errors` gets the reason of each that makes none."""
-    try:
-        return dict(zip(numbers, dataset.problems(numbers, future=future), strict=True))
-    except StateError as error:
-        if len(numbers) == 1:
-            errors[numbers[0]] = str(error)
-            return {}
-    alone = (_problems(dataset, [number], future, errors) for number in numbers)
-    return {number: problem for found in alone for number, problem in found.items()}
 
 
 @dataclass(frozen=True)
@@ -308,6 +319,8 @@ class _MissingScores:
     def __init__(self, dataset: Dataset, run: Run, scorer: Scorer, counted: _ScoredCount) -> None:
         self.errors: dict[int, str] = {}
         """By the number of the state, what went wrong."""
+        self.left_out: dict[int, str] = {}
+        """Why a state cannot be simulated, by its number."""
         self._dataset, self._run, self._scorer, self._counted = dataset, run, scorer, counted
         self._scoring: dict[int, tuple[str, ...]] = {}  # metrics of the states being scored
         self._pass = _Pass(run, scorer.start)
@@ -325,7 +338,8 @@ class _MissingScores:
                 time.sleep(POLL)
                 return []
             self._pass = _Pass(self._run, 0)
-        self._pass.look(most, lambda number: number in self._scoring or number in self.errors)
+        known = (self._scoring, self.errors, self.left_out)
+        self._pass.look(most, lambda number: any(number in some for some in known))
         start, taken = time.monotonic(), list[Work]()
         while len(taken) < most and time.monotonic() < start + MAKE:
             numbers = self._pass.hand_out(min(BLOCK, most - len(taken)))
@@ -359,7 +373,8 @@ class _MissingScores:
 
     def _claimed(self, numbers: Sequence[int]) -> list[Work]:
         future = self._run.future
-        problems = _problems(self._dataset, numbers, future, self.errors)
+        problems, reasons = self._dataset.possible_problems(numbers, future=future)
+        self.left_out |= reasons
         known = {n: _posed_state(self._run, n, problem, future) for n, problem in problems.items()}
         claims = self._scorer.claim({number: one.digest for number, one in known.items()})
         self._pass.another_is_due |= any(claim.taken for claim in claims.values())

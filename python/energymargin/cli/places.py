@@ -1,0 +1,37 @@
+"""Where commands write: what is there already is replaced with --overwrite alone."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from energymargin.replacing import replace_text
+
+__all__ = ["MARK", "require_free", "require_own_folder"]
+
+MARK = ".energymargin"
+"""The file that marks a folder whose files a command made."""
+
+
+def require_free(path: Path, *, overwrite: bool, option: str = "-o") -> None:
+    """Raises ValueError if the file exists, and is not to be replaced; or if it is a folder."""
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder: choose another {option}, the name of a file")
+    if os.path.lexists(path) and not overwrite:
+        raise ValueError(f"{path} exists: choose another {option}, or give --overwrite")
+
+
+def require_own_folder(folder: Path, *, overwrite: bool) -> None:
+    """Makes and marks the folder of a command that goes on with what it has made there.
+
+    Raises ValueError if it has files that no such command made, unless they may be replaced.
+    """
+    mark = folder / MARK
+    files = folder.is_dir() and any(not path.is_dir() for path in folder.iterdir())
+    if files and not (overwrite or mark.exists()):
+        raise ValueError(
+            f"{folder} has files of others: choose another -o, or give --overwrite, which replaces "
+            "those of the same names"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    replace_text(mark, "A command of energymargin made this folder, and goes on with its files.\n")

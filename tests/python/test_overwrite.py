@@ -1,0 +1,132 @@
+"""One rule for all commands: what is there is replaced with --overwrite alone."""
+
+import pytest
+import typer
+from command_line import run_here
+
+import energymargin as em
+from energymargin.cli import app
+from energymargin.store.export import curves_path
+from energymargin_paper import STUDIES, load
+from energymargin_paper.commands import command
+from energymargin_paper.reproduce import app as studies
+from energymargin_paper.study import Study
+
+OWN = "a user's own"
+GOES_ON = {"score"}  # it adds to a file of scores, and refuses any other
+
+
+@pytest.fixture(scope="module")
+def scored(tmp_path_factory):
+    """A folder with a dataset, its scores, and its probabilities, which have curves."""
+    folder = tmp_path_factory.mktemp("scored")
+    dataset = em.datasets.generate("topple", trajectories=3, frames=3, seed=0)
+    dataset.save(folder / "topple.h5")
+    em.store.score_dataset(dataset, folder / "s.db", nodes=2)
+    future = em.datasets.Future(1)
+    em.store.score_dataset(dataset, folder / "curves.db", ["probability"], future=future)
+    problem = dataset.problems([0], future=future)[0]
+    for name in ("a", "b"):
+        problem.save(folder / f"{name}.json")
+    return folder
+
+
+def commands():
+    """All commands with their parameters, by name."""
+    named = typer.main.get_command(app).commands | {f"reproduce {n}": load(n) for n in STUDIES}
+    named["reproduce all"] = typer.main.get_command(studies).commands["all"]
+    return {n: command(one) if isinstance(one, Study) else one for n, one in named.items()}
+
+
+def test_every_command_that_writes_a_file_has_overwrite():
+    options = {
+        name: {word for parameter in one.params for word in parameter.opts}
+        for name, one in commands().items()
+    }
+    writing = {name for name, words in options.items() if words & {"--output", "--picture"}}
+    assert {"export", "evaluate", "report", "view", "demo", "reproduce all"} <= writing
+    assert {name for name in writing if "--overwrite" not in options[name]} == GOES_ON
+
+
+@pytest.mark.parametrize(
+    ("words", "file"),
+    [
+        (["export", "s.db", "-o", "mine.csv"], "mine.csv"),
+        (["export", "curves.db", "-o", "mine.csv"], "mine-curves.csv"),
+        (["evaluate", "s.db", "--draws", 9, "-o", "new.csv", "-o", "mine.md"], "mine.md"),
+        (["report", "s.db", "--pictures", 0, "--draws", 9], "s.html"),
+        (["report", "s.db", "--pictures", 0, "--draws", 9, "-o", "mine.html"], "mine.html"),
+        (["rank", "a.json", "b.json", "--rollouts", 8, "-o", "mine.csv"], "mine.csv"),
+        (["generate", "topple", "--trajectories", 1, "-o", "mine.h5"], "mine.h5"),
+        (
+            *(["generate", "topple", "--trajectories", 1, "-o", "t.h5", "--picture", "mine.png"],),
+            "mine.png",
+        ),
+    ],
+)
+def test_a_file_that_is_there_stays_without_overwrite_and_is_replaced_with_it(scored, words, file):
+    path = scored / file
+    path.write_text(OWN)
+    before = {path.name for path in scored.iterdir()}
+    refused = run_here(*words, cwd=scored)
+    assert refused.returncode == 2 and f"{file} exists" in refused.stderr
+    assert "give --overwrite" in refused.stderr
+    assert path.read_text() == OWN and {path.name for path in scored.iterdir()} == before
+    done = run_here(*words, "--overwrite", cwd=scored)
+    assert done.returncode == 0, done.stderr
+    assert path.read_bytes() != OWN.encode()
+    for new in scored.glob("mine*"):
+        new.unlink()
+
+
+def test_a_picture_of_the_viewer_is_refused_before_anything_is_searched(tmp_path):
+    (tmp_path / "mine.png").write_text(OWN)
+    refused = run_here("view", "push", "--nodes", 10**9, "-o", "mine.png", cwd=tmp_path)
+    assert refused.returncode == 2 and "mine.png exists" in refused.stderr
+    assert (tmp_path / "mine.png").read_text() == OWN
+
+
+@pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
+def test_an_export_never_deletes_what_lies_beside_its_file(scored, tmp_path, overwrite):
+    beside = curves_path(tmp_path / "mine.csv")
+    beside.write_text(OWN)
+    done = run_here("export", scored / "s.db", "-o", tmp_path / "mine.csv", *overwrite, cwd=scored)
+    assert done.returncode == 0 and beside.read_text() == OWN
+    said = " ".join(done.stderr.split())
+    assert "mine-curves.csv is not of these scores" in said
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["demo", "--trajectories", 4, "--nodes", 3],
+        ["reproduce", "enlarged", "--quick"],
+    ],
+)
+def test_a_folder_with_files_of_others_is_left_alone_without_overwrite(tmp_path, words):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (folder / "folder").mkdir()  # a command replaces files alone
+    (folder / "table.md").write_text(OWN)
+    refused = run_here(*words, "-o", "mine", cwd=tmp_path)
+    assert refused.returncode == 2 and "mine has files of others" in refused.stderr
+    assert {path.name for path in folder.iterdir()} == {"folder", "table.md"}
+    assert (folder / "table.md").read_text() == OWN
+    done = run_here(*words, "-o", "mine", "--overwrite", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    again = run_here(*words, "-o", "mine", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert ".energymargin" not in done.stderr and (folder / ".energymargin").exists()
+
+
+def test_a_folder_of_folders_is_taken(tmp_path):
+    (tmp_path / "out" / "table1").mkdir(parents=True)
+    done = run_here("reproduce", "enlarged", "--quick", "-o", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_folder_is_no_file_with_overwrite_either(scored, tmp_path):
+    (tmp_path / "mine.csv").mkdir()
+    words = ("export", scored / "s.db", "-o", "mine.csv", "--overwrite")
+    refused = run_here(*words, cwd=tmp_path)
+    assert refused.returncode == 2 and "mine.csv is a folder: choose another -o" in refused.stderr
