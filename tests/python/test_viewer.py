@@ -199,7 +199,7 @@ def test_lines_are_a_glb_file_of_both_ends_of_each():
 
 
 def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(problem):
-    cache, small = TreeCache(), score_state(problem, SearchSettings(nodes=20), 0)
+    cache, small = TreeCache(), score_state(problem, SearchSettings(nodes=20))
     each = small.capture.nodes + small.escape.nodes
     count = MOST_CACHED // each + 2
     for frame in range(count):
@@ -211,7 +211,7 @@ def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(prob
 
 
 def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem, monkeypatch):
-    small, large = (score_state(problem, SearchSettings(nodes=nodes), 0) for nodes in (5, 50))
+    small, large = (score_state(problem, SearchSettings(nodes=nodes)) for nodes in (5, 50))
     monkeypatch.setattr("energymargin.viewer.search.MOST_CACHED", 2 * small.size)
     cache = TreeCache()
     cache.put((0, 0), small)
@@ -222,7 +222,7 @@ def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem, monkeypa
 
 def test_a_state_without_effector_is_scored_but_for_the_force():
     ball = em.regions.Ball("ball", center=(0, 0, 1), radius=0.5)
-    scored = score_state(ball_problem(ball), SearchSettings(nodes=30), 0)
+    scored = score_state(ball_problem(ball), SearchSettings(nodes=30))
     assert scored.force is None
     assert scored.capture.nodes == 30
 
@@ -371,11 +371,11 @@ def test_a_search_that_is_stopped_at_once_leaves_the_page_whole(problem):
     cancel.set()
     with view(problem, nodes=50) as viewer:
         page = viewer.page
-        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), 0, cancel))
+        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), None, cancel))
         assert page.scored is None  # nothing was searched, so nothing is said
         scored_page(viewer)
         whole = page.scored
-        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), 0, cancel))
+        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), None, cancel))
         assert page.scored is whole  # what is complete is not given up for it
 
 
@@ -449,7 +449,7 @@ def test_a_frame_that_makes_no_problem_leaves_the_one_before():
 
 def test_an_object_is_drawn_as_lost_when_it_is_out_of_its_own_set():
     problem = problem_of("push-multi")
-    scored = score_state(problem, SearchSettings(nodes=60), 0)
+    scored = score_state(problem, SearchSettings(nodes=60))
     objects = sum(body.role == "object" for body in problem.scene.bodies)
     assert scored.lost.shape == (61, objects)
     all_in = problem.captured.contains(problem.scene, scored.capture.tree.states)

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from energymargin import datasets
 from energymargin import tasks as registry
-from energymargin._core import Problem, stream
+from energymargin._core import Problem
 from energymargin.actions import Along
 from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
+from energymargin.scoring.settings import SETTINGS
 from energymargin.store import ScoreStore
 
 __all__ = [
@@ -40,10 +41,6 @@ Progress = Callable[[int, int], None]
 
 EFFORT = "effort/est"
 LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
-SEARCHED = (
-    *("nodes", "seed", "search", "rollouts"),
-    *("strength", "objects", "common_random_numbers"),
-)
 
 
 @dataclass(frozen=True)
@@ -63,17 +60,17 @@ class Frames:
     success: bool | None = None
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
-    common_random_numbers: bool = False
-    """Whether all frames are searched with the same seed."""
     disturbance: Disturbance | None = None
     """Of their probabilities; None: that of the settings."""
+    same_stream: bool = False
+    """Whether all frames are searched as number 0 of a batch, and so meet the same draws."""
 
-    def search_seed(self, seed: int, frame: int) -> int:
-        """Of a frame's search: with it the scores are those that `energymargin score` gives the
-        dataset with this seed, or `capture_score` the problem."""
-        if self.first is None or self.common_random_numbers:
-            return seed
-        return stream(seed, self.first + frame)
+    def search_number(self, frame: int) -> int | None:
+        """As of `metric_search`: with it the scores are those that `energymargin score` gives the
+        dataset, or `capture_score` the problem."""
+        if self.first is None:
+            return None
+        return 0 if self.same_stream else self.first + frame
 
 
 class StateSource(Protocol):
@@ -130,8 +127,8 @@ class AlongPlan:
             lambda frame: one.problems[frame],
             first=0,
             captured=one.captured,
-            common_random_numbers=True,
             disturbance=one.disturbance,
+            same_stream=True,
         )
 
     def close(self) -> None:
@@ -310,7 +307,7 @@ class StoredScores:
                     f"(task {chosen.task!r}, {chosen.states} states): view the one that was scored"
                 )
             self.search: dict[str, Any] = {
-                name: chosen.settings[name] for name in SEARCHED if name in chosen.settings
+                name: chosen.settings[name] for name in SETTINGS if name in chosen.settings
             }
             """Settings with which a search gives the same scores."""
             self.future = chosen.future

@@ -175,7 +175,10 @@ def _scored(
         return _asked(source, stored, future), stored, stored.search
     if isinstance(source, AlongPlan):
         one = source.along
-        searched = {"nodes": one.nodes, "seed": one.seed, "rollouts": one.rollouts}
+        searched = {
+            **{"nodes": one.nodes, "search": one.search, "seed": one.seed},
+            **{"rollouts": one.rollouts, "common_random_numbers": True},
+        }
         return source, AlongScores(one), searched
     return source, None, {}
 
