@@ -213,7 +213,7 @@ class _Maker:
             )
 
 
-@dataclass
+@dataclass(eq=False)
 class _Spent:
     """What of the budget is spent."""
 

@@ -56,7 +56,7 @@ class StateError(EnergyMarginError, ValueError):
     """A recorded state makes no problem. The message has its trajectory, frame, and the reason."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Dataset(Closing):
     """Trajectories of one task.
 

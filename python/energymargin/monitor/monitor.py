@@ -42,7 +42,7 @@ _log = logging.getLogger("energymargin.monitor")
 ProblemOf = Callable[[NDArray[np.float64]], Problem] | Callable[..., Problem]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Pushed:
     """A state that waits."""
 

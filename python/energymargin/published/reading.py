@@ -199,7 +199,7 @@ def matched_interval(task: SimulatedTask, params: Params, states: NDArray[np.flo
     return (LEAST + int(distances.argmin())) * task.step
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Track:
     """The poses of tool and object in the last K frames of one recording."""
 

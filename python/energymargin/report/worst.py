@@ -58,7 +58,7 @@ class Card:
     score is uncertain."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mistakes:
     """The most wrong states of one metric."""
 
@@ -68,7 +68,7 @@ class Mistakes:
     """Why there is none, if so."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Worst:
     """The most wrong states of all metrics."""
 

@@ -118,7 +118,7 @@ class _Table(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _CurvesTable:
     """The curves of some runs, below one another."""
 
@@ -138,7 +138,7 @@ class _CurvesTable:
                     yield run.number, trajectory, frame, metric, time, captured
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _RunsTable:
     """Some runs of a store, below one another."""
 

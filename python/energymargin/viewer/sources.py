@@ -43,7 +43,7 @@ EFFORT = "effort/est"
 LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frames:
     """The frames of one trajectory."""
 
