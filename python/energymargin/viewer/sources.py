@@ -21,6 +21,7 @@ from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
 from energymargin.scoring.settings import SETTINGS
 from energymargin.store import ScoreStore
+from energymargin.store.run import why_not_of
 
 __all__ = [
     "EFFORT",
@@ -292,20 +293,22 @@ class StoredScores:
     """The scores of a dataset's states in a file."""
 
     def __init__(
-        self, path: str | os.PathLike[str], dataset: Dataset, run: int | None = None
+        self,
+        path: str | os.PathLike[str],
+        dataset: Dataset,
+        run: int | None = None,
+        name: str = "DATASET",
     ) -> None:
-        """Reads them all.
+        """Reads them all. `name` is the dataset's, in errors.
 
         Raises ValueError if the file holds no scores, if they are another dataset's, or if there
         are several runs and none is chosen; OSError if it cannot be read.
         """
         with ScoreStore(path) as store:
             chosen = store.run(run)
-            if not chosen.digest.startswith(dataset.digest()):  # some name more after it
-                raise ValueError(
-                    f"{path}: run {chosen.number} has scores of another dataset than this one "
-                    f"(task {chosen.task!r}, {chosen.states} states): view the one that was scored"
-                )
+            lacking = why_not_of(dataset, name, chosen.digest, str(path), chosen.number)
+            if lacking:
+                raise ValueError(lacking)
             self.search: dict[str, Any] = {
                 name: chosen.settings[name] for name in SETTINGS if name in chosen.settings
             }

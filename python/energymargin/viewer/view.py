@@ -187,7 +187,8 @@ def _stored(source: StateSource, scores: str | os.PathLike[str], run: int | None
     if not isinstance(source, Trajectories):
         kind = "an Along" if isinstance(source, AlongPlan) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
-    return StoredScores(scores, source.dataset, run)
+    name = source.title if source.opened else "DATASET"
+    return StoredScores(scores, source.dataset, run, name)
 
 
 def _asked(source: StateSource, stored: StoredScores, future: Future | None) -> StateSource:
