@@ -199,6 +199,14 @@ def test_a_file_that_is_left_by_an_error_has_no_checksum_and_goes_on(topple, tmp
     assert rows(path, "checksum") == 1
 
 
+def test_a_file_to_which_nothing_is_added_stays_as_it_is(topple, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(topple, path, metrics=["force"])
+    kept = path.read_bytes()
+    score_dataset(topple, path, metrics=["force"])
+    assert path.read_bytes() == kept
+
+
 def test_statistics_of_sqlite_are_no_damage(topple, topple_scores, tmp_path):
     path = tmp_path / "scores.db"
     score_dataset(topple, path, metrics=["force"])

@@ -1,7 +1,7 @@
 """A checksum of all that a file of scores says: what a disk has changed since is found.
 
-Who leaves the file in order, and alone, writes it; the next transaction takes it away again. So a
-file that is being written has none, nor has one whose scorer was killed.
+Who leaves the file in order, and alone, writes it; the next change takes it away again. So a file
+that is being written has none, nor has one whose scorer was killed.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ TABLE = "CREATE TABLE checksum (value INTEGER NOT NULL);"
 
 
 def write(database: sqlite3.Connection) -> None:
-    """Puts it in, in the transaction that is open, unless a scorer is at work."""
-    if database.execute("SELECT 1 FROM scorers").fetchone() is None:
+    """Puts it in, in the transaction that is open, if it is not there and no scorer is at work."""
+    there = database.execute("SELECT 1 FROM checksum UNION SELECT 1 FROM scorers").fetchone()
+    if there is None:
         database.execute("INSERT INTO checksum VALUES (?)", (_value(database),))
 
 

@@ -37,7 +37,7 @@ class Database(Closing):
         from a newer version.
         """
         self.path = Path(path)
-        self._has_written = False
+        self._may_have_written = False
         self._place = _OpenPlace(self.path)
         if not self.path.exists():
             if not create:
@@ -64,18 +64,24 @@ class Database(Closing):
         TimeoutError if another process holds it for longer than `patience` [s], KeyboardInterrupt
         if it does so after Ctrl-C; FileNotFoundError as `require_in_place`, after the commit.
         """
+        with self._committed(patience):
+            self._may_have_written, before = True, self.database.total_changes
+            yield
+            if self.database.total_changes > before:
+                checksum.remove(self.database)
+        self.require_in_place()
+
+    @contextmanager
+    def _committed(self, patience: float) -> Iterator[None]:
         with self._named():
             self._retried("BEGIN IMMEDIATE", patience)
-            self._has_written = True
             try:
-                checksum.remove(self.database)
                 yield
                 self._retried("COMMIT")
             except BaseException:
                 if self.database.in_transaction:
                     self.database.execute("ROLLBACK")
                 raise
-        self.require_in_place()
 
     def require_in_place(self) -> None:
         """Raises FileNotFoundError if the file was renamed or removed since it was opened. The file
@@ -91,10 +97,11 @@ class Database(Closing):
         self.database.close()
 
     def __exit__(self, *error: object) -> None:
-        """Closes it, with a checksum if it was written and all went well."""
+        """Closes it, with a checksum if it may have been written and all went well."""
+        went_well = error[:1] == (None,)
         try:
-            if self._has_written and error[:1] == (None,) and self._is_smaller_than(SUMMED):
-                with suppress(OSError), self.transaction(WAIT):
+            if self._may_have_written and went_well and self._is_smaller_than(SUMMED):
+                with suppress(OSError), self._committed(WAIT):
                     checksum.write(self.database)
         finally:
             self.close()
