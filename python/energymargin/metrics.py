@@ -16,6 +16,7 @@ __all__ = [
     "axis_label",
     "check_metrics",
     "is_likelihood",
+    "metric_kind",
     "of_kind",
     "settings_of",
     "unit",
@@ -87,22 +88,22 @@ def of_kind(kind: str, metrics: Iterable[str]) -> list[str]:
 
 def unit(metric: str) -> str:
     """ "J"; empty for a pure number."""
-    return "J" if _kind(metric) is KINDS["effort"] else ""
+    return "J" if metric_kind(metric) is KINDS["effort"] else ""
 
 
 def settings_of(metric: str) -> tuple[str, ...]:
     """The settings that change its values; of another program's metric those of a tree."""
-    return (_kind(metric) or KINDS["likelihood"]).settings
+    return (metric_kind(metric) or KINDS["likelihood"]).settings
 
 
 def is_likelihood(metric: str) -> bool:
     """Whether it lies between 0 and 1."""
-    return _kind(metric) in (KINDS["likelihood"], KINDS["probability"])
+    return metric_kind(metric) in (KINDS["likelihood"], KINDS["probability"])
 
 
 def axis_label(metric: str) -> str:
     """An axis of one metric, as "effort/est [J]"; another program's has no unit."""
-    kind = _kind(metric)
+    kind = metric_kind(metric)
     return metric if kind is None else f"{metric} [{kind.unit}]"
 
 
@@ -131,6 +132,7 @@ def check_metrics(metrics: Sequence[str]) -> None:
         raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
 
 
-def _kind(metric: str) -> Kind | None:
+def metric_kind(metric: str) -> Kind | None:
+    """The kind of a metric; None of another program's."""
     name = metric.removesuffix(ANY)
     return next((kind for kind in KINDS.values() if name in kind.metrics), None)

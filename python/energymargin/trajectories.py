@@ -16,7 +16,7 @@ from energymargin.reprs import short_repr
 __all__ = ["Trajectory"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """K recorded frames of one manipulation, with the labels of Section VI-D.
 

@@ -2,7 +2,6 @@
 
 import base64
 import json
-import sqlite3
 from html.parser import HTMLParser
 
 import numpy as np
@@ -75,11 +74,6 @@ def pushes(folder):
 def scores(path):
     with ScoreStore(path) as store:
         return store.run().labelled_scores()
-
-
-def changed(path, statement):
-    with sqlite3.connect(path) as file:
-        file.execute(statement)
 
 
 def written(folder, run=None, progress=None, **options):

@@ -52,6 +52,13 @@ def rows(path, table):
         return file.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
 
 
+def changed(path, statement, values=()):
+    """Changes a file of scores on purpose."""
+    with sqlite3.connect(path) as file:
+        file.execute("DELETE FROM checksum")
+        file.execute(statement, values)
+
+
 def score_count(path):
     """How many scores there are; none before there is a file, or it has tables."""
     if not path.exists():

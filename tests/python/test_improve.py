@@ -307,6 +307,22 @@ def test_a_file_of_another_search_is_refused(tmp_path):
         em.improve(problem(), BOX, placed, file=tmp_path, **SMALL)
 
 
+def test_a_bit_that_has_changed_in_a_file_is_refused_and_its_line_can_be_taken_out(tmp_path):
+    path, small = tmp_path / "search.jsonl", {**SMALL, "budget": 1000}
+    first = em.improve(problem(), BOX, placed, file=path, **small)
+    kept, random = path.read_bytes(), np.random.default_rng(0)
+    for place in random.integers(len(kept) - 1, size=100):
+        changed = bytearray(kept)
+        changed[place] ^= 1 << random.integers(8)
+        path.write_bytes(changed)
+        with pytest.raises(ValueError, match=r"file is .*search\.jsonl, w(hich is no|hose line)"):
+            em.improve(problem(), BOX, placed, file=path, **small)
+    lines = kept.splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:1], *lines[2:]]))
+    again = em.improve(problem(), BOX, placed, file=path, **small)
+    assert again.to_csv() == first.to_csv() and sorted(path.read_bytes()) == sorted(kept)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -6,7 +6,6 @@ import re
 import shlex
 import shutil
 import signal
-import sqlite3
 import subprocess
 import time
 from contextlib import suppress
@@ -16,7 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import COMMAND, run
-from reports import METRICS, OPTIONS, SETTINGS, Document, changed, numbers, scores, written
+from reports import METRICS, OPTIONS, SETTINGS, Document, numbers, scores, written
+from stores import changed
 
 from energymargin import datasets, report
 from energymargin.datasets import Future
@@ -359,8 +359,8 @@ def test_a_file_beside_the_scores_that_is_another_dataset_is_not_used(own):
 
 def test_text_from_the_file_is_no_part_of_the_page_s_code(own):
     bad = json.dumps({"friction": "</script><script>alert(1)</script>"})
-    with sqlite3.connect(own / "push-scores.db") as file:
-        file.execute("UPDATE datasets SET parameters = ?, task = ?", (bad, "<b>push</b>"))
+    update = "UPDATE datasets SET parameters = ?, task = ?"
+    changed(own / "push-scores.db", update, (bad, "<b>push</b>"))
     found = written(own)
     assert bad.strip("{}").split(": ")[1] in found.row("Parameters")[0][0]
     assert found.row("Task") == [["<b>push</b>"]]

@@ -1,11 +1,10 @@
 """A store has each score of a dataset, and computes only what is missing."""
 
-import sqlite3
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from stores import NODES, SEED, SETTINGS, Counts, Stop, rows, same, scores, stop_after
+from stores import NODES, SEED, SETTINGS, Counts, Stop, changed, rows, same, scores, stop_after
 
 import energymargin as em
 from energymargin import datasets
@@ -47,9 +46,7 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_scores(topple, topple_scores
 def test_only_what_is_missing_is_computed(topple, topple_scores, tmp_path):
     path = tmp_path / "s.db"
     score_dataset(topple, path, ["capture", "force"], settings=SETTINGS)
-    with sqlite3.connect(path) as file:
-        marked = "UPDATE scores SET value = value + 2, seconds = 0"
-        file.execute(marked)
+    changed(path, "UPDATE scores SET value = value + 2, seconds = 0")
     score_dataset(topple, path, None, settings=SETTINGS)
     found = scores(path, 2)
     for metric in ("capture", "force"):
@@ -127,8 +124,7 @@ def test_the_labels_of_at_least_one_object_are_kept(tmp_path):
 def test_the_algorithm_of_a_run_is_the_newest_and_not_the_last_of_the_alphabet(topple, tmp_path):
     path = tmp_path / "s.db"
     score_dataset(topple, path, ["capture", "force"], settings=SearchSettings(nodes=1))
-    with sqlite3.connect(path) as file:
-        file.execute("UPDATE questions SET algorithm = '0.9.0' WHERE metric = 'force'")
+    changed(path, "UPDATE questions SET algorithm = '0.9.0' WHERE metric = 'force'")
     with ScoreStore(path) as store:
         assert store.run().algorithm == ALGORITHM
 

@@ -4,12 +4,13 @@ import os
 import re
 import signal
 import sqlite3
+import struct
 import threading
 from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from stores import rows, same, scores
+from stores import Stop, rows, same, scores, stop_after
 
 import energymargin as em
 from energymargin import datasets, scoring
@@ -137,6 +138,73 @@ def test_a_file_whose_tables_are_others_is_refused(topple, tmp_path):
         file.execute("ALTER TABLE datasets RENAME COLUMN states TO stages")
     with pytest.raises(ValueError, match=r"scores\.db is damaged: its tables are not those"):
         ScoreStore(path)
+
+
+def said(path):
+    """All that a file of scores says of its states."""
+    with ScoreStore(path) as store:
+        run = store.run()
+        return run.settings, run.task, run.parameters, list(run.rows())
+
+
+def test_a_bit_that_has_changed_is_refused_or_says_nothing(topple, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(topple, path, metrics=["capture", "force"], nodes=20)
+    kept, known, random = path.read_bytes(), said(path), np.random.default_rng(0)
+    fraction = next(value for value in scores(path)["force"] if value % 1.0)
+    value = kept.index(struct.pack(">d", fraction))
+    of_value = [(value + byte, bit) for byte in range(8) for bit in range(8)]
+    anywhere = random.integers((len(kept), 8), size=(200, 2)).tolist()
+    refused = []
+    for place, bit in of_value + anywhere:
+        other = bytearray(kept)
+        other[place] ^= 1 << bit
+        path.write_bytes(other)
+        try:
+            assert said(path) == known
+        except ValueError as error:
+            assert str(path) in str(error)
+            refused.append((place, bit))
+    assert set(of_value) <= set(refused)
+
+
+def test_a_file_that_is_changed_on_purpose_is_accepted_as_the_error_says(topple, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(topple, path, metrics=["force"])
+    with sqlite3.connect(path) as file:
+        file.execute("UPDATE scores SET value = 7")
+    with pytest.raises(ValueError, match=r"scores\.db is damaged.* DELETE FROM checksum in SQLite"):
+        ScoreStore(path)
+    with sqlite3.connect(path) as file:
+        file.execute("DELETE FROM checksum")
+    assert set(scores(path)["force"]) == {7.0}
+
+
+def test_a_file_without_a_checksum_of_version_5_is_read_and_gets_one(topple, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(topple, path, metrics=["force"])
+    known = scores(path)["force"]
+    with sqlite3.connect(path) as file:
+        file.execute("DROP TABLE checksum")
+        file.execute("PRAGMA user_version = 5")
+    assert np.array_equal(scores(path)["force"], known) and rows(path, "checksum") == 1
+
+
+def test_a_file_that_is_left_by_an_error_has_no_checksum_and_goes_on(topple, tmp_path):
+    path = tmp_path / "scores.db"
+    with pytest.raises(Stop):
+        score_dataset(topple, path, metrics=["force"], progress=stop_after(2))
+    assert rows(path, "checksum") == 0
+    score_dataset(topple, path, metrics=["force"])
+    assert rows(path, "checksum") == 1
+
+
+def test_a_file_to_which_nothing_is_added_stays_as_it_is(topple, tmp_path):
+    path = tmp_path / "scores.db"
+    score_dataset(topple, path, metrics=["force"])
+    kept = path.read_bytes()
+    score_dataset(topple, path, metrics=["force"])
+    assert path.read_bytes() == kept
 
 
 def test_statistics_of_sqlite_are_no_damage(topple, topple_scores, tmp_path):

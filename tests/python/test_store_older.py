@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import older_stores
 import pytest
-from stores import NODES, SEED, SETTINGS, Counts, Stop, rows, same, scores, stop_after
+from stores import NODES, SEED, SETTINGS, Counts, Stop, changed, rows, same, scores, stop_after
 
 import energymargin as em
 from energymargin import datasets
@@ -68,7 +68,7 @@ def test_efforts_of_a_file_that_names_no_search_are_of_the_published_one(
     unnamed = json.dumps({k: v for k, v in SETTINGS.all().items() if k != "search"})
     with sqlite3.connect(path) as file:
         assert "search" not in file.execute("SELECT settings FROM questions").fetchone()[0]
-        file.execute("UPDATE runs SET settings = ?", (unnamed,))
+    changed(path, "UPDATE runs SET settings = ?", (unnamed,))
     improved = replace(SETTINGS, search="improved")
     for settings in (SETTINGS, improved):
         score_dataset(topple, path, ["effort/est"], settings=settings)

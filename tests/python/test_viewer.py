@@ -2,13 +2,17 @@
 
 import dataclasses
 import json
+import re
+import shlex
 import struct
 import threading
 import time
 
 import numpy as np
+import older_stores
 import pytest
 import trimesh
+from command_line import run_here
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
@@ -199,7 +203,7 @@ def test_lines_are_a_glb_file_of_both_ends_of_each():
 
 
 def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(problem):
-    cache, small = TreeCache(), score_state(problem, SearchSettings(nodes=20), 0)
+    cache, small = TreeCache(), score_state(problem, SearchSettings(nodes=20))
     each = small.capture.nodes + small.escape.nodes
     count = MOST_CACHED // each + 2
     for frame in range(count):
@@ -211,7 +215,7 @@ def test_the_trees_that_were_not_looked_at_go_when_there_are_too_many_nodes(prob
 
 
 def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem, monkeypatch):
-    small, large = (score_state(problem, SearchSettings(nodes=nodes), 0) for nodes in (5, 50))
+    small, large = (score_state(problem, SearchSettings(nodes=nodes)) for nodes in (5, 50))
     monkeypatch.setattr("energymargin.viewer.search.MOST_CACHED", 2 * small.size)
     cache = TreeCache()
     cache.put((0, 0), small)
@@ -222,7 +226,7 @@ def test_a_tree_that_is_larger_than_all_may_be_is_cached_alone(problem, monkeypa
 
 def test_a_state_without_effector_is_scored_but_for_the_force():
     ball = em.regions.Ball("ball", center=(0, 0, 1), radius=0.5)
-    scored = score_state(ball_problem(ball), SearchSettings(nodes=30), 0)
+    scored = score_state(ball_problem(ball), SearchSettings(nodes=30))
     assert scored.force is None
     assert scored.capture.nodes == 30
 
@@ -258,8 +262,43 @@ def test_scores_of_another_dataset_are_refused(tmp_path):
     for seed, name in ((1, "a.h5"), (2, "b.h5")):
         em.datasets.generate("push", trajectories=1, frames=3, seed=seed).save(tmp_path / name)
     em.store.score_dataset(tmp_path / "a.h5", tmp_path / "a.db", ("force",))
-    with pytest.raises(ValueError, match=r"a\.db: run 1 has scores of another dataset"):
+    with pytest.raises(ValueError, match=r"b\.h5 is not the dataset that run 1 of .*a\.db scored"):
         view(tmp_path / "b.h5", scores=tmp_path / "a.db")
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_scores_of_an_older_file_are_refused_with_the_command_that_makes_them_known(
+    tmp_path, version
+):
+    pushes, path = tmp_path / "push.h5", tmp_path / "s.db"
+    dataset = em.datasets.generate("push", trajectories=1, frames=2, seed=1)
+    dataset.save(pushes)
+    forces = em.score(dataset.problems(), ["force"])["force"]
+    settings = {"nodes": 10, "seed": 0}
+    older_stores.write(path, dataset, {"force": forces}, settings, version=version)
+    with pytest.raises(ValueError, match=r"s\.db is of an older version.*`energymargin score") as e:
+        view(pushes, scores=path)
+    (command,) = re.findall(r"`(energymargin score .*)`", str(e.value))
+    done = run_here(
+        *shlex.split(command)[1:], *("--metrics", "force", "--nodes", "10"), cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    with view(pushes, scores=path, run=1) as viewer:
+        ((_, stored),) = viewer.page._stored.columns(1)
+        assert stored == {"force": forces[1]}
+
+
+def test_what_a_file_of_scores_says_is_text_on_the_page(tmp_path):
+    dataset = em.datasets.generate("push", trajectories=1, frames=2, seed=1)
+    em.store.add_scores(
+        tmp_path / "s.db",
+        dataset,
+        {"force": [1.0, 2.0]},
+        settings={"source": "<img src=x onerror=alert()>"},
+    )
+    with view(dataset, scores=tmp_path / "s.db") as viewer:
+        shown = viewer.page._panel.scores.content
+    assert "<img" not in shown and "&lt;img src=x" in shown
 
 
 def test_viewers_side_by_side_take_ports_of_their_own(problem):
@@ -371,11 +410,11 @@ def test_a_search_that_is_stopped_at_once_leaves_the_page_whole(problem):
     cancel.set()
     with view(problem, nodes=50) as viewer:
         page = viewer.page
-        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), 0, cancel))
+        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), None, cancel))
         assert page.scored is None  # nothing was searched, so nothing is said
         scored_page(viewer)
         whole = page.scored
-        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), 0, cancel))
+        page._keep(0, 0, score_state(problem, SearchSettings(nodes=50), None, cancel))
         assert page.scored is whole  # what is complete is not given up for it
 
 
@@ -449,7 +488,7 @@ def test_a_frame_that_makes_no_problem_leaves_the_one_before():
 
 def test_an_object_is_drawn_as_lost_when_it_is_out_of_its_own_set():
     problem = problem_of("push-multi")
-    scored = score_state(problem, SearchSettings(nodes=60), 0)
+    scored = score_state(problem, SearchSettings(nodes=60))
     objects = sum(body.role == "object" for body in problem.scene.bodies)
     assert scored.lost.shape == (61, objects)
     all_in = problem.captured.contains(problem.scene, scored.capture.tree.states)

@@ -91,7 +91,7 @@ def test_a_state_that_is_outside_leaves_at_once():
     problem = carried().replace(captured=elsewhere, start_outside=True)
     future = undisturbed(problem)
     assert future.exit == 0.0 and future.exit_moment == 0
-    scored = score_state(problem, SearchSettings(nodes=20), 0)
+    scored = score_state(problem, SearchSettings(nodes=20))
     assert not scored.empty
     assert escape_text(scored).count("It is out already") == 1
 
@@ -104,7 +104,9 @@ def test_a_problem_without_a_horizon_has_no_future():
 def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
     problem = resting()
     shares = []
-    scored = score_state(problem, SearchSettings(nodes=60, rollouts=40), 3, progress=shares.append)
+    scored = score_state(
+        problem, SearchSettings(nodes=60, rollouts=40, seed=3), progress=shares.append
+    )
     assert scored.capture is None and scored.force is None
     alone = em.capture_probability(problem, rollouts=40, seed=3)
     assert scored.probability.captured == alone.captured
@@ -119,7 +121,7 @@ def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
 
 
 def test_its_table_has_each_probability_with_its_interval():
-    scored = score_state(two_balls(), SearchSettings(nodes=20, rollouts=25), 0)
+    scored = score_state(two_balls(), SearchSettings(nodes=20, rollouts=25))
     table = score_table(scored, 20, 5.0)
     found = scored.probability
     for name, which, value in (
@@ -137,7 +139,7 @@ def test_a_search_that_is_stopped_at_once_is_empty_and_not_shown():
     cancel = em.Cancel()
     cancel.set()
     problem = resting()
-    scored = score_state(problem, SearchSettings(nodes=50), 0, cancel)
+    scored = score_state(problem, SearchSettings(nodes=50), None, cancel)
     assert scored.empty and not scored.complete
     with view(problem) as viewer:
         viewer.page._keep(0, 0, scored)
@@ -304,7 +306,7 @@ def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
         assert len(warnings) == 2  # one node has most of the likelihood, and it leaves by itself
         assert all(warning in page._panel.scores.content for warning in warnings)
     assert (
-        score_state(carried(), SearchSettings(nodes=5), 0).capture is None
+        score_state(carried(), SearchSettings(nodes=5)).capture is None
     )  # and so there is none to warn of
 
 

@@ -76,6 +76,8 @@ class Along:
     seed: int
     disturbance: Disturbance | None = None
     """None: Uniform()."""
+    search: Search = "improved"
+    """Of the efforts, as of `em.escape_effort`."""
     complete: bool = True
     """Whether every moment has its scores: False if the timeout or the cancel came first."""
     ended: str | None = None
@@ -216,6 +218,7 @@ def along(
         nodes=nodes,
         seed=seed,
         disturbance=disturbance,
+        search=search,
         complete=complete,
         ended=ended,
     )

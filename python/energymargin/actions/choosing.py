@@ -24,7 +24,7 @@ from energymargin._core import CaptureProbability
 __all__ = ["Choice", "check_confidence", "choose"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Choice:
     """Which candidate is taken."""
 

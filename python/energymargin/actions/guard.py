@@ -12,13 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin import disturbances
-from energymargin._core import (
-    Cancel,
-    Cancelled,
-    CaptureProbability,
-    Problem,
-    capture_probability,
-)
+from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
 from energymargin.actions.choosing import check_confidence, choose
 from energymargin.actions.decisions import Decision, GuardCounters, Reason, Source
 from energymargin.arguments import shown
@@ -26,6 +20,8 @@ from energymargin.checks import not_negative_number, one_of, whole_number
 from energymargin.closing import Closing
 from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
+from energymargin.scoring.metric_search import metric_search
+from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["Candidates", "Guard", "ProblemOfAction"]
 
@@ -293,11 +289,11 @@ class Guard(Closing):
         assert problem_of is not None  # without it no action is asked
 
         def probability(number: int) -> CaptureProbability:
-            found = capture_probability(
+            found: CaptureProbability = metric_search(
                 problem_of(time, state, actions[number]),
+                "probability",
+                SearchSettings(rollouts=self._rollouts, seed=seed),
                 disturbance=self._disturbance,
-                rollouts=self._rollouts,
-                seed=seed,
                 threads=self._threads,
                 undisturbed=False,
                 cancel=self._cancel,

@@ -217,7 +217,7 @@ class _Maker:
             )
 
 
-@dataclass
+@dataclass(eq=False)
 class _Spent:
     """What of the budget is spent."""
 

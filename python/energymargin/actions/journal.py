@@ -24,12 +24,14 @@ from energymargin.replacing import replace_text
 
 __all__ = ["Journal", "digest_of", "text_of"]
 
+DIGITS = 16  # of a checksum
+
 
 class Journal:
     """Trials that are run once; the batches of an earlier search of the same kind are read.
 
     A line is a batch. The first line says what the search is; a line that a kill left unfinished is
-    cut.
+    cut. Each line begins with a checksum of the rest.
     """
 
     def __init__(
@@ -41,7 +43,7 @@ class Journal:
     ) -> None:
         """`what`: all that the batches depend on. `on_draws`: called with draws that are read.
 
-        Raises ValueError on a file of another search.
+        Raises ValueError on a file of another search, and on a line that has changed.
         """
         self._trials, self._path, self._on_draws = trials, path, on_draws
         self._known: dict[str, list[Any]] = {} if path is None else dict(_lines(path, what))
@@ -64,7 +66,7 @@ class Journal:
                 if d is not None
             ]
             with self._path.open("a") as file:
-                file.write(json.dumps([key, plain]) + "\n")
+                file.write(_line([key, plain]))
         return found
 
 
@@ -113,28 +115,55 @@ def _drawn(values: list[float], times: list[float], steps: int, diverged: int) -
 
 def _lines(path: Path, what: dict[str, Any]) -> list[tuple[str, list[Any]]]:
     """The batches of a file by their keys; it is made if there is none."""
-    head = json.dumps(what, sort_keys=True)
     if path.is_dir():
         raise ValueError(f"file is {path}, which is a folder, expected the name of a file")
     if not path.exists():
-        replace_text(path, head + "\n")
+        replace_text(path, _line(what))
         return []
     try:
-        lines = path.read_text().splitlines(keepends=True)
-        whole = [line for line in lines if line.endswith("\n")]
-        known, *batches = [json.loads(line) for line in whole]
-        names = {*known.keys(), *what}
-        found = [(str(key), draws) for key, draws in batches]
-    except (AttributeError, TypeError, ValueError):
+        head, *batches, unfinished = path.read_bytes().split(b"\n")
+        known = dict(_content(head))
+    except (TypeError, ValueError):
         raise ValueError(f"file is {path}, which is no file of a search: name another") from None
-    asked = json.loads(head)
-    different = [name for name in sorted(names) if known.get(name) != asked.get(name)]
+    _require_same_search(path, known, json.loads(json.dumps(what)))
+    found = [_batch(path, number, line) for number, line in enumerate(batches, start=2)]
+    if unfinished:
+        replace_text(path, b"\n".join([head, *batches, b""]).decode())
+    return found
+
+
+def _require_same_search(path: Path, known: dict[str, Any], asked: dict[str, Any]) -> None:
+    names = sorted({*known.keys(), *asked})
+    different = [name for name in names if known.get(name) != asked.get(name)]
     if different:
         name = different[0]
         raise ValueError(
             f"file is {path}, of a search whose {name} is {shown(known.get(name))}, here "
             f"{shown(asked.get(name))}: name another file, or remove it"
         )
-    if whole != lines:
-        replace_text(path, "".join(whole))
-    return found
+
+
+def _batch(path: Path, number: int, line: bytes) -> tuple[str, list[Any]]:
+    """The key and the draws of a line."""
+    try:
+        key, draws = _content(line)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"file is {path}, whose line {number} is not as it was written: take the line out, and "
+            "its trials run again"
+        ) from None
+    return key, draws
+
+
+def _line(content: Any) -> str:
+    """What is written of a content: with a checksum."""
+    text = json.dumps(content, sort_keys=True)
+    return f'["{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}", {text}]\n'
+
+
+def _content(line: bytes) -> Any:
+    """What a line was written of; TypeError or ValueError if it has changed since."""
+    _, content = json.loads(line)
+    if _line(content).encode() != line + b"\n":
+        raise ValueError("the checksum is another")
+    return content

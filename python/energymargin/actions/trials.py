@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin import disturbances
-from energymargin._core import Cancel, Cancelled, Problem, capture_probability, stream
+from energymargin._core import Cancel, Cancelled, CaptureProbability, EscapeEffort, Problem
 from energymargin.arguments import shown
 from energymargin.checks import one_of, whole_number
 from energymargin.closing import Closing
@@ -24,8 +24,8 @@ from energymargin.executors.pool import POLL, Outcome, Stopped
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
 from energymargin.results import collect
-from energymargin.scoring.searches import escape_effort
-from energymargin.scoring.settings import SEARCHES, Search
+from energymargin.scoring.metric_search import metric_search
+from energymargin.scoring.settings import SEARCHES, Search, SearchSettings
 
 __all__ = ["EFFORT", "OBJECTIVES", "Draws", "Question", "Runner", "Trial", "Trials"]
 
@@ -68,6 +68,11 @@ class Question:
         whole_number("seed", self.seed, 0, 2**64 - 1)
         whole_number("nodes", self.nodes, 1)
         one_of("search", self.search, SEARCHES)
+
+    @property
+    def settings(self) -> SearchSettings:
+        """Those of each draw's search or rollouts."""
+        return SearchSettings(nodes=self.nodes, seed=self.seed, search=self.search)
 
     @property
     def is_effort(self) -> bool:
@@ -303,14 +308,12 @@ def _rollouts(
     question: Question, problem: Problem, first: int, count: int, cancel: Cancel | None
 ) -> Draws:
     success = question.metric == "probability/success"
-    chosen = question.disturbance
-    p = capture_probability(
+    p: CaptureProbability = metric_search(
         problem,
-        disturbance=disturbances.Uniform() if chosen is None else chosen,
-        rollouts=count,
+        question.metric,
+        replace(question.settings, rollouts=count),
+        disturbance=question.disturbance,
         first=first,
-        seed=question.seed,
-        success=success,
         undisturbed=False,
         most_diverged=1.0,  # one of a few draws is no reason to lose all candidates
         cancel=cancel,
@@ -325,13 +328,8 @@ def _rollouts(
 
 
 def _search(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:
-    escape = escape_effort(
-        problem,
-        planner=question.metric.removeprefix(EFFORT),
-        nodes=question.nodes,
-        search=question.search,
-        seed=stream(question.seed, number),
-        cancel=cancel,
+    escape: EscapeEffort = metric_search(
+        problem, question.metric, question.settings, number, cancel=cancel
     )
     steps = round(float(np.sum(escape.tree.durations)) / problem.scene.step)
     return Draws(np.array([escape.effort]), np.array([float(np.isinf(escape.effort))]), steps)

@@ -36,7 +36,7 @@ HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0: no quantile is in
 Question = Callable[[NDArray[np.float64]], Problem]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Particles:
     """N draws of a belief."""
 

@@ -88,7 +88,7 @@ class BeliefSource(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BeliefRow:
     """The scores of one belief, as a Row: their means."""
 
@@ -110,7 +110,7 @@ class BeliefRow:
         return sum(self.times.values())
 
 
-@dataclass
+@dataclass(eq=False)
 class _Gathered:
     """A belief whose particles are scored."""
 

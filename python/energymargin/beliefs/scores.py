@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["BeliefScore", "BeliefScores", "score_belief", "score_beliefs"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BeliefScore:
     """One metric of a belief. What is uncertain and what is random both spread the values."""
 
@@ -107,13 +107,16 @@ class BeliefScore:
         return {source.name: share for source, share in zip(sources, found, strict=True)}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BeliefScores(Mapping[str, BeliefScore]):
     """The scores of a belief, by metric."""
 
     scores: dict[str, BeliefScore]
     complete: bool = True
     """Whether every particle is there: False if the timeout or the cancel came first."""
+
+    __eq__ = object.__eq__  # a Mapping's would compare arrays
+    __hash__ = object.__hash__
 
     def __getitem__(self, metric: str) -> BeliefScore:
         """Of one metric; KeyError if it was not computed."""

@@ -80,7 +80,7 @@ NO_LABEL = -1
 BLOCK_STATES = 4096  # a few MB, beside which the overhead of a block is small
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """Consecutive trajectories."""
 

@@ -62,7 +62,7 @@ def left_out_text(reasons: Mapping[int, str], states: int) -> str:
     return f"{len(reasons)} of {states} states cannot be simulated and are left out; first {first}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Dataset(Closing):
     """Trajectories of one task.
 

@@ -199,7 +199,7 @@ def trajectories_kept(path: str | os.PathLike[str]) -> int:
     return sum(last - first for first, last in spans_in(folder_of(Path(path))))
 
 
-@dataclass
+@dataclass(eq=False)
 class _Generation:
     """The trajectories that are asked for, and the folder of those that are done."""
 

@@ -50,7 +50,7 @@ Span = tuple[int, int]
 """Trajectories: the first, and the one after the last."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Request:
     """What the trajectories depend on: each is made from this and its index alone."""
 

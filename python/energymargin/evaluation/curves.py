@@ -49,7 +49,7 @@ TARGETS: tuple[Target, ...] = (CAPTURED, SUCCESS)
 trajectory succeeds."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Roc:
     """Receiver operating characteristic: P points, from none that counts as positive to all.
 
@@ -72,7 +72,7 @@ class Roc:
     """How many of them have the label 1."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PrecisionRecall:
     """Precision over recall: P points, from none that counts as positive to where all recall is.
 

@@ -46,7 +46,7 @@ Among = Literal["all", "captured"]
 AMONG: tuple[Among, ...] = ("all", "captured")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LabelledScores:
     """N states of several trajectories, those of one in a row and in the order of time.
 

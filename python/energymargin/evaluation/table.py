@@ -150,7 +150,7 @@ def paper_text(value: tuple[float, float] | None) -> str:
     return DASH if value is None else "/".join(short(one, decimals=2) for one in value)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evaluation:
     """AUC and AP of every score. A cell is None if there is one label alone."""
 

@@ -35,7 +35,7 @@ class _Chunk:
     """Workers that died over it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Scored:
     """What a worker gives back."""
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from energymargin._core import CaptureProbability, Problem, capture_probability
+from energymargin._core import CaptureProbability, Problem
 from energymargin._core.disturbances import Boltzmann, Gaussian, OfPlan, Uniform
 from energymargin.metrics import TIMED, check_metrics
-from energymargin.scoring import SearchSettings, score
+from energymargin.scoring import SearchSettings
+from energymargin.scoring.metric_search import metric_search, value_of
 from energymargin.scoring.problem_metrics import chosen_metrics
 
 __all__ = ["Disturbance", "Scorer"]
@@ -37,32 +38,19 @@ class Scorer:
         Raises ValueError on a problem that lacks what the metric asks about.
         """
         chosen_metrics([problem], [self.metric])
-        if self.metric not in TIMED:
-            table = score(
-                [problem],
-                [self.metric],
-                settings=replace(self.settings, seed=seed),
-                threads=self.threads,
-            )
-            return {"score": float(table[self.metric][0])}
-        side = SIDES[self.metric]
-        found = self.probability(problem, seed, success=side == "success", by_object=side == "any")
-        low, high = found.interval(which=side)
-        value: Any = found.any.captured if found.any is not None else getattr(found, side)
-        return {"score": float(value), "low": low, "high": high}
+        found = self._search(problem, self.metric, seed)
+        told = {"score": value_of(self.metric, found)}
+        if self.metric in SIDES:
+            told["low"], told["high"] = found.interval(which=SIDES[self.metric])
+        return told
 
-    def probability(
-        self, problem: Problem, seed: int, *, success: bool = False, by_object: bool = False
-    ) -> CaptureProbability:
+    def probability(self, problem: Problem, seed: int) -> CaptureProbability:
         """The capture probability of these settings; the same seed draws the same disturbances."""
-        settings = self.settings
-        uniform = Uniform(strength=settings.strength, objects=settings.objects)
-        return capture_probability(
-            problem,
-            disturbance=self.disturbance or uniform,
-            rollouts=settings.rollouts,
-            seed=seed,
-            threads=self.threads,
-            success=success,
-            by_object=by_object,
-        )
+        found: CaptureProbability = self._search(problem, "probability", seed)
+        return found
+
+    def _search(self, problem: Problem, metric: str, seed: int) -> Any:
+        """As of problem 0 of a batch with this seed, and with common random numbers."""
+        settings = replace(self.settings, seed=seed, common_random_numbers=True)
+        model = {"disturbance": self.disturbance} if metric in TIMED else {}
+        return metric_search(problem, metric, settings, 0, threads=self.threads, **model)

@@ -24,7 +24,7 @@ CHUNK = 1_000_000  # solid angles at a time: some 100 MB
 WAY_OUT = "decompose=False takes the convex hull of it all"
 
 
-@dataclass
+@dataclass(eq=False)
 class Solid:
     """A body's outer surface, which faces outwards, and those of its cavities, inwards."""
 

@@ -25,7 +25,7 @@ Lost = Sequence[int | None]
 """By trajectory, the frame of its loss; None if it holds to its end."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Threshold:
     """A threshold with its guarantee.
 
@@ -68,7 +68,7 @@ class Threshold:
         return float(low), float(high)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Alarms:
     """What an alarm does on N trajectories."""
 
@@ -172,7 +172,7 @@ def first_loss(captured: ArrayLike) -> int | None:
     return int(outside[0]) if len(outside) else None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Part:
     """The frames of one trajectory before its loss."""
 

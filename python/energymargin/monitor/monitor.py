@@ -21,7 +21,6 @@ from energymargin._core import (
     Cancel,
     CaptureProbability,
     Problem,
-    capture_probability,
     disturbances,
 )
 from energymargin.checks import not_negative_number, positive_number, whole_number
@@ -30,6 +29,8 @@ from energymargin.executors.threads import thread_count
 from energymargin.monitor.alarm import Alarm
 from energymargin.monitor.pace import Pace
 from energymargin.monitor.readings import Counters, Reading, slope
+from energymargin.scoring.metric_search import metric_search
+from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["Monitor"]
 
@@ -41,7 +42,7 @@ _log = logging.getLogger("energymargin.monitor")
 ProblemOf = Callable[[NDArray[np.float64]], Problem] | Callable[..., Problem]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Pushed:
     """A state that waits."""
 
@@ -103,7 +104,7 @@ class Monitor(Closing):
         self._period = positive_number("period", period)
         self._pace = Pace(rollouts, self._period)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
-        self._seed = whole_number("seed", seed, 0, 2**64 - 1)
+        self._settings = SearchSettings(seed=seed, common_random_numbers=True)
         count = whole_number("workers", workers, 1)
         self._threads = max(1, thread_count(threads) // (count if threads is None else 1))
         self._most_waiting = whole_number("waiting", waiting, 1)
@@ -259,11 +260,11 @@ class Monitor(Closing):
             given = (pushed.time, pushed.state) if self._asks_time else (pushed.state,)
             problem = self._problem_of(*given)
             asked = clock.monotonic()
-            probability = capture_probability(
+            probability: CaptureProbability = metric_search(
                 problem,
+                "probability",
+                replace(self._settings, rollouts=rollouts),
                 disturbance=self._disturbance,
-                rollouts=rollouts,
-                seed=self._seed,
                 threads=self._threads,
                 cancel=pushed.cancel,
             )

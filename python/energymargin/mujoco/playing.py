@@ -31,7 +31,7 @@ class Edge(NamedTuple):
     """[s]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Played:
     """What became of the edges."""
 

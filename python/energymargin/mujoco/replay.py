@@ -23,7 +23,7 @@ SCALE_STEP = 0.01  # between two strengths of the wrenches
 SAME = 1e-6  # [m], [m/s], [rad], ...: data further off are at another state than the problem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Replay:
     """What became of an escape, or of a plan, in MuJoCo."""
 

@@ -212,7 +212,7 @@ def _makes_problem(task: SimulatedTask, state: NDArray[np.float64], params: Para
     return True
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Track:
     """The poses of tool and object in the last K frames of one recording."""
 

@@ -71,7 +71,7 @@ NOISE_OF_THIRD = math.sqrt(1 + 9 + 9 + 1)  # the third difference of noise has s
 LEAST_FRAMES = 7  # a spline needs 5, the search for outliers 7
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Clock:
     """Numbers and times [s] of all K frames, also of those that the file does not have."""
 

@@ -87,7 +87,7 @@ class Column:
     """To SI units."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Columns:
     """The layout of a file that has another than the documented one.
 
@@ -298,7 +298,7 @@ class SourceFile:
         return ValueError(f"{self.path}{where}: {text}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrameTable:
     """R rows of a file."""
 

@@ -44,7 +44,7 @@ LONGEST_GAP = 0.1  # s; three frames at 33 Hz, in which a push of 5 cm/s goes 5 
 MOST_REPAIRED = 0.25  # of the frames
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Track:
     """What the camera saw of one body, over the R rows of a file."""
 

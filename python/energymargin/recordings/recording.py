@@ -22,7 +22,7 @@ UPRIGHT = 1e-6
 PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """One body in the plane, over K frames."""
 
@@ -47,9 +47,9 @@ class Repairs:
 
     missing: tuple[int, ...] = ()
     """Frames that the file does not have: interpolated."""
-    unseen: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    unseen: dict[str, tuple[int, ...]] = field(default_factory=dict, hash=False)
     """By body, the frames in which its marker was not seen: interpolated."""
-    outliers: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    outliers: dict[str, tuple[int, ...]] = field(default_factory=dict, hash=False)
     """By body, the frames in which its marker jumped: interpolated."""
     left_out: tuple[int, ...] = ()
     """Frames before both bodies were first seen, or after they were last seen: left out."""
@@ -73,7 +73,7 @@ class Repairs:
         return ", ".join(f"{count} {what}" for count, what in counts if count) or "nothing repaired"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """K frames of two bodies in the plane, as a camera saw them."""
 
@@ -134,7 +134,7 @@ class Recording:
         return placed(self, scene, part=part, most_overlap=most_overlap, **names).states
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Placed:
     """K frames of a recording in a scene."""
 

@@ -90,7 +90,7 @@ def chosen(
     return worst.tolist(), others.tolist()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Course:
     """What is drawn of one trajectory."""
 
@@ -158,7 +158,7 @@ def _figure(course: _Course) -> go.Figure:
     return made
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Scale:
     """An axis: what is finite, and above it a band of what is infinite, a row for each metric."""
 

@@ -236,7 +236,7 @@ class Entry:
     """Over how many it goes."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EvaluationTable:
     """Rows of scores."""
 
@@ -283,7 +283,7 @@ def _paper(result: Evaluation, score: str, paper: bool) -> list[Entry]:
     return [Entry(paper_text(result.paper(score)))] if paper else []
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReportPage:
     """The content of the page."""
 

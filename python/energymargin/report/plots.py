@@ -57,7 +57,7 @@ class Choice(NamedTuple):
     text: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plot:
     """A place in the page where a figure is drawn."""
 

@@ -29,6 +29,7 @@ from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
 from energymargin.scoring.future_text import disturbance_in_words
 from energymargin.scoring.settings import SearchSettings, algorithm
 from energymargin.store import ScoreStore
+from energymargin.store.run import why_not_of
 
 __all__ = [
     "BAND",
@@ -55,7 +56,7 @@ PACKAGES = ("numpy", "scikit-learn", "matplotlib", "plotly")
 OPTIONS = {"common_random_numbers": "--common"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Subject:
     """A run as it was when it was read: others may go on to score it."""
 
@@ -186,14 +187,7 @@ def read_data(subject: Subject, path: str | os.PathLike[str] | None) -> Data:
 
 def _other(dataset: Dataset, subject: Subject, path: Path) -> str:
     """Why this is not the run's dataset; empty if it is."""
-    if subject.digest is None:
-        again = f"`energymargin score {path} -o {subject.path.name}` brings it up"
-        return (
-            f"{subject.path.name} is of an older version, which does not know its dataset: {again}"
-        )
-    if subject.digest.startswith(dataset.digest()):  # some experiments name more after it
-        return ""
-    return f"{path} is not the dataset that run {subject.number} of {subject.path.name} scored"
+    return why_not_of(dataset, str(path), subject.digest, subject.path.name, subject.number)
 
 
 def facts(subject: Subject, data: Data) -> list[Fact]:

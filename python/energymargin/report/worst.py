@@ -21,21 +21,17 @@ from energymargin._core import (
     CaptureProbability,
     CaptureScore,
     EscapeEffort,
+    ForceScore,
     Problem,
-    capture_probability,
-    capture_score,
-    disturbances,
-    escape_effort,
-    force_score,
-    stream,
 )
 from energymargin.datasets import Dataset, Future
 from energymargin.evaluation.curves import CAPTURED
 from energymargin.evaluation.wrongness import Wrongness
-from energymargin.metrics import ANY, TIMED, with_unit
+from energymargin.metrics import KINDS, metric_kind, with_unit
 from energymargin.outlines import Plan
 from energymargin.plots.styles import LEGEND_SIZE
 from energymargin.report.subject import Data, Subject
+from energymargin.scoring.metric_search import metric_search, value_of
 from energymargin.scoring.settings import SearchSettings
 from energymargin.tasks.base import plane_of
 
@@ -62,7 +58,7 @@ class Card:
     score is uncertain."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mistakes:
     """The most wrong states of one metric."""
 
@@ -72,7 +68,7 @@ class Mistakes:
     """Why there is none, if so."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Worst:
     """The most wrong states of all metrics."""
 
@@ -228,69 +224,19 @@ class SearchRepeater:
     def repeat(self, number: int, metric: str) -> RepeatedSearch:
         """The search behind a metric of the state of this number. Raises ValueError if its problem
         cannot be made."""
-        kind = _kind(metric)
-        if (number, kind) not in self._kept:
+        search = _shared(metric)
+        if (number, search) not in self._kept:
             (problem,) = self._dataset.problems([number], future=self._future)
-            self._kept[number, kind] = problem, self._search(problem, number, metric)
-        problem, found = self._kept[number, kind]
-        if kind in TIMED:
-            return RepeatedSearch(problem, found, _probability(found, metric))
-        if kind == "force":
-            return RepeatedSearch(problem, None, found.force)
-        if kind == "tree":
-            return RepeatedSearch(problem, found, getattr(found, metric.replace("/", "_")))
-        return RepeatedSearch(problem, found, found.effort)
-
-    def _search(self, problem: Problem, number: int, metric: str) -> Any:
-        """As a scorer of the file does it."""
-        settings = self._settings
-        repeated: dict[str, Any] = {"nodes": settings.nodes, "seed": stream(settings.seed, number)}
-        kind = _kind(metric)
-        if kind in TIMED:
-            return capture_probability(
-                problem,
-                disturbance=disturbances.Uniform(settings.strength, settings.objects),
-                rollouts=settings.rollouts,
-                seed=settings.seed if settings.common_random_numbers else repeated["seed"],
-                success=metric == "probability/success",
-                by_object=metric == "probability/any",
-                warn=False,
-            )
-        if kind == "force":
-            return force_score(problem)
-        if kind == "tree":
-            return capture_score(
-                problem,
-                **repeated,
-                nodes_per_edge=settings.nodes_per_edge,
-                least_likelihood=settings.least_likelihood,
-                warn=False,
-            )
-        return escape_effort(
-            problem,
-            planner=metric.split("/")[1],
-            **repeated,
-            captured="any" if metric.endswith(ANY) else "all",
-            search=settings.search,
-            stop_at_escape=settings.stop_at_escape,
-            warn=False,
-        )
+            found = metric_search(problem, metric, self._settings, number, warn=False)
+            self._kept[number, search] = problem, found
+        problem, found = self._kept[number, search]
+        shown = None if isinstance(found, ForceScore) else found
+        return RepeatedSearch(problem, shown, value_of(metric, found))
 
 
-def _kind(metric: str) -> str:
-    """Metrics of one kind have one search."""
-    if metric.startswith("effort") or metric in TIMED:
-        return metric
-    return "force" if metric.startswith("force") else "tree"
-
-
-def _probability(found: CaptureProbability, metric: str) -> float:
-    """What a metric is of what `_search` found for it."""
-    if metric == "probability/success":
-        assert found.success is not None  # it was asked for
-        return found.success
-    survival = found.any if metric == "probability/any" else None
-    return found.captured if survival is None else survival.captured
+def _shared(metric: str) -> str:
+    """The same for metrics that one search answers."""
+    return "tree" if metric_kind(metric) is KINDS["likelihood"] else metric
 
 
 def picture(repeated: RepeatedSearch, plane: Plan) -> str:

@@ -30,7 +30,7 @@ OVERLAP = 1e-4  # m; links that overlap by less are pushed apart without harm
 Pair = tuple[str, str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Additions:
     """Keywords of what is added to a scene."""
 

@@ -16,7 +16,7 @@ __all__ = ["Coupling", "Linear", "couplings", "linear_tendon"]
 TOLERANCE = 1e-9  # of equations that say the same
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Linear:
     """A sum of joints' positions, each times a coefficient, and a constant."""
 

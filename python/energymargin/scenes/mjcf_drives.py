@@ -20,7 +20,7 @@ UNLIMITED = 1e4  # rad or m; a limit beyond it is none
 SLACK = 1e-6  # rad or m, of limits of joints that follow: files are rounded
 
 
-@dataclass
+@dataclass(eq=False)
 class Drive:
     """Limits of a joint, and its force: force - stiffness * position - damping * velocity.
 

@@ -100,7 +100,7 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
     return pose(position, np.roll(np.asarray(quaternion), -1).tolist())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Start:
     """Where a model is when its scene begins."""
 

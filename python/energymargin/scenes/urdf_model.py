@@ -47,7 +47,7 @@ class Geometry(NamedTuple):
     """In the link's frame."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Link:
     """One link; without mass it is a frame."""
 
@@ -61,7 +61,7 @@ class Link:
     friction: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joint:
     """One joint; for a prismatic one read m for rad and N for N m."""
 
@@ -84,7 +84,7 @@ class Joint:
     """Joint, multiplier and offset."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Robot:
     """A tree of links, by name; joints are in the file's order."""
 

@@ -97,6 +97,6 @@ def disturbance_in_words(settings: Mapping[str, Any]) -> str:
     """Rollouts and disturbance of a run's probabilities; missing settings are the defaults."""
     names = ("rollouts", "strength", "objects", "common_random_numbers")
     chosen = SearchSettings(**{name: settings[name] for name in names if name in settings})
-    model = Uniform(chosen.strength, chosen.objects)
-    text = f"of {chosen.rollouts} rollouts of each state, under {uniform_in_words(model)}"
+    disturbance = uniform_in_words(chosen.disturbance)
+    text = f"of {chosen.rollouts} rollouts of each state, under {disturbance}"
     return f"{text}, the same ones for all states" if chosen.common_random_numbers else text

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 
 from energymargin.checks import not_negative_number, one_of, whole_number, yes_or_no
+from energymargin.disturbances import Uniform
 from energymargin.metrics import settings_of
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ __all__ = [
     "ALGORITHM",
     "ALGORITHM_IMPROVED",
     "SEARCHES",
+    "SETTINGS",
     "LooseSettings",
     "Search",
     "SearchSettings",
@@ -102,9 +104,18 @@ class SearchSettings:
             if name in names and not (name in LATER and value == LATER[name])
         }
 
+    @property
+    def disturbance(self) -> Uniform:
+        """The disturbance of the probabilities."""
+        return Uniform(self.strength, self.objects)
+
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
+
+
+SETTINGS: tuple[str, ...] = tuple(field.name for field in fields(SearchSettings))
+"""The names of all settings."""
 
 
 class LooseSettings(TypedDict, total=False):

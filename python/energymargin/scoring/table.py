@@ -16,7 +16,7 @@ from energymargin.reprs import short_repr
 __all__ = ["ScoreError", "ScoreTable", "score_table"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ScoreTable:
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 

@@ -7,12 +7,12 @@ import os
 import sqlite3
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from energymargin.closing import Closing
 from energymargin.interrupts import since_interrupt
-from energymargin.store import schema
+from energymargin.store import checksum, schema
 
 __all__ = ["Database"]
 
@@ -21,6 +21,7 @@ PATIENCE = 600.0
 WAIT = 0.1
 CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
 CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
+SUMMED = 2**25  # bytes, a million rows; beyond, the checksum of what they say takes more than 2 s
 DESCRIPTORS = Path("/proc/self/fd")  # of Linux: the present names of all files that are open
 
 
@@ -36,6 +37,7 @@ class Database(Closing):
         from a newer version.
         """
         self.path = Path(path)
+        self._may_have_written = False
         self._place = _OpenPlace(self.path)
         if not self.path.exists():
             if not create:
@@ -62,6 +64,15 @@ class Database(Closing):
         TimeoutError if another process holds it for longer than `patience` [s], KeyboardInterrupt
         if it does so after Ctrl-C; FileNotFoundError as `require_in_place`, after the commit.
         """
+        with self._committed(patience):
+            self._may_have_written, before = True, self.database.total_changes
+            yield
+            if self.database.total_changes > before:
+                checksum.remove(self.database)
+        self.require_in_place()
+
+    @contextmanager
+    def _committed(self, patience: float) -> Iterator[None]:
         with self._named():
             self._retried("BEGIN IMMEDIATE", patience)
             try:
@@ -71,7 +82,6 @@ class Database(Closing):
                 if self.database.in_transaction:
                     self.database.execute("ROLLBACK")
                 raise
-        self.require_in_place()
 
     def require_in_place(self) -> None:
         """Raises FileNotFoundError if the file was renamed or removed since it was opened. The file
@@ -85,6 +95,19 @@ class Database(Closing):
     def close(self) -> None:
         """Closes the file."""
         self.database.close()
+
+    def __exit__(self, *error: object) -> None:
+        """Closes it, with a checksum if it may have been written and all went well."""
+        went_well = error[:1] == (None,)
+        try:
+            if self._may_have_written and went_well and self._is_smaller_than(SUMMED):
+                with suppress(OSError), self._committed(WAIT):
+                    checksum.write(self.database)
+        finally:
+            self.close()
+
+    def _is_smaller_than(self, size: int) -> bool:
+        return self.path.exists() and self.path.stat().st_size < size
 
     def _open(self, create: bool) -> None:
         self.database.execute("PRAGMA foreign_keys = ON")
@@ -143,14 +166,26 @@ class Database(Closing):
                 f"{self.path} has version {version} of the scores' format, "
                 f"and this energymargin reads up to {schema.VERSION}: update it"
             )
-        if self.path.stat().st_size < CHECKED:
+        if self._is_smaller_than(CHECKED):
             (state,) = self._retried("PRAGMA quick_check(1)").fetchone()
             if state != "ok":
                 raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
+        if self._is_smaller_than(SUMMED) and not self._says_what_was_written():
+            raise ValueError(
+                f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere; "
+                "if it was changed on purpose, DELETE FROM checksum in SQLite accepts it"
+            )
         if version == schema.VERSION and not schema.has_its_tables(self.database):
             raise ValueError(
                 f"{self.path} is damaged: its tables are not those of a file of scores"
             )
+
+    def _says_what_was_written(self) -> bool:
+        self._retried("BEGIN")  # a snapshot, whatever others write meanwhile
+        try:
+            return checksum.holds(self.database)
+        finally:
+            self.database.execute("COMMIT")
 
     def _retried(self, statement: str, patience: float = PATIENCE) -> sqlite3.Cursor:
         """Runs a statement; waits while another process has the file, unless Ctrl-C comes."""

@@ -116,7 +116,7 @@ class _Table(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _CurvesTable:
     """The curves of some runs, below one another."""
 
@@ -136,7 +136,7 @@ class _CurvesTable:
                     yield run.number, trajectory, frame, metric, time, captured
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _RunsTable:
     """Some runs of a store, below one another."""
 

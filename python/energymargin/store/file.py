@@ -211,7 +211,7 @@ def _known(database: sqlite3.Connection, run: Run, numbers: Sequence[int]) -> di
     return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ImportedRow:
     """The scores of one state that were computed elsewhere: a Row."""
 

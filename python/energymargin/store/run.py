@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin.beliefs.sampling import Sampling
 from energymargin.checks import whole_number
-from energymargin.datasets import Future
+from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import LabelledScores
 from energymargin.metrics import METRICS, TIMED
 from energymargin.notebook import shown_by
@@ -22,7 +22,7 @@ from energymargin.scoring.settings import algorithm_of
 from energymargin.store.database import Database
 from energymargin.store.schema import NO_FUTURE, with_those_before
 
-__all__ = ["FLOATS", "Run", "ScoredState"]
+__all__ = ["FLOATS", "Run", "ScoredState", "why_not_of"]
 
 FLOATS = np.dtype("<f8")
 """Of the numbers of a curve, as they are packed."""
@@ -331,6 +331,17 @@ class Run:
     @cached_property
     def _listed(self) -> str:
         return ", ".join(map(str, self.questions))
+
+
+def why_not_of(dataset: Dataset, name: str, digest: str | None, scores: str, number: int) -> str:
+    """Why run `number` of a file of scores, whose dataset has a digest, is not of this dataset;
+    empty if it is."""
+    if digest is None:
+        again = f"`energymargin score {name} -o {scores}` brings it up"
+        return f"{scores} is of an older version, which does not know its dataset: {again}"
+    if digest.startswith(dataset.digest()):  # some experiments name more after it
+        return ""
+    return f"{name} is not the dataset that run {number} of {scores} scored"
 
 
 def _unpacked(numbers: bytes) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@
     asked      run, question: what a run asks of each state of its dataset
     scorers    id, host, process, until: who is at work, and how long others believe that [s]
     claims     problem, stream, question, scorer: what is being computed
+    checksum   value: of all other tables, while nobody writes
 
 A score belongs to what the problem is, not to where it stands: two datasets with the same state at
 the same number share it, and so do two runs that ask the same question. A state has one problem as
@@ -32,6 +33,7 @@ from typing import Any
 
 from energymargin.metrics import METRICS
 from energymargin.scoring.settings import LATER, SearchSettings
+from energymargin.store import checksum
 
 __all__ = [
     "APPLICATION_ID",
@@ -48,8 +50,8 @@ __all__ = [
 # Marks the file as ours in SQLite's own header: "EMsc".
 APPLICATION_ID = 0x454D7363
 # 1 had no labels of at least one object; 1 and 2 were of one dataset and one choice of settings; up
-# to 3 a state had one problem; up to 4 there were no beliefs
-VERSION = 5
+# to 3 a state had one problem; up to 4 there were no beliefs; up to 5 no checksum
+VERSION = 6
 
 NO_FUTURE = "null"  # as JSON
 
@@ -110,6 +112,7 @@ CREATE TABLE claims (
 ) WITHOUT ROWID;
 CREATE INDEX claims_of_scorer ON claims (scorer);
 """
+_TABLES += checksum.TABLE
 
 # Settings that older files do not name, as they were then.
 _BEFORE = {

@@ -20,7 +20,7 @@ TOOLS = ("jaw", "round")
 FILE = "push_real/shapes.json"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Printed:
     """One printed body, whose frame is at its centre of mass."""
 

@@ -30,7 +30,7 @@ class TaskError(EnergyMarginError, ValueError):
     """A registered task that cannot be used; the message names its package."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Registered:
     """One name under which packages register a task."""
 

@@ -38,7 +38,7 @@ Following = Literal["script", "hold"]
 EFFECTORS = ("coast", "drive")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Drive:
     """What moves the robot along one trajectory, with a row for each simulation step."""
 

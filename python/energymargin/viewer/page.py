@@ -50,7 +50,7 @@ class Page:
         settings: SearchSettings,
         stored: FrameScores | None = None,
     ) -> None:
-        """Draws a frame. Of the settings, the page uses those named in `sources.SEARCHED`.
+        """Draws a frame. Nodes and rollouts of the settings are those that the controls begin with.
 
         Raises ValueError if there is no such frame, or its state makes no problem.
         """
@@ -319,9 +319,9 @@ class Page:
                     if problem is None or cancel.is_set:
                         continue
                     report = self._teller(number, len(chosen), progress)
-                    seed = recorded.search_seed(asked.seed, frame)
+                    place = recorded.search_number(frame)
                     scored = score_state(
-                        *(problem, asked, seed, cancel, report), disturbance=recorded.disturbance
+                        *(problem, asked, place, cancel, report), disturbance=recorded.disturbance
                     )
                     self._keep(trajectory, frame, scored)
             except Exception as error:  # of a predicate, a task, the memory: shown on the page

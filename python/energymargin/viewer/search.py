@@ -7,6 +7,7 @@ searched once has the likelihoods of all its first nodes, for any lambda.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -26,15 +27,11 @@ from energymargin._core import (
     Problem,
     Tree,
     World,
-    capture_probability,
-    capture_score,
-    escape_effort,
-    force_score,
 )
 from energymargin.actions.trials import Disturbance
-from energymargin.disturbances import Uniform
 from energymargin.plots.scenes import lost_objects
 from energymargin.plots.trees import most_cost
+from energymargin.scoring.metric_search import metric_search
 from energymargin.scoring.settings import SearchSettings
 from energymargin.scoring.undisturbed import MOMENTS
 
@@ -149,7 +146,7 @@ class Scored:
 def score_state(
     problem: Problem,
     settings: SearchSettings,
-    seed: int,
+    number: int | None = None,
     cancel: Cancel | None = None,
     progress: ShareProgress | None = None,
     *,
@@ -157,61 +154,42 @@ def score_state(
 ) -> Scored:
     """All scores of a state; with a horizon, a probability instead of the scores without a clock.
 
-    `seed` is that of this state's searches. progress(share) has the share that is done. Once
-    `cancel` is set, it returns what there is until then. `disturbance` is that of the probability;
-    None: Uniform with the strength and the objects of the settings.
+    `number` and `disturbance` are as of `metric_search`. progress(share) has the share that is
+    done. Once `cancel` is set, it returns what there is until then.
     """
-    if disturbance is None:
-        disturbance = Uniform(settings.strength, settings.objects)
 
-    def limits(begin: float, most: int) -> dict[str, Any]:
-        if progress is None:
-            return {"cancel": cancel}
-        report = progress
-        return {"cancel": cancel, "progress": lambda done: report(begin + 0.5 * done / most)}
+    def search(metric: str, begin: float, most: int, **keywords: Any) -> Any:
+        if progress is not None:
+            report = progress
+            keywords["progress"] = lambda done: report(begin + 0.5 * done / most)
+        return metric_search(
+            problem, metric, settings, number, cancel=cancel, warn=False, **keywords
+        )
 
-    nodes, timed = settings.nodes, problem.horizon is not None
-    capture = found = None
+    timed = problem.horizon is not None
+    disturbance = disturbance or settings.disturbance
+    capture = probability = None
     if timed:
-        limit = limits(0.0, settings.rollouts)
-        found = _probability(problem, settings, seed, disturbance, limit)
+        sides = {
+            "success": problem.succeeded is not None,
+            "by_object": problem.captured_any is not None,
+        }
+        with suppress(Cancelled):  # before the first rollout was done
+            probability = search(
+                "probability", 0.0, settings.rollouts, disturbance=disturbance, **sides
+            )
     else:
-        capture = capture_score(problem, nodes=nodes, seed=seed, warn=False, **limits(0.0, nodes))
-    escape = escape_effort(
-        problem, nodes=nodes, seed=seed, search=settings.search, warn=False, **limits(0.5, nodes)
-    )
+        capture = search("capture", 0.0, settings.nodes)
+    escape = search("effort/est", 0.5, settings.nodes)
     has_force = not timed and any(body.role == "effector" for body in problem.scene.bodies)
     return Scored(
         problem,
         escape,
         capture=capture,
-        force=force_score(problem) if has_force else None,
-        probability=found,
+        force=metric_search(problem, "force", settings) if has_force else None,
+        probability=probability,
         disturbance=disturbance if timed else None,
     )
-
-
-def _probability(
-    problem: Problem,
-    settings: SearchSettings,
-    seed: int,
-    disturbance: Disturbance,
-    limits: dict[str, Any],
-) -> CaptureProbability | None:
-    """None if it was stopped before the first rollout was done."""
-    try:
-        return capture_probability(
-            problem,
-            disturbance=disturbance,
-            rollouts=settings.rollouts,
-            seed=settings.seed if settings.common_random_numbers else seed,
-            success=problem.succeeded is not None,
-            by_object=problem.captured_any is not None,
-            warn=False,
-            **limits,
-        )
-    except Cancelled:
-        return None
 
 
 class Memberships:

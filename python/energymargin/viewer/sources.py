@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from energymargin import datasets
 from energymargin import tasks as registry
-from energymargin._core import Problem, stream
+from energymargin._core import Problem
 from energymargin.actions import Along
 from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
+from energymargin.scoring.settings import SETTINGS
 from energymargin.store import ScoreStore
+from energymargin.store.run import why_not_of
 
 __all__ = [
     "EFFORT",
@@ -40,13 +42,9 @@ Progress = Callable[[int, int], None]
 
 EFFORT = "effort/est"
 LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
-SEARCHED = (
-    *("nodes", "seed", "search", "rollouts"),
-    *("strength", "objects", "common_random_numbers"),
-)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frames:
     """The frames of one trajectory."""
 
@@ -63,17 +61,17 @@ class Frames:
     success: bool | None = None
     captured_any: NDArray[np.bool_] | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
-    common_random_numbers: bool = False
-    """Whether all frames are searched with the same seed."""
     disturbance: Disturbance | None = None
     """Of their probabilities; None: that of the settings."""
+    same_stream: bool = False
+    """Whether all frames are searched as number 0 of a batch, and so meet the same draws."""
 
-    def search_seed(self, seed: int, frame: int) -> int:
-        """Of a frame's search: with it the scores are those that `energymargin score` gives the
-        dataset with this seed, or `capture_score` the problem."""
-        if self.first is None or self.common_random_numbers:
-            return seed
-        return stream(seed, self.first + frame)
+    def search_number(self, frame: int) -> int | None:
+        """As of `metric_search`: with it the scores are those that `energymargin score` gives the
+        dataset, or `capture_score` the problem."""
+        if self.first is None:
+            return None
+        return 0 if self.same_stream else self.first + frame
 
 
 class StateSource(Protocol):
@@ -130,8 +128,8 @@ class AlongPlan:
             lambda frame: one.problems[frame],
             first=0,
             captured=one.captured,
-            common_random_numbers=True,
             disturbance=one.disturbance,
+            same_stream=True,
         )
 
     def close(self) -> None:
@@ -295,22 +293,24 @@ class StoredScores:
     """The scores of a dataset's states in a file."""
 
     def __init__(
-        self, path: str | os.PathLike[str], dataset: Dataset, run: int | None = None
+        self,
+        path: str | os.PathLike[str],
+        dataset: Dataset,
+        run: int | None = None,
+        name: str = "DATASET",
     ) -> None:
-        """Reads them all.
+        """Reads them all. `name` is the dataset's, in errors.
 
         Raises ValueError if the file holds no scores, if they are another dataset's, or if there
         are several runs and none is chosen; OSError if it cannot be read.
         """
         with ScoreStore(path) as store:
             chosen = store.run(run)
-            if not chosen.digest.startswith(dataset.digest()):  # some name more after it
-                raise ValueError(
-                    f"{path}: run {chosen.number} has scores of another dataset than this one "
-                    f"(task {chosen.task!r}, {chosen.states} states): view the one that was scored"
-                )
+            lacking = why_not_of(dataset, name, chosen.digest, str(path), chosen.number)
+            if lacking:
+                raise ValueError(lacking)
             self.search: dict[str, Any] = {
-                name: chosen.settings[name] for name in SEARCHED if name in chosen.settings
+                name: chosen.settings[name] for name in SETTINGS if name in chosen.settings
             }
             """Settings with which a search gives the same scores."""
             self.future = chosen.future

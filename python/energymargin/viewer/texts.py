@@ -1,4 +1,4 @@
-"""The texts of the panel, as HTML."""
+"""The texts of the panel, as HTML. What comes from a file or a user is escaped."""
 
 from __future__ import annotations
 
@@ -102,7 +102,9 @@ def score_table(
         return plain("Not scored yet.")
     timed = "probability" in there if scored is None else scored.capture is None
     columns = [("scored now" if timed else "this tree", live), *of_file]
-    head = "".join(f'<th scope="col" style="text-align:right">{title}</th>' for title, _ in columns)
+    head = "".join(
+        f'<th scope="col" style="text-align:right">{escape(title)}</th>' for title, _ in columns
+    )
     intervals = {} if scored is None else _intervals(scored)
     body = "".join(
         f'<tr><th scope="row" style="text-align:left;font-weight:normal">{NAMES[name]}'

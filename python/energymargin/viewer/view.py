@@ -175,7 +175,10 @@ def _scored(
         return _asked(source, stored, future), stored, stored.search
     if isinstance(source, AlongPlan):
         one = source.along
-        searched = {"nodes": one.nodes, "seed": one.seed, "rollouts": one.rollouts}
+        searched = {
+            **{"nodes": one.nodes, "search": one.search, "seed": one.seed},
+            **{"rollouts": one.rollouts, "common_random_numbers": True},
+        }
         return source, AlongScores(one), searched
     return source, None, {}
 
@@ -184,7 +187,8 @@ def _stored(source: StateSource, scores: str | os.PathLike[str], run: int | None
     if not isinstance(source, Trajectories):
         kind = "an Along" if isinstance(source, AlongPlan) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
-    return StoredScores(scores, source.dataset, run)
+    name = source.title if source.opened else "DATASET"
+    return StoredScores(scores, source.dataset, run, name)
 
 
 def _asked(source: StateSource, stored: StoredScores, future: Future | None) -> StateSource:
