@@ -130,7 +130,7 @@ def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
     handles = [_mark(color, "o", text) for color, text in words.items() if color in colors]
     out = [color for one, color in zip(ranking, colors, strict=True) if not one.racing]
     if out:
-        hollow = _mark(out[0], "o", "out before the end")
+        hollow = _mark(out[0], "o", "left the race")
         hollow.set_markerfacecolor("white")
         handles.append(hollow)
     if any(np.isposinf(standing.high) for standing in ranking):
