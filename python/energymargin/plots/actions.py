@@ -37,7 +37,7 @@ ENDLESS = "no escape found"
 
 def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     """The candidates with their 95 % intervals, the best on top: blue the best, black those that
-    may be better, grey the others; a hollow mark was out before the end.
+    may be better, grey the others; a hollow mark left the race.
 
     A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
