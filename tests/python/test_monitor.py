@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sliding import diverging
 
 import energymargin as em
 from energymargin import monitor
@@ -481,3 +482,20 @@ def test_an_alarm_goes_on_exactly_above_the_statistic_of_its_values(values, coun
     raised = Alarm(on, count=count, window=window).follow(values).any()
     one = threshold([values] * 19, [None] * 19, count=count, window=window).statistics[0]
     assert raised == (on > one) and lowest <= one
+
+
+def test_too_many_rollouts_that_diverge_are_nan_with_their_number(question, problem):
+    def seen(count):
+        words = {"alarm": 2.0, "rollouts": 30, "disturbance": diverging(count)}
+        with em.Monitor(question, threads=1, **words) as live:
+            live.push(0.0, problem.state)
+            assert live.wait(LONG)
+            return live.latest, live.counters, live.alarm
+
+    reading, counters, is_on = seen(1)
+    assert (reading.diverged, reading.rollouts) == (1, 29) and 0 <= reading.value <= 1
+    assert counters.scored == 1 and is_on
+    reading, counters, is_on = seen(2)
+    assert (reading.diverged, reading.rollouts, reading.error) == (2, 0, None)
+    assert np.isnan([reading.value, *reading.interval]).all()
+    assert counters.failed == 1 and not is_on  # an alarm stays as it was without a value

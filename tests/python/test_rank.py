@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from clusters import Cluster
 from command_line import run_here
-from sliding import problem, still
+from sliding import diverging, problem, still
 
 import energymargin as em
 from energymargin.actions.racing import Duel, beaten, beats, duel, looks
@@ -282,20 +282,26 @@ def test_efforts_without_an_escape_come_first():
     assert ranking["near"].held < 1.0
 
 
-def test_a_rollout_that_diverges_is_lost_and_told():
-    def knocks(random, times):
-        wrenches = np.zeros((len(times), 6))
-        wrenches[:, 0] = random.normal(scale=3.0)
-        if random.random() < 0.05:
-            wrenches[:] = 1e308
-        return wrenches
-
-    ranking = em.rank([problem()], disturbance=knocks, rollouts=200)
+def test_rollouts_that_diverge_do_not_count_and_are_told():
+    ranking = em.rank([problem()], disturbance=diverging(2), rollouts=200, threads=1)
     (one,) = ranking
-    assert one.diverged > 0 and one.draws == 200
-    assert f"{one.diverged} of 200 rollouts of 0 diverged" in ranking.to_markdown()
-    again = em.rank([problem()], disturbance=knocks, rollouts=200, threads=1)
-    assert again["0"].diverged == one.diverged and np.array_equal(again["0"].values, one.values)
+    assert one.diverged == 2 and one.draws == 200
+    assert "2 of 200 rollouts of 0 diverged" in ranking.to_markdown()
+    alone = em.capture_probability(problem(), disturbance=diverging(2), rollouts=200)
+    assert one.score == pytest.approx(alone.captured) == np.nanmean(one.values)
+    assert (one.low, one.high) == pytest.approx(alone.interval())
+    assert one.held == pytest.approx(alone.mean_time)
+
+
+@pytest.mark.parametrize(("diverge", "rollouts"), [(3, 200), (2, 16), (16, 16), (1, 1)])
+def test_too_many_rollouts_that_diverge_are_an_error_with_the_candidate(diverge, rollouts):
+    with pytest.raises(em.DivergedError, match=f"{diverge} of .* rollouts of fast diverged"):
+        em.rank({"fast": problem()}, disturbance=diverging(diverge), rollouts=rollouts, threads=1)
+
+
+def test_a_rollout_that_diverges_decides_no_duel():
+    nan = np.nan
+    assert duel(np.array([1.0, nan, 1, 0]), np.array([0.0, 0, nan, 0])) == Duel(1, 0, 2)
 
 
 @pytest.mark.parametrize(

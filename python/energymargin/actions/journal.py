@@ -58,11 +58,7 @@ class Journal:
             return list(draws)
         found = self._trials.run(question, trials, limit)
         if None not in found:
-            plain = [
-                [d.values.tolist(), d.times.tolist(), d.steps, d.diverged]
-                for d in found
-                if d is not None
-            ]
+            plain = [[d.values.tolist(), d.times.tolist(), d.steps] for d in found if d is not None]
             with self._path.open("a") as file:
                 file.write(json.dumps([key, plain]) + "\n")
         return found
@@ -96,8 +92,8 @@ def said_of(disturbance: Any) -> str:
     return repr(disturbance) if name is None else f"{disturbance.__module__}.{name}"
 
 
-def _drawn(values: list[float], times: list[float], steps: int, diverged: int) -> Draws:
-    return Draws(np.array(values), np.array(times), steps, diverged)
+def _drawn(values: list[float], times: list[float], steps: int) -> Draws:
+    return Draws(np.array(values), np.array(times), steps)
 
 
 def _lines(path: Path, what: dict[str, Any]) -> list[tuple[str, list[Any]]]:

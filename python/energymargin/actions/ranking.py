@@ -17,6 +17,7 @@ from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Ru
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, whole_number, yes_or_no
+from energymargin.divergence import DivergedError, too_many_diverged
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text
@@ -42,7 +43,8 @@ class Standing:
 
     name: str
     values: NDArray[np.float64]
-    """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]."""
+    """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout that
+    diverged, which does not count."""
     held: float
     """For how long it stays captured, as a share of the horizon, in the mean; of efforts the share
     of the searches that found no escape."""
@@ -57,13 +59,16 @@ class Standing:
     racing: bool
     """Whether it ran to the end. The others left: another one is better, or they can hardly be
     better than the one that led."""
-    diverged: int = 0
-    """Rollouts that diverged; they count as lost."""
 
     @property
     def draws(self) -> int:
         """N."""
         return len(self.values)
+
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged: they are among the draws, and do not count."""
+        return int(np.isnan(self.values).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +190,7 @@ class Ranking:
         table = markdown_table(["", "candidate", score, "95 % interval", "draws", ""], rows)
         said = f"{self.decision[0].upper()}{self.decision[1:]}."
         wild = [
-            f"{one.diverged} of {one.draws} rollouts of {one.name} diverged, and count as lost."
+            f"{one.diverged} of {one.draws} rollouts of {one.name} diverged, and do not count."
             for one in self
             if one.diverged
         ]
@@ -193,7 +198,17 @@ class Ranking:
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""
-        names = ("candidate", "score", "low", "high", "held", "draws", "steps", "racing")
+        names = (
+            "candidate",
+            "score",
+            "low",
+            "high",
+            "held",
+            "draws",
+            "diverged",
+            "steps",
+            "racing",
+        )
         rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
         return csv_text(names, rows)
 
@@ -273,10 +288,11 @@ def rank(
         timeout: after so many seconds the draws count that all racing candidates have.
         cancel: the same once it is set.
 
-    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit,
-    if no rollout diverges: here one that does counts as lost, and the table says so. Ctrl-C stops
-    within 0.2 s. Raises ValueError on bad arguments, and TimeoutError or Cancelled if the limit
-    comes before the first comparison.
+    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit.
+    Rollouts that diverge do not count, and the table says how many. Ctrl-C stops within 0.2 s.
+    Raises ValueError on bad arguments, DivergedError if more than one rollout of a candidate and
+    more than 1 % of them diverge, and TimeoutError or Cancelled if the limit comes before the first
+    comparison.
     """
     limit = Limit(timeout, cancel)
     question = Question(metric, disturbance, seed, nodes, search)
@@ -325,15 +341,20 @@ class Race:
         progress: Callable[[int, int], None] | None = None,
     ) -> Ranking:
         """The race to its end, or to the limit; arguments and errors as of `rank`."""
-        complete = self._race(trials, limit, progress)
+        complete = self._race(names, trials, limit, progress)
         if not self._draws:
             limit.require("the candidates were compared")
+        self._require_few_diverged(names)
         terms, standings = self._terms, self._standings(names)
         metric = self._question.metric
         return Ranking(metric, standings, terms.tolerance, terms.confidence, complete)
 
     def _race(
-        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None
+        self,
+        names: Sequence[str],
+        trials: Runner,
+        limit: Limit,
+        progress: Callable[[int, int], None] | None,
     ) -> bool:
         """Whether it came to its end."""
         most = self._terms.rollouts
@@ -341,6 +362,7 @@ class Race:
         for wanted in looks(most):
             if not self._draw(wanted, trials, limit):
                 return False
+            self._require_few_diverged(names, most)
             done = sum(len(one.values) for one in self._found)
             if progress is not None:
                 progress(done, most * len(self._found))
@@ -370,6 +392,14 @@ class Race:
             self._found[i] += draws
         self._draws = wanted
         return True
+
+    def _require_few_diverged(self, names: Sequence[str], rollouts: int | None = None) -> None:
+        """Raises DivergedError if too many diverged of a candidate's draws, or of so many that it
+        may come to, or if no other is left."""
+        for name, draws in zip(names, self._found, strict=True):
+            most = len(draws.values) if rollouts is None else rollouts
+            if too_many_diverged(draws.diverged, most) or not len(draws.kept):
+                raise DivergedError(name, draws.diverged, len(draws.values))
 
     def _decide(self) -> bool:
         """Who leaves: those that are beaten, and later those that the leader is as good as; whether
@@ -406,8 +436,8 @@ class Race:
     def _place(self, candidate: int) -> tuple[float, float, int]:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""
         draws = self._found[candidate]
-        score = score_of(self._question, draws.values)
-        return -score, -float(draws.times.mean()), candidate
+        score = score_of(self._question, draws.kept)
+        return -score, -draws.held, candidate
 
 
 def _mistaken(metric: str, candidates: int) -> int:
@@ -417,17 +447,16 @@ def _mistaken(metric: str, candidates: int) -> int:
 
 
 def score_of(question: Question, values: NDArray[np.float64]) -> float:
-    """Of the values of draws, shape (N,): their mean; of efforts the median [J]."""
+    """Of values of draws that count, shape (N,): their mean; of efforts the median [J]."""
     if question.is_effort:  # a lower median: inf where most searches found no way out
         return float(np.quantile(values, 0.5, method="inverted_cdf"))
     return float(values.mean())
 
 
 def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> Standing:
-    values = draws.values
-    low, high = (_of_median if question.is_effort else _of_share)(values)
-    score, held = score_of(question, values), float(draws.times.mean())
-    return Standing(name, values, held, score, low, high, draws.steps, racing, draws.diverged)
+    low, high = (_of_median if question.is_effort else _of_share)(draws.kept)
+    score = score_of(question, draws.kept)
+    return Standing(name, draws.values, draws.held, score, low, high, draws.steps, racing)
 
 
 def _of_share(values: NDArray[np.float64]) -> tuple[float, float]:

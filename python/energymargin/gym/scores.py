@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import nan
 from typing import Any
 
 from energymargin._core import CaptureProbability, Problem, capture_probability
 from energymargin._core.disturbances import Boltzmann, Gaussian, OfPlan, Uniform
+from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics
 from energymargin.scoring import SearchSettings, score
 from energymargin.scoring.problem_metrics import chosen_metrics
@@ -32,7 +34,8 @@ class Scorer:
         check_metrics([self.metric])
 
     def tell(self, problem: Problem, seed: int) -> dict[str, float]:
-        """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval.
+        """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval, and
+        "diverged", how many of its rollouts diverged; NaN but for that one if too many did.
 
         Raises ValueError on a problem that lacks what the metric asks about.
         """
@@ -47,14 +50,19 @@ class Scorer:
             return {"score": float(table[self.metric][0])}
         side = SIDES[self.metric]
         found = self.probability(problem, seed, success=side == "success", by_object=side == "any")
+        if is_unknown(found):
+            return {**dict.fromkeys(("score", "low", "high"), nan), "diverged": found.diverged}
         low, high = found.interval(which=side)
         value: Any = found.any.captured if found.any is not None else getattr(found, side)
-        return {"score": float(value), "low": low, "high": high}
+        return {"score": float(value), "low": low, "high": high, "diverged": found.diverged}
 
     def probability(
         self, problem: Problem, seed: int, *, success: bool = False, by_object: bool = False
     ) -> CaptureProbability:
-        """The capture probability of these settings; the same seed draws the same disturbances."""
+        """The capture probability of these settings; the same seed draws the same disturbances.
+
+        Any number of the rollouts may diverge.
+        """
         settings = self.settings
         uniform = Uniform(strength=settings.strength, objects=settings.objects)
         return capture_probability(
@@ -65,4 +73,6 @@ class Scorer:
             threads=self.threads,
             success=success,
             by_object=by_object,
+            undisturbed=False,
+            most_diverged=ANY,
         )

@@ -26,6 +26,7 @@ from energymargin._core import (
 )
 from energymargin.checks import not_negative_number, positive_number, whole_number
 from energymargin.closing import Closing
+from energymargin.divergence import ANY, is_unknown
 from energymargin.executors.threads import thread_count
 from energymargin.monitor.alarm import Alarm
 from energymargin.monitor.pace import Pace
@@ -266,6 +267,7 @@ class Monitor(Closing):
                 seed=self._seed,
                 threads=self._threads,
                 cancel=pushed.cancel,
+                most_diverged=ANY,
             )
         except Exception as error:  # whatever it is, the next state may be better
             return error
@@ -281,18 +283,19 @@ class Monitor(Closing):
                     return
                 reading = self._noted(pushed, score)
             self._call(reading)
-            if reading.error is not None:
-                self._warn(f"the state at {reading.time:g} s has no score", reading.error)
+            if math.isnan(reading.value):
+                self._warn(f"the state at {reading.time:g} s has no score", _why(reading))
 
     def _noted(self, pushed: _Pushed, score: CaptureProbability | Exception) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
         late = lateness > self._period
+        unknown = (pushed.time, math.nan, UNKNOWN, 0, math.nan, self._is_on, lateness, late)
         if isinstance(score, Exception):
-            reading = Reading(
-                *(pushed.time, math.nan, UNKNOWN, 0, math.nan, self._is_on, lateness, late),
-                error=score,
-            )
+            reading = Reading(*unknown, error=score)
+            self._count(failed=1)
+        elif is_unknown(score):
+            reading = Reading(*unknown, score)
             self._count(failed=1)
         else:
             value = float(score.captured)
@@ -318,7 +321,8 @@ class Monitor(Closing):
     def _trend(self, reading: Reading) -> float:
         """Of this reading and those of the time before it."""
         first = reading.time - self._trend_window
-        near = [r for r in self._history if first <= r.time < reading.time and r.error is None]
+        near = [r for r in self._history if first <= r.time < reading.time]
+        near = [r for r in near if not math.isnan(r.value)]
         near.append(reading)
         return slope([r.time for r in near], [r.value for r in near])
 
@@ -328,14 +332,24 @@ class Monitor(Closing):
         try:
             self._on_reading(reading)
         except Exception as error:
-            self._warn("on_reading failed", error)
+            self._warn("on_reading failed", _text(error))
 
-    def _warn(self, what: str, error: Exception) -> None:
-        """Logs an error, and the same one again only after another."""
-        text = f"{type(error).__name__}: {error}"
+    def _warn(self, what: str, text: str) -> None:
+        """Logs a fault, and the same one again only after another."""
         if text != self._last_error:
             self._last_error = text
             _log.warning("%s: %s", what, text)
+
+
+def _why(reading: Reading) -> str:
+    """Why it has no value."""
+    if reading.error is not None:
+        return _text(reading.error)
+    return f"{reading.diverged} of its rollouts diverged"
+
+
+def _text(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _takes_time(problem_of: object) -> bool:
