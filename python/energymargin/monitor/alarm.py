@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
+
+if TYPE_CHECKING:
+    from energymargin.monitor.calibration import Threshold
 
 __all__ = ["Alarm", "values_of"]
 
@@ -28,6 +32,8 @@ class Alarm:
     """At least `on`, which it is if not given."""
     count: int = 1
     window: int = 1
+    threshold: Threshold | None = field(default=None, repr=False, compare=False)
+    """The threshold from data that it is of; None: the numbers are yours."""
 
     def __post_init__(self) -> None:
         """Checks them."""

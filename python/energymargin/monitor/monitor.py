@@ -29,6 +29,8 @@ from energymargin.closing import Closing
 from energymargin.divergence import ANY, is_unknown
 from energymargin.executors.threads import thread_count
 from energymargin.monitor.alarm import Alarm
+from energymargin.monitor.calibration import Threshold
+from energymargin.monitor.conditions import Conditions
 from energymargin.monitor.pace import Pace
 from energymargin.monitor.readings import Counters, Reading, slope
 
@@ -66,7 +68,7 @@ class Monitor(Closing):
         self,
         problem_of: ProblemOf,
         *,
-        alarm: Alarm | float | None = None,
+        alarm: Alarm | Threshold | float | None = None,
         period: float = 1 / 30,
         rollouts: int | tuple[int, int] = 30,
         disturbance: Any = None,
@@ -83,7 +85,9 @@ class Monitor(Closing):
         Args:
             problem_of: the question about a state: a function of it, shape (n,), or of its time [s]
                 and it. The problem has a horizon, and best a plan: `task.future` makes one.
-            alarm: when the alarm goes on and off; a number is Alarm(on=number), None never.
+            alarm: when the alarm goes on and off; a number is Alarm(on=number), None never. A
+                threshold from data has to hold for this monitor's rollouts, period and disturbance.
+                A problem with another horizon than the threshold's is a reading with an error.
             period: between two states [s]. A reading is late that comes longer after its push.
             rollouts: of each score; (least, most) takes as many as fit into a period.
             disturbance: as of `capture_probability`; None: Uniform().
@@ -104,6 +108,9 @@ class Monitor(Closing):
         self._period = positive_number("period", period)
         self._pace = Pace(rollouts, self._period)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
+        self._conditions = _conditions_of(self._alarm)
+        if self._conditions is not None:
+            self._conditions.require(rollouts, self._period, self._disturbance)
         self._seed = whole_number("seed", seed, 0, 2**64 - 1)
         count = whole_number("workers", workers, 1)
         self._threads = max(1, thread_count(threads) // (count if threads is None else 1))
@@ -259,6 +266,8 @@ class Monitor(Closing):
         try:
             given = (pushed.time, pushed.state) if self._asks_time else (pushed.state,)
             problem = self._problem_of(*given)
+            if self._conditions is not None:
+                self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
             probability = capture_probability(
                 problem,
@@ -369,5 +378,20 @@ def _takes_time(problem_of: object) -> bool:
     return needed == 2
 
 
-def _alarm_of(alarm: Alarm | float | None) -> Alarm | None:
+def _alarm_of(alarm: Alarm | Threshold | float | None) -> Alarm | None:
+    if isinstance(alarm, Threshold):
+        return alarm.alarm()
     return alarm if alarm is None or isinstance(alarm, Alarm) else Alarm(alarm)
+
+
+def _conditions_of(alarm: Alarm | None) -> Conditions | None:
+    """What the threshold of an alarm holds for; None of an alarm without one. ValueError where that
+    is not known."""
+    if alarm is None or alarm.threshold is None:
+        return None
+    if alarm.threshold.conditions is None:
+        raise ValueError(
+            f"alarm is of a threshold of {alarm.on:g} that does not say what it holds for, "
+            "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
+        )
+    return alarm.threshold.conditions
