@@ -594,5 +594,5 @@ def test_models_of_disturbances_are_the_same_that_say_the_same(question):
     words = {"alarm": own, "rollouts": 4, "period": 0.1}
     em.Monitor(question, disturbance=noise(0.123456789), **words).close()
     for other in (noise(0.123456788), None, lambda random, times: None):
-        with pytest.raises(ValueError, match="disturbance is .*but the alarm's threshold holds"):
+        with pytest.raises(ValueError, match=r"disturbance is .*but the alarm's threshold holds"):
             em.Monitor(question, disturbance=other, **words)
