@@ -77,9 +77,10 @@ def digest_of(problem: Problem) -> str:
 
 
 def _key(question: Question, trials: Sequence[Trial]) -> str:
-    """Of a batch; the particles of a candidate follow from its problem and the search's seed."""
+    """Of a batch; the particles of a candidate follow from the first one, their numbers and the
+    search's seed."""
     asked = [
-        (trial.first, trial.count, len(trial.problems), digest_of(trial.problems[0]))
+        (trial.first, trial.count, trial.particles, digest_of(trial.problems[0]))
         for trial in trials
     ]
     text = repr((question.metric, question.seed, said_of(question.disturbance), asked))

@@ -274,7 +274,8 @@ def rank(
         rollouts: the most draws of each candidate; of an effort, searches.
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
         uncertainty: how well friction, masses, poses and velocities are known: draw j has the same
-            particle of it for every candidate.
+            particle of it for every candidate. Draws are independent; one that a candidate cannot
+            have is made again for all.
         confidence: of all comparisons together, whenever the race ends.
         tolerance: a difference of probabilities that does not matter; of efforts, a share of the
             searches in which another one may be better. 0: only better is better.

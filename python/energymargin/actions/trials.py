@@ -110,14 +110,17 @@ class Trial:
     first: int
     """Number of the first."""
     count: int
+    particles: tuple[int, ...] = ()
+    """With an uncertainty the numbers of its draws, one for each problem."""
 
     def parts(self, size: int) -> Iterator[Trial]:
         """The same in parts of so many draws, at most."""
         for start in range(0, self.count, size):
             count = min(size, self.count - start)
             alone = len(self.problems) == 1
-            problems = self.problems if alone else self.problems[start : start + count]
-            yield Trial(self.candidate, problems, self.first + start, count)
+            own = slice(0, 1) if alone else slice(start, start + count)
+            problems, particles = self.problems[own], self.particles[own]
+            yield Trial(self.candidate, problems, self.first + start, count, particles)
 
 
 @dataclass(frozen=True, eq=False)
