@@ -8,34 +8,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from energymargin.errors import EnergyMarginError
-
 if TYPE_CHECKING:
     from energymargin._core import CaptureProbability
 
-__all__ = ["ANY", "DivergedError", "is_unknown", "too_many_diverged"]
+__all__ = ["ANY", "is_unknown", "too_many_diverged"]
 
 ANY = 1.0
 """The `most_diverged` of a stream, which asks `is_unknown` of each probability."""
 
-MOST = 0.01  # of a result's rollouts
-
-
-class DivergedError(EnergyMarginError, RuntimeError):
-    """So many rollouts diverged that what is left says nothing."""
-
-    def __init__(self, subject: str, diverged: int, rollouts: int) -> None:
-        """`subject`: what the rollouts are of, as the name of a candidate."""
-        super().__init__(subject, diverged, rollouts)
-        self.subject, self.diverged, self.rollouts = subject, diverged, rollouts
-
-    def __str__(self) -> str:
-        """What diverged, and what to do."""
-        return (
-            f"{self.diverged} of {self.rollouts} rollouts of {self.subject} diverged, expected at "
-            f"most one, or {MOST:.0%} of them: take a shorter step of the scene or a weaker "
-            "disturbance, or leave it out"
-        )
+MOST = 0.01  # of a result's rollouts; DivergedError says it
 
 
 def _most_of(rollouts: int) -> int:

@@ -518,7 +518,7 @@ def test_a_monitor_takes_a_threshold_that_holds_for_it(problem, question, alarm)
     with em.Monitor(question, alarm=alarm, rollouts=4, period=0.1) as live:
         live.push(0.0, at(problem, 0.1))  # outside
         assert live.wait(LONG)
-        assert live.alarm and live.rule.threshold.conditions == CONDITIONS
+        assert live.alarm and live.rule.conditions == CONDITIONS
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,8 @@ from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Tr
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, one_of, whole_number, yes_or_no
-from energymargin.divergence import DivergedError, too_many_diverged
+from energymargin.divergence import too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search

@@ -17,7 +17,8 @@ from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Ru
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, whole_number, yes_or_no
-from energymargin.divergence import DivergedError, too_many_diverged
+from energymargin.divergence import too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text

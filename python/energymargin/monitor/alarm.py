@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
-
-if TYPE_CHECKING:
-    from energymargin.monitor.calibration import Threshold
+from energymargin.monitor.conditions import Conditions
 
 __all__ = ["Alarm", "values_of"]
 
@@ -32,8 +29,10 @@ class Alarm:
     """At least `on`, which it is if not given."""
     count: int = 1
     window: int = 1
-    threshold: Threshold | None = field(default=None, repr=False, compare=False)
-    """The threshold from data that it is of; None: the numbers are yours."""
+    from_data: bool = False
+    """Whether `on` is a threshold from data, which holds under the `conditions` alone."""
+    conditions: Conditions | None = None
+    """Those; None is not known, or `on` is a number of yours."""
 
     def __post_init__(self) -> None:
         """Checks them."""

@@ -56,7 +56,7 @@ class Threshold:
 
     def alarm(self, off: float | None = None) -> Alarm:
         """The alarm, which goes off at `off`."""
-        return Alarm(self.value, off, self.count, self.window, self)
+        return Alarm(self.value, off, self.count, self.window, True, self.conditions)
 
     def realized(self, confidence: float = 0.9) -> tuple[float, float]:
         """(low, high) of the share of false alarms that these n trajectories may have led to.

@@ -387,11 +387,11 @@ def _alarm_of(alarm: Alarm | Threshold | float | None) -> Alarm | None:
 def _conditions_of(alarm: Alarm | None) -> Conditions | None:
     """What the threshold of an alarm holds for; None of an alarm without one. ValueError where that
     is not known."""
-    if alarm is None or alarm.threshold is None:
+    if alarm is None or not alarm.from_data:
         return None
-    if alarm.threshold.conditions is None:
+    if alarm.conditions is None:
         raise ValueError(
             f"alarm is of a threshold of {alarm.on:g} that does not say what it holds for, "
             "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
         )
-    return alarm.threshold.conditions
+    return alarm.conditions
