@@ -43,7 +43,7 @@ from energymargin._core import (
     stream,
 )
 from energymargin.deprecations import moved_names
-from energymargin.errors import EnergyMarginError
+from energymargin.errors import DivergedError, EnergyMarginError
 from energymargin.scoring.searches import capture_score, escape_effort, escape_energy, force_score
 
 if TYPE_CHECKING:
@@ -86,6 +86,7 @@ __all__ = [
     "Contact",
     "ConvexHull",
     "Cylinder",
+    "DivergedError",
     "EnergyMarginError",
     "EscapeEffort",
     "EscapeEnergy",

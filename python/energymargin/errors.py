@@ -1,6 +1,6 @@
-"""The base of the package's own errors."""
+"""The base of the package's own errors, and those of them that no module of its own has."""
 
-__all__ = ["EnergyMarginError"]
+__all__ = ["DivergedError", "EnergyMarginError"]
 
 
 class EnergyMarginError(Exception):
@@ -10,3 +10,20 @@ class EnergyMarginError(Exception):
     A bad argument is a ValueError. What a timeout or a cancel ends is a TimeoutError or
     `em.Cancelled`, which are no errors of the package: the caller asked for them.
     """
+
+
+class DivergedError(EnergyMarginError, RuntimeError):
+    """So many rollouts diverged that what is left says nothing."""
+
+    def __init__(self, subject: str, diverged: int, rollouts: int) -> None:
+        """`subject`: what the rollouts are of, as the name of a candidate."""
+        super().__init__(subject, diverged, rollouts)
+        self.subject, self.diverged, self.rollouts = subject, diverged, rollouts
+
+    def __str__(self) -> str:
+        """What diverged, and what to do."""
+        return (
+            f"{self.diverged} of {self.rollouts} rollouts of {self.subject} diverged, expected at "
+            "most 1 % of them, or one of several: take a shorter step of the scene or a weaker "
+            "disturbance, or leave it out"
+        )

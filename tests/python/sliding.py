@@ -29,3 +29,19 @@ def problem(x=0.0, speed=0.0, **changes):
 def still(values):
     """A box at rest at values["x"]."""
     return problem(values["x"])
+
+
+def diverging(count):
+    """A disturbance of random pushes, whose first `count` rollouts diverge: on one thread."""
+    left = count
+
+    def pushes(random, times):
+        nonlocal left
+        wrenches = np.zeros((len(times), 6))
+        wrenches[:, 0] = random.normal(scale=6.0)
+        if left > 0:
+            wrenches[:] = 1e308
+            left -= 1
+        return wrenches
+
+    return pushes

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from futures import STEP, carried, waving
 from matplotlib.colors import same_color
-from sliding import EDGE, MASS, problem
+from sliding import EDGE, MASS, diverging, problem
 
 import energymargin as em
 
@@ -257,3 +257,14 @@ def test_results_are_themselves_alone():
     """They hold arrays, which have no one answer to ==."""
     first, second = (em.along(problem(), every=0.5, rollouts=4, effort=False) for _ in range(2))
     assert first != second and len({first, second}) == 2
+
+
+def test_rollouts_that_diverge_do_not_count_at_a_moment_and_too_many_are_an_error():
+    asked = problem(horizon=0.5)
+    found = em.along(
+        asked, every=0.25, rollouts=20, disturbance=diverging(1), effort=False, threads=1
+    )
+    assert found.diverged.tolist() == [1, 0]
+    assert not np.isnan(found.probabilities).any()
+    with pytest.raises(em.DivergedError, match="2 of 20 rollouts of the moment at 0 s diverged"):
+        em.along(asked, every=0.25, rollouts=20, disturbance=diverging(2), threads=1)

@@ -144,6 +144,20 @@ def test_what_cannot_be_asked_is_refused():
         score["probability"].quantile(2)
 
 
+def test_a_probability_has_no_quantiles_but_its_particles_have():
+    belief = em.Belief(problem(horizon=1.0), friction=stats.uniform(0.0, 0.1))
+    own = em.score_belief(belief, ["probability"], rollouts=20, threads=1)["probability"]
+    assert set(own.values) <= {0.0, 1.0} and own.mean == own.values.mean()
+    way_out = r"expected that of scores, such as \[em.capture_probability\(p\).captured for p in "
+    for asked in (lambda: own.worst, lambda: own.quantile(0.1)):
+        with pytest.raises(ValueError, match=way_out):
+            asked()
+    each = [em.capture_probability(p).captured for p in belief.particles(4).problems]
+    assert any(0 < one < 1 for one in each)
+    (legend,) = [ax.get_legend() for ax in em.plots.figure_belief(belief, own).axes[1:2]]
+    assert [text.get_text().split(":")[0] for text in legend.get_texts()] == ["mean"]
+
+
 def test_a_figure_shows_particles_scores_and_shares():
     belief = em.Belief(problem(), friction=0.1, pose=(0.01, 0.01, 0, 0, 0, 0))
     score = em.score_belief(belief, ["capture"], particles=20, nodes=100, threads=1)["capture"]

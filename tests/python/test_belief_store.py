@@ -111,6 +111,9 @@ def test_probabilities_have_a_particle_each_rollout(dataset, tmp_path):
         assert [row.scores[0] for row in run.rows()] == [of_state.mean() for of_state in values]
         _, curve = run.curve(3, "probability")
         assert curve[-1] == values[3].mean()
+        assert run.with_quantiles == []
+        with pytest.raises(ValueError, match="'probability', whose particles have one rollout"):
+            run.quantiles("probability", [0.1])
 
 
 def test_a_state_whose_draws_have_no_place_is_named(dataset, tmp_path):

@@ -75,6 +75,62 @@ def test_a_distribution_of_friction_is_of_the_coefficient_itself():
     assert particles.values(particles.sources[0])[:, 0] == pytest.approx(friction, abs=0)
 
 
+def paired(coefficient=0.3):
+    own = scene()
+    own.set_friction("floor", "object", coefficient)
+    return problem().replace(scene=own)
+
+
+def test_a_pair_with_a_coefficient_of_its_own_is_named_as_a_pair():
+    for friction in ({"object": {"floor": 0.05}}, {"floor": {"object": stats.norm(0.3, 0.05)}}):
+        belief = em.Belief(paired(), friction=friction)
+        (source,) = belief.sources
+        particles = belief.particles(256)
+        pairs = [one.scene.pair_frictions[("floor", "object")] for one in particles.problems]
+        assert (np.mean(pairs), np.std(pairs)) == pytest.approx((0.3, 0.05), abs=0.002)
+        assert particles.values(source)[:, 0] == pytest.approx(pairs, abs=0)
+        assert source.name == "friction of floor and object"
+        assert set(values(particles, "object", "friction")) == {0.4}
+        again = Uncertainty.from_json(belief.uncertainty.to_json())
+        assert again == belief.uncertainty
+    slides = em.Belief(paired(), friction={"floor": {"object": stats.uniform(0.0, 0.4)}})
+    asked = [p.replace(force=(1, 0, 0), horizon=0.5) for p in slides.particles(16).problems]
+    found = [em.capture_probability(one, rollouts=8).mean_time for one in asked]
+    assert len(set(found)) > 1
+
+
+@pytest.mark.parametrize(
+    ("friction", "words"),
+    [
+        (
+            0.1,
+            "friction names the body 'object', whose coefficient with 'floor' was set for",
+        ),
+        ({"floor": 0.1}, r"'floor', whose .* expected {'object': {'floor': ...}} too, 0 if that"),
+        (
+            {"effector": {"floor": 0.1}},
+            "'effector' and 'floor', which has no coefficient",
+        ),
+        ({"object": {"floor": -0.1}}, r"friction\['object'\]\['floor'\] is -0.1"),
+        (
+            {"object": {"floor": 0.1}, "floor": {"object": 0.1}},
+            "the pair 'floor' and 'object' twice, expected it once",
+        ),
+        ({"object": {"object": 0.1}}, "the pair 'object' and 'object', which has no coefficient"),
+        ({"object": {}}, r"friction\['object'\] is {}, expected names of bodies"),
+        ({"object": {"floor": {"wall": 1}}}, r"\['floor'\] is .*expected that of a pair"),
+    ],
+)
+def test_a_friction_that_would_change_nothing_is_refused(friction, words):
+    with pytest.raises(ValueError, match=words):
+        em.Belief(paired(), friction=friction)
+
+
+def test_a_body_whose_pair_is_named_may_have_a_friction_of_its_own():
+    belief = em.Belief(paired(), friction={"floor": 0.1, "object": {"floor": 0}})
+    assert [source.name for source in belief.sources] == ["friction of floor"]
+
+
 def test_errors_of_a_pose_are_along_and_about_the_worlds_axes():
     start = scene().pack(object={"position": (0.3, 0, 1), "yaw": np.pi / 2, "velocity": (0, 0, 1)})
     deviations = (0.02, 0, 0, 0.1, 0, 0)

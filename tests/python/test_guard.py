@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from sliding import EDGE, problem
+from sliding import EDGE, diverging, problem
 
 import energymargin as em
 from energymargin.actions import Noise
@@ -296,6 +296,8 @@ class Share(NamedTuple):
 
     captured: float
     effective: float
+    rollouts: int = 30
+    diverged: int = 0
 
 
 @pytest.mark.parametrize("others", [1, 3, 10])
@@ -398,3 +400,24 @@ def test_noise_of_the_actions_shape_moves_each_of_its_numbers_by_its_own_spread(
 def test_noise_stays_within_its_bounds():
     drawn = np.array(Noise(100, 1.0, -0.5, 0.25)(None, [0.0, 0.0], np.random.default_rng(0)))
     assert drawn.shape == (100, 2) and drawn.min() == -0.5 and drawn.max() == 0.25
+
+
+def test_a_margin_whose_rollouts_diverge_is_unknown():
+    monitor = watching(disturbance=diverging(2))
+    with guarded(monitor=monitor) as guard:
+        assert guard(0.0, time=0.0, state=[0.0])[0] == 0.0
+    assert (guard.last.source, guard.last.reason) == ("fallback", "unknown")
+    assert guard.last.reading.diverged == 2 and guard.last.error is None
+
+
+@pytest.mark.parametrize("least", [0.0, 0.1])
+def test_an_action_whose_rollouts_diverge_is_taken_where_nothing_else_is_known(least):
+    always = watching(alarm=Alarm(2.0))
+    with guarded(monitor=always, disturbance=diverging(2), least=least) as guard:
+        assert guard(0.0, time=0.0, state=[0.0])[0] == 0.0
+    assert (guard.last.source, guard.last.diverged) == ("fallback", 2)
+    assert np.isnan(guard.last.probabilities).tolist() == [True, False]
+    all_ = {"disturbance": diverging(1000), "candidates": lambda o, a, r: [np.array([0.1])]}
+    with guarded(monitor=watching(alarm=Alarm(2.0)), fallback=None, **all_) as guard:
+        assert guard(0.0, time=0.0, state=[0.0])[0] == WALK
+    assert np.isnan(guard.last.probabilities).all() and guard.last.diverged == 2 * ROLLOUTS

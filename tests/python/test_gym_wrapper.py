@@ -1,11 +1,12 @@
 """Scores of an environment's states in `info` and the reward, and actions that are filtered."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium import spaces
+from sliding import diverging
 
 import energymargin as em
 from energymargin import gym
@@ -218,6 +219,8 @@ class Share:
 
     captured: float
     effective: float = 30.0
+    rollouts: int = 30
+    diverged: int = 0
 
 
 @pytest.mark.parametrize(
@@ -350,3 +353,22 @@ def test_the_questions_of_our_environments_are_refused_to_others():
 def test_a_step_comes_after_a_reset():
     with pytest.raises(ValueError, match=r"expected reset\(\) before step\(\)"):
         gym.CaptureWrapper(Ledge(), question).step(np.zeros(1))
+
+
+def test_too_many_rollouts_that_diverge_are_nan_with_their_number():
+    def stepped(count, **words):
+        env = gym.CaptureWrapper(
+            Ledge(), question, settings=SearchSettings(rollouts=30), reward_weight=1.0, **words
+        )
+        env.reset(seed=0)
+        env._scorer = replace(env._scorer, disturbance=diverging(count))
+        return env.step(np.array([0.0]))
+
+    _, _, _, _, info = stepped(1)
+    assert info["capture"]["diverged"] == 1 and 0 <= info["capture"]["score"] <= 1
+    _, reward, _, _, info = stepped(2)
+    assert info["capture"]["diverged"] == 2 and np.isnan(info["capture"]["score"])
+    assert np.isnan(info["capture"]["low"]) and np.isfinite(reward)
+    _, _, _, _, info = stepped(2, action_filter=gym.ActionFilter(candidates=2))
+    assert info["filter"]["diverged"] == 2 and info["filter"]["chosen"] == 0
+    assert np.isnan(info["filter"]["probabilities"]).all()

@@ -378,3 +378,25 @@ def test_pictures_and_pages_show_the_result(middle):
 
     assert len(figure_improvement(middle).axes) >= 3
     assert "parameter" in middle._repr_html_() and "found" in middle.to_markdown()
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+def test_plans_whose_rollouts_diverge_are_no_plans_but_the_start_has_to_be_one():
+    def aside(random, times):
+        wrenches = np.zeros((len(times), 6))
+        wrenches[:, :2] = random.normal(scale=3.0), 1e150  # far away, but for what has no mass
+        return wrenches
+
+    def placed_or_light(values):
+        made = placed(values)
+        light = made.scene.with_body("object", mass=1e-200)
+        return made.replace(scene=light) if values["x"] < 0 else made
+
+    few = SMALL | {"disturbance": aside, "budget": 200_000, "rollouts": 8}
+    found = em.improve(problem(), BOX, placed_or_light, **few)
+    assert 0 <= found.values["x"] < 0.8
+    scores = np.concatenate([one.scores for one in found.generations])
+    points = np.concatenate([one.points for one in found.generations])[:, 0]
+    assert np.array_equal(np.isnan(scores), points < 0.5) and np.isnan(scores).any()
+    with pytest.raises(em.DivergedError, match="8 of 8 rollouts of the start diverged"):
+        em.improve(problem(), {"x": (-0.95, -0.8, 0.95)}, placed_or_light, **few)

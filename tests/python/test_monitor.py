@@ -9,16 +9,18 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sliding import diverging
 
 import energymargin as em
 from energymargin import monitor
-from energymargin.monitor import Alarm, alarms, first_loss, threshold
+from energymargin.monitor import Alarm, Conditions, alarms, first_loss, threshold
 from energymargin.monitor.pace import SHARE, Pace
 
 BENCH = Path(__file__).parents[2] / "python" / "bench" / "monitor.py"
@@ -475,9 +477,122 @@ def test_the_first_loss_is_the_first_frame_outside():
 )
 def test_an_alarm_goes_on_exactly_above_the_statistic_of_its_values(values, count, more, on):
     window = count + more
-    several = [values, *[[1.0] * window] * 18]
-    found = threshold(several, [None] * 19, count=count, window=window)
+    several = [values, *[[1.0] * window] * 19]
+    found = threshold(several, [None] * 20, count=count, window=window)
     lowest = found.statistics[0]
     raised = Alarm(on, count=count, window=window).follow(values).any()
+    if len(values) < count:  # too few for an alarm
+        assert not raised and lowest == 1.0
+        return
     one = threshold([values] * 19, [None] * 19, count=count, window=window).statistics[0]
     assert raised == (on > one) and lowest <= one
+
+
+def test_too_many_rollouts_that_diverge_are_nan_with_their_number(question, problem):
+    def seen(count):
+        words = {"alarm": 2.0, "rollouts": 30, "disturbance": diverging(count)}
+        with em.Monitor(question, threads=1, **words) as live:
+            live.push(0.0, problem.state)
+            assert live.wait(LONG)
+            return live.latest, live.counters, live.alarm
+
+    reading, counters, is_on = seen(1)
+    assert (reading.diverged, reading.rollouts) == (1, 29) and 0 <= reading.value <= 1
+    assert counters.scored == 1 and is_on
+    reading, counters, is_on = seen(2)
+    assert (reading.diverged, reading.rollouts, reading.error) == (2, 0, None)
+    assert np.isnan([reading.value, *reading.interval]).all()
+    assert counters.failed == 1 and not is_on  # an alarm stays as it was without a value
+
+
+CONDITIONS = Conditions(rollouts=4, horizon=0.5, period=0.1)
+
+
+def found(conditions=CONDITIONS):
+    """A threshold of 0.9."""
+    return threshold([[0.9]] * 19, [None] * 19, conditions=conditions)
+
+
+@pytest.mark.parametrize("alarm", [found(), found().alarm(off=0.95)])
+def test_a_monitor_takes_a_threshold_that_holds_for_it(problem, question, alarm):
+    with em.Monitor(question, alarm=alarm, rollouts=4, period=0.1) as live:
+        live.push(0.0, at(problem, 0.1))  # outside
+        assert live.wait(LONG)
+        assert live.alarm and live.rule.conditions == CONDITIONS
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rollouts": 5}, "rollouts is 5, but the alarm's threshold holds for 4: take that, or"),
+        ({"rollouts": (4, 8)}, r"rollouts is \(4, 8\), but"),
+        ({"period": 0.2}, r"period is 0.2, but the alarm's threshold holds for 0.1"),
+        ({"disturbance": em.disturbances.Uniform(2.0)}, r"disturbance is Uniform\(strength=2.0"),
+        ({"alarm": found(None)}, "threshold of 0.9 that does not say what it holds for"),
+        ({"alarm": found(None).alarm()}, "threshold of 0.9 that does not say what it holds for"),
+    ],
+)
+def test_a_monitor_refuses_a_threshold_of_other_scores(question, changes, message):
+    with pytest.raises(ValueError, match=message):
+        em.Monitor(question, **{"alarm": found(), "rollouts": 4, "period": 0.1, **changes})
+
+
+def test_a_question_with_another_horizon_than_the_thresholds_has_no_score(problem):
+    def longer(state):
+        return problem.with_state(state).replace(horizon=0.6)
+
+    with em.Monitor(longer, alarm=found(), rollouts=4, period=0.1) as live:
+        live.push(0.0, problem.state)
+        assert live.wait(LONG)
+        text = str(live.latest.error)
+    assert text.startswith("the problem's horizon is 0.6, but the alarm's threshold holds for 0.5")
+    assert np.isnan(live.latest.value) and not live.alarm
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rollouts": 0}, "rollouts is 0"),
+        ({"horizon": 0.0}, "horizon is 0.0, expected a positive number"),
+        ({"period": -1.0}, "period is -1.0, expected a positive number"),
+    ],
+)
+def test_conditions_that_cannot_be_are_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        replace(CONDITIONS, **changes)
+
+
+@pytest.mark.parametrize("endless", [[np.inf, np.inf], [0.5]])
+def test_trajectories_on_which_no_alarm_can_be_false_do_not_count(endless):
+    values = [[0.3, 0.3], *[endless] * 19]
+    with pytest.raises(ValueError, match="values has 1 trajectories in which an alarm can be fal"):
+        threshold(values, [None] * 20, count=2, window=2)
+    held = [[0.1 + number / 100] * 2 for number in range(19)]
+    one = threshold([*held, *[endless] * 19], [None] * 38, count=2, window=2)
+    assert (one.rank, len(one.statistics)) == (1, 19) and one.value == 0.1
+    assert one.announced.false_alarms == (0, 19)
+
+
+def test_a_new_trajectory_on_which_an_alarm_can_be_false_has_one_as_seldom_as_was_asked():
+    """Although most trajectories have no finite value."""
+    random, shares = np.random.default_rng(1), []
+    for _ in range(200):
+        values = random.random((300, 3))
+        values[random.random(300) < 0.8] = np.inf
+        one = threshold(list(values[:150]), [None] * 150, false_alarms=0.1)
+        new = alarms(list(values[150:]), [None] * 150, one.alarm())
+        false, possible = new.false_alarms
+        shares.append(false / possible)
+    assert np.mean(shares) <= 0.1
+
+
+def test_models_of_disturbances_are_the_same_that_say_the_same(question):
+    def noise(torque):
+        return em.disturbances.of_plan((0.1, 0, 0), (0, 0, torque))
+
+    own = found(replace(CONDITIONS, disturbance=noise(0.123456789)))
+    words = {"alarm": own, "rollouts": 4, "period": 0.1}
+    em.Monitor(question, disturbance=noise(0.123456789), **words).close()
+    for other in (noise(0.123456788), None, lambda random, times: None):
+        with pytest.raises(ValueError, match=r"disturbance is .*but the alarm's threshold holds"):
+            em.Monitor(question, disturbance=other, **words)

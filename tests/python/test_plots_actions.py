@@ -112,7 +112,7 @@ def test_a_long_name_leaves_the_axes_their_space(name):
 def test_the_legend_of_a_ranking_names_what_occurs_beside_the_data():
     two = of_probabilities("a", "b")
     ax = plot_ranking(two, Figure(layout="constrained").subplots())
-    assert legend_texts(ax) == ["best", "worse", "out before the end", "95 % interval"]
+    assert legend_texts(ax) == ["best", "worse", "left the race", "95 % interval"]
     assert is_clear(ax)
     alone = plot_ranking(of_probabilities("a"), Figure().subplots())
     assert legend_texts(alone) == ["best", "95 % interval"]

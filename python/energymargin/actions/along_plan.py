@@ -13,6 +13,8 @@ from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.actions.trials import Disturbance, Draws, Question, Trial, Trials
 from energymargin.arguments import shown
 from energymargin.checks import function_or_none, whole_number, yes_or_no
+from energymargin.divergence import too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.executors.threads import thread_count
 from energymargin.limits import Limit
@@ -66,6 +68,8 @@ class Along:
     """Ends of 95 % intervals of them (Clopper and Pearson), shape (K,)."""
     high: NDArray[np.float64]
     """The other ends, shape (K,)."""
+    diverged: NDArray[np.int64]
+    """Of their rollouts, those that diverged and do not count, shape (K,)."""
     efforts: NDArray[np.float64]
     """Least effort of escape in the same time that was found [J], shape (K,): inf if none was, NaN
     if it was not asked for, or the time was over before."""
@@ -178,8 +182,9 @@ def along(
 
     Where a state of the nominal motion makes no problem, such as one outside of the bounds
     `within`, the moments end, and `ended` says why. Ctrl-C stops within 0.2 s. Raises ValueError on
-    bad arguments and on a problem without a horizon; TimeoutError or Cancelled if the limit comes
-    before the first probability.
+    bad arguments and on a problem without a horizon, DivergedError if more than one rollout of a
+    moment and more than 1 % of them diverge; TimeoutError or Cancelled if the limit comes before
+    the first probability.
     """
     limit = Limit(timeout, cancel)
     asked = _with_plan(problem, plan)
@@ -203,6 +208,7 @@ def along(
         found, complete = _scores(questions, problems, trials, limit, progress)
     if not any(found[0]):
         limit.require("the first moment was scored")
+    _require_few_diverged(found[0], numbers, step)
     low, high = _intervals(found[0])
     return Along(
         times=np.array(numbers) * step,
@@ -212,6 +218,7 @@ def along(
         probabilities=_means(found[0]),
         low=low,
         high=high,
+        diverged=np.array([0 if one is None else one.diverged for one in found[0]]),
         efforts=_means(found[1]) if effort else np.full(len(states), np.nan),
         problems=tuple(problems),
         rollouts=rollouts,
@@ -307,8 +314,18 @@ def _scores(
     return found, True
 
 
+def _require_few_diverged(
+    draws: Sequence[Draws | None], numbers: Sequence[int], step: float
+) -> None:
+    """Raises DivergedError with the time of a moment of which too many diverged."""
+    for one, number in zip(draws, numbers, strict=True):
+        if one is not None and too_many_diverged(one.diverged, len(one.values)):
+            moment = f"the moment at {number * step:.4g} s"
+            raise DivergedError(moment, one.diverged, len(one.values))
+
+
 def _means(draws: Sequence[Draws | None]) -> NDArray[np.float64]:
-    return np.array([np.nan if one is None else one.values.mean() for one in draws])
+    return np.array([np.nan if one is None else one.kept.mean() for one in draws])
 
 
 def _intervals(
@@ -320,7 +337,7 @@ def _intervals(
     ends = np.full((2, len(draws)), np.nan)
     for k, one in enumerate(draws):
         if one is not None:
-            test = stats.binomtest(round(float(one.values.sum())), len(one.values))
+            test = stats.binomtest(round(float(one.kept.sum())), len(one.kept))
             ends[:, k] = test.proportion_ci(OF_INTERVALS)
     return ends[0], ends[1]
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 from energymargin._core import Problem
 from energymargin.actions.trials import Trial
 from energymargin.beliefs import Belief, Uncertainty
+from energymargin.beliefs.common import CommonParticle, common_particles
 
 __all__ = ["Candidates", "check_uncertainty"]
 
@@ -25,13 +27,15 @@ class Candidates:
     def __init__(
         self, problems: Sequence[Problem], uncertainty: Uncertainty | None, seed: int
     ) -> None:
-        """`seed`: of the particles, so that all candidates have the same. Raises ValueError on an
-        uncertainty that names what a problem does not have."""
+        """`seed`: of the particles. Raises ValueError on an uncertainty that names what a problem
+        does not have, or that is of other bodies in each."""
         check_uncertainty(uncertainty)
-        self._problems, self._seed = list(problems), seed
-        self._beliefs: list[Belief] | None = None
-        if uncertainty is not None:
-            self._beliefs = [Belief(problem, uncertainty=uncertainty) for problem in problems]
+        self._problems = list(problems)
+        self._particles: list[CommonParticle] = []
+        self._more: Iterator[CommonParticle] | None = None
+        if uncertainty is not None and problems:
+            beliefs = [Belief(problem, uncertainty=uncertainty) for problem in problems]
+            self._more = common_particles(beliefs, seed)
 
     def __len__(self) -> int:
         """How many."""
@@ -43,7 +47,10 @@ class Candidates:
 
     def trial(self, candidate: int, first: int, count: int) -> Trial:
         """So many draws of a candidate from number `first` on."""
-        if self._beliefs is None:
+        if self._more is None:
             return Trial(candidate, (self._problems[candidate],), first, count)
-        particles = self._beliefs[candidate].particles(first + count, seed=self._seed)
-        return Trial(candidate, tuple(particles.problems[first:]), first, count)
+        self._particles += islice(self._more, max(first + count - len(self._particles), 0))
+        own = self._particles[first : first + count]
+        problems = tuple(particle.problems[candidate] for particle in own)
+        particles = tuple(particle.number for particle in own)
+        return Trial(candidate, problems, first, count, particles)

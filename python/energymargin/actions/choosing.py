@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability
+from energymargin.divergence import is_unknown
 
-__all__ = ["Choice", "check_confidence", "choose"]
+__all__ = ["Choice", "check_confidence", "choose", "share_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,8 @@ class Choice:
     number: int
     """Of the chosen candidate; 0 is the policy's action."""
     probabilities: NDArray[np.float64]
-    """Of the candidates, NaN of those that were not asked, shape (k,)."""
+    """Of the candidates, NaN of those that were not asked, or of which too many rollouts diverged,
+    shape (k,)."""
 
 
 def choose(
@@ -41,24 +43,30 @@ def choose(
     more than the statistical error.
 
     Candidates are asked until one is captured for certain, which none can exceed. Where even that
-    would not be better by more than the error, the others are not asked.
+    would not be better by more than the error, the others are not asked. Nor are they where the
+    policy's probability is unknown, since too many of its rollouts diverged.
     """
     probabilities = np.full(count, np.nan)
     first = probability(0)
-    probabilities[0] = first.captured
+    probabilities[0] = share_of(first)
     others = max(count - 1, 1)
     z = NormalDist().inv_cdf(1 - (1 - confidence) / others)
-    if not _better(1.0, first.effective, first, z):
+    if is_unknown(first) or not _better(1.0, first.effective, first, z):
         return Choice(0, probabilities)
     best, highest = 0, first.captured
     for number in range(1, count):
         found = probability(number)
-        probabilities[number] = found.captured
-        if found.captured > highest and _better(found.captured, found.effective, first, z):
-            best, highest = number, found.captured
+        probabilities[number] = share = share_of(found)
+        if share > highest and _better(share, found.effective, first, z):
+            best, highest = number, share
         if highest == 1.0:
             break
     return Choice(best, probabilities)
+
+
+def share_of(found: CaptureProbability) -> float:
+    """The probability of staying captured; NaN if too many rollouts diverged."""
+    return float("nan") if is_unknown(found) else float(found.captured)
 
 
 def _better(share: float, size: float, than: CaptureProbability, z: float) -> bool:

@@ -26,16 +26,19 @@ class Decision:
     """Whose action it is."""
     reason: Reason
     """Why: the alarm is off ("fine") or on ("alarm"), or the margin is "unknown": no reading, one
-    with an error, or one too old; or the policy's action is not finite."""
+    without a value, or one too old; or the policy's action is not finite."""
     action: Any = field(repr=False)
     """The action that the guard returned."""
     reading: Reading | None = field(repr=False)
     """The monitor's, on which it was decided; None if there was none yet."""
     probabilities: NDArray[np.float64] = field(repr=False)
     """Of the policy's action, the candidates, and last the fallback's if there is one; NaN of those
-    that were not asked. Shape (k,), (0,) if none was asked."""
+    that were not asked, or of which too many rollouts diverged. Shape (k,), (0,) if none was
+    asked."""
     rollouts: int = 0
     """Spent on the actions, without the monitor's."""
+    diverged: int = 0
+    """Of these, those that diverged and do not count."""
     error: Exception | None = None
     """Why the actions have no probabilities, or what of the policy's action is not finite."""
 

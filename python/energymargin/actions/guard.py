@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
-from energymargin.actions.choosing import check_confidence, choose
+from energymargin.actions.choosing import check_confidence, choose, share_of
 from energymargin.actions.decisions import Decision, GuardCounters, Reason, Source
 from energymargin.arguments import shown
 from energymargin.checks import not_negative_number, one_of, whole_number
 from energymargin.closing import Closing
+from energymargin.divergence import ANY
 from energymargin.executors.threads import thread_count
 from energymargin.monitor import Monitor, Reading
 from energymargin.scoring.metric_search import metric_search
@@ -52,7 +53,8 @@ class Guard(Closing):
     returns the policy's action, the same object. While it is on, the policy's action, candidates
     and the fallback's are asked under the same disturbances. Another action is taken if it is
     better than the policy's by more than the statistical error. If the one taken does not reach
-    `least`, the most probable one that does is; if none does, the fallback.
+    `least`, or its probability is unknown as too many of its rollouts diverged, the most probable
+    one that does is taken; if none does, the fallback.
 
     No action of floats with NaN or infinity is returned. If the policy's is one, the margin counts
     as unknown and the fallback is taken, whatever `unknown` is; without a fallback it is a
@@ -227,7 +229,7 @@ class Guard(Closing):
 
     def _reason(self, time: float, reading: Reading | None) -> Reason:
         oldest = time - (self._stale or 0.0)
-        if reading is None or reading.error is not None or reading.time < oldest:
+        if reading is None or math.isnan(reading.value) or reading.time < oldest:
             return "unknown"
         return "alarm" if reading.alarm else "fine"
 
@@ -246,7 +248,7 @@ class Guard(Closing):
         last = [] if self._fallback is None else [self._fallback_action(observation)]
         try:
             actions = [action, *self._others(observation, action), *last]
-            number, probabilities = self._safest(now.time, state, actions)
+            number, probabilities, asked = self._safest(now.time, state, actions)
         except (Cancelled, MemoryError):
             raise
         except Exception as error:
@@ -259,7 +261,8 @@ class Guard(Closing):
         source = self._source(number, len(actions))
         return Decision(
             *(now.time, source, now.reason, actions[number], now.reading),
-            *(probabilities, self._rollouts * int(np.isfinite(probabilities).sum())),
+            *(probabilities, self._rollouts * len(asked)),
+            diverged=sum(found.diverged for found in asked),
         )
 
     def _others(self, observation: Any, action: Any) -> list[Any]:
@@ -282,13 +285,17 @@ class Guard(Closing):
 
     def _safest(
         self, time: float, state: NDArray[np.float64], actions: list[Any]
-    ) -> tuple[int, NDArray[np.float64]]:
-        """The number of the action to take, and the probabilities."""
+    ) -> tuple[int, NDArray[np.float64], list[CaptureProbability]]:
+        """The number of the action to take, the probabilities of all, and those that were asked."""
         seed = int(self._random.integers(2**63))
         problem_of = self._problem_of
         assert problem_of is not None  # without it no action is asked
 
+        asked: dict[int, CaptureProbability] = {}
+
         def probability(number: int) -> CaptureProbability:
+            if number in asked:
+                return asked[number]
             found: CaptureProbability = metric_search(
                 problem_of(time, state, actions[number]),
                 "probability",
@@ -296,21 +303,23 @@ class Guard(Closing):
                 disturbance=self._disturbance,
                 threads=self._threads,
                 undisturbed=False,
+                most_diverged=ANY,
                 cancel=self._cancel,
             )
             if not found.complete:
                 raise Cancelled("the guard was closed")
+            asked[number] = found
             return found
 
         choice = choose(len(actions), probability, self._confidence)
         number, probabilities = choice.number, choice.probabilities
-        if probabilities[number] < self._least:
-            for other in np.flatnonzero(np.isnan(probabilities)):
-                probabilities[other] = probability(int(other)).captured
-            number = int(np.argmax(probabilities))
-        if probabilities[number] < self._least:
-            number = len(actions) - 1
-        return number, probabilities
+        if not probabilities[number] >= self._least:  # also where it is unknown
+            probabilities = np.array([share_of(probability(k)) for k in range(len(actions))])
+            known = np.nan_to_num(probabilities, nan=-1.0)
+            number = int(np.argmax(known))
+            if known[number] < self._least:
+                number = 0 if self._fallback is None else len(actions) - 1
+        return number, probabilities, list(asked.values())
 
     def _source(self, number: int, count: int) -> Source:
         if number == 0:

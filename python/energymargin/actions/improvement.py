@@ -30,6 +30,8 @@ from energymargin.actions.trials import Disturbance, Draws, Question, Runner, Tr
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, one_of, whole_number, yes_or_no
+from energymargin.divergence import too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
@@ -107,9 +109,11 @@ def improve(
             draws so far count.
         cancel: ends it with Cancelled once it is set. With a file the same call goes on.
 
+    Plans of which more than one rollout and more than 1 % diverge count as plans that cannot be.
+
     Ctrl-C stops within 0.2 s. Raises ValueError on bad arguments, a start that breaks a constraint
-    and a file of another search; TimeoutError or Cancelled if the limit comes before the first
-    generation is finished.
+    and a file of another search; DivergedError where the rollouts of the start diverge;
+    TimeoutError or Cancelled if the limit comes before the first generation is finished.
     """
     limit = Limit(timeout, cancel)
     of_search = Limit(None if timeout is None else SHARE_OF_SEARCH * timeout, cancel)
@@ -343,15 +347,23 @@ class _Run:
         return ranking
 
     def _raced(self, points: dict[str, Point], seed: int, terms: Terms, limit: Limit) -> Ranking:
+        """Of those that can be. Whose rollouts diverge cannot, but the start has to."""
         problems = self._there(points)
         if not problems:
             raise ValueError("make_plan returned None for values that it made a plan of before")
         candidates = Candidates(list(problems.values()), self.uncertainty, seed)
         race = Race(candidates, replace(self.question, seed=seed), terms)
-        return race.run(list(problems), self.trials, limit)
+        try:
+            return race.run(list(problems), self.trials, limit)
+        except DivergedError as error:
+            if np.array_equal(points[error.subject], self.maker.box.start):
+                raise DivergedError("the start", error.diverged, error.rollouts) from error
+            others = {name: point for name, point in points.items() if name != error.subject}
+            return self._raced(others, seed, terms, limit)
 
     def _drawn(self, points: Point, seed: int, factor: float) -> dict[int, Draws] | None:
-        """The draws of those points that can be; None if the limit came first."""
+        """The draws of those points that can be, without those whose rollouts diverge; None if the
+        limit came first."""
         there = self._there(dict(enumerate(points)))
         candidates = Candidates(list(there.values()), self.uncertainty, seed)
         harder = scaled(self.question.disturbance, factor)
@@ -359,7 +371,9 @@ class _Run:
         asked = [candidates.trial(k, 0, self.rollouts) for k in range(len(candidates))]
         found = self.trials.run(question, asked, self.of_search)
         draws = {number: one for number, one in zip(there, found, strict=True) if one is not None}
-        return draws if len(draws) == len(there) else None
+        if len(draws) < len(there):
+            return None
+        return {n: d for n, d in draws.items() if not too_many_diverged(d.diverged, self.rollouts)}
 
     def _there(self, points: dict[Key, Point]) -> dict[Key, Problem]:
         """The problems of points, without those that cannot be, or break a constraint."""
@@ -379,7 +393,7 @@ def _scores(question: Question, count: int, draws: dict[int, Draws]) -> Point:
     """Of each point, shape (count,); NaN of those that were not simulated."""
     scores = np.full(count, np.nan)
     for number, one in draws.items():
-        scores[number] = score_of(question, one.values)
+        scores[number] = score_of(question, one.kept)
     return scores
 
 
@@ -387,7 +401,7 @@ def _losses(scores: Point, draws: dict[int, Draws], violations: Sequence[float])
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
     keys = [
-        (0.0, -scores[k], -float(draws[k].times.mean())) if k in draws else (1.0, violation, 0.0)
+        (0.0, -scores[k], -draws[k].held) if k in draws else (1.0, violation, 0.0)
         for k, violation in enumerate(violations)
     ]
     ordered = sorted(set(keys))

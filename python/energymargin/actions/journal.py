@@ -60,11 +60,7 @@ class Journal:
             return list(draws)
         found = self._trials.run(question, trials, limit)
         if None not in found:
-            plain = [
-                [d.values.tolist(), d.times.tolist(), d.steps, d.diverged]
-                for d in found
-                if d is not None
-            ]
+            plain = [[d.values.tolist(), d.times.tolist(), d.steps] for d in found if d is not None]
             with self._path.open("a") as file:
                 file.write(_line([key, plain]))
         return found
@@ -99,18 +95,18 @@ def text_of(disturbance: Any) -> str:
 
 
 def _key(question: Question, trials: Sequence[Trial]) -> str:
-    """SHA-256 of a batch; the particles of a candidate follow from its problem and the search's
-    seed."""
+    """SHA-256 of a batch; the particles of a candidate follow from the first one, their numbers
+    and the search's seed."""
     asked = [
-        (trial.first, trial.count, len(trial.problems), digest_of(trial.problems[0]))
+        (trial.first, trial.count, trial.particles, digest_of(trial.problems[0]))
         for trial in trials
     ]
     text = repr((question.metric, question.seed, text_of(question.disturbance), asked))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _drawn(values: list[float], times: list[float], steps: int, diverged: int) -> Draws:
-    return Draws(np.array(values), np.array(times), steps, diverged)
+def _drawn(values: list[float], times: list[float], steps: int) -> Draws:
+    return Draws(np.array(values), np.array(times), steps)
 
 
 def _lines(path: Path, what: dict[str, Any]) -> list[tuple[str, list[Any]]]:

@@ -4,10 +4,14 @@ Two candidates are compared by the draws in which they differ, as McNemar's test
 better one wins more than half. It needs no model of the values, so efforts are compared in the same
 way.
 
-Who is out is a forecast, with Jeffreys' prior: it decides what is simulated. What is claimed at the
-end has to hold although a race looks often and ends when it likes. So it is tested by betting: the
-likelihood of what came, in the mean over what may be true, as a multiple of the likelihood if the
-claim is false. That multiple exceeds 1/a at any look with a probability of at most a (Ville 1939).
+A claim has to hold although a race looks often and ends when it likes. So it is tested by betting:
+the likelihood of what came, in the mean over what may be true, as a multiple of the likelihood if
+the claim is false. That multiple exceeds 1/a at any look with a probability of at most a (Ville
+1939). It asks for independent draws. The same bets decide who is out and what is said at the end.
+
+One of several probabilities is the largest, so who is beaten by any other is not the best. Efforts
+may beat each other in a circle, A in most draws B, B in most C and C in most A. Then none is the
+best: the best one beats each other one.
 """
 
 from __future__ import annotations
@@ -16,15 +20,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betainc, betaln, logsumexp, ndtr
+from scipy.special import betainc, betaln, logsumexp
 
-__all__ = ["Duel", "beaten", "duel", "looks"]
+__all__ = ["Duel", "beaten", "beats", "duel", "looks"]
 
 FIRST_LOOK = 16  # draws of each candidate before the first is out
 GROWTH = 1.5  # from look to look
-PRIOR = 0.5  # Jeffreys
 TINY = 1e-300  # for the logarithm of a share that rounds to 0
-HALF = 0.5  # a draw: correction for continuity
 
 
 @dataclass(frozen=True)
@@ -53,25 +55,6 @@ class Duel:
         which they differ."""
         return _confidence(self.bet)
 
-    def overtaken(self, more: int) -> float:
-        """Probability that after so many more draws, one at least, the second one leads.
-
-        Of a normal distribution with the mean and variance of the number of wins less losses, whose
-        rates have a Dirichlet posterior.
-        """
-        lead = self.wins - self.losses
-        total = self.draws + 3 * PRIOR
-        win, loss = (self.wins + PRIOR) / total, (self.losses + PRIOR) / total
-        of_draw = win + loss - (win - loss) ** 2
-        variance = more * of_draw * (1.0 + more / (total + 1.0))
-        return float(ndtr((-lead - HALF - more * (win - loss)) / np.sqrt(variance)))
-
-    def hardly_worse(self, tolerance: float) -> float:
-        """Probability that it is worse in at most this share of all draws: a forecast for races."""
-        if tolerance == 0:
-            return 0.0
-        return float(betainc(self.losses + PRIOR, self.draws - self.losses + PRIOR, tolerance))
-
     def as_good(self, tolerance: float) -> float:
         """Confidence, whenever one looks, that it is worse in at most this share of all draws.
 
@@ -94,10 +77,11 @@ class Duel:
 
 
 def duel(first: NDArray[np.float64], second: NDArray[np.float64]) -> Duel:
-    """Of the draws that both have, from the first one on; more is better."""
+    """Duel on the draws that both have, from the first one on; more is better, NaN is no draw."""
     both = min(len(first), len(second))
     ours, theirs = first[:both], second[:both]
-    return Duel(int((ours > theirs).sum()), int((ours < theirs).sum()), both)
+    draws = ~(np.isnan(ours) | np.isnan(theirs))
+    return Duel(int((ours > theirs).sum()), int((ours < theirs).sum()), int(draws.sum()))
 
 
 def beaten(against: list[Duel]) -> float:
@@ -110,6 +94,16 @@ def beaten(against: list[Duel]) -> float:
         return 0.0
     bets = [one.bet for one in against]
     return _confidence(float(logsumexp(bets) - np.log(len(bets))))
+
+
+def beats(one: Duel, candidates: int) -> float:
+    """Confidence, whenever one looks, that the first one beats the second one, where any of so many
+    candidates may be chosen as the one that beats each other one.
+
+    A candidate that is chosen by mistake has won a bet against one that it does not beat. The mean
+    of one such bet of each candidate does not pay.
+    """
+    return _confidence(one.bet - float(np.log(candidates)))
 
 
 def _confidence(log: float) -> float:

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.actions.candidates import Candidates
-from energymargin.actions.racing import Duel, beaten, duel, looks
+from energymargin.actions.racing import Duel, beaten, beats, duel, looks
 from energymargin.actions.trials import EFFORT, Disturbance, Draws, Question, Runner, Trials
 from energymargin.arguments import shown
 from energymargin.beliefs import Uncertainty
 from energymargin.checks import function_or_none, whole_number, yes_or_no
+from energymargin.divergence import too_many_diverged
+from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text
@@ -33,6 +35,7 @@ MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
 WHAT_IS_ALIKE = ("the step", "the objects", "the force bounds", "the torque bounds", "the horizon")
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
+OUT, AS_GOOD = "out", "as good"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +44,8 @@ class Standing:
 
     name: str
     values: NDArray[np.float64]
-    """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]."""
+    """Of its draws, shape (N,): 1 or 0 of a probability, or efforts [J]; NaN of a rollout that
+    diverged, which does not count."""
     held: float
     """For how long it stays captured, as a share of the horizon, in the mean; of efforts the share
     of the searches that found no escape."""
@@ -54,14 +58,18 @@ class Standing:
     steps: int
     """Simulation steps that it took."""
     racing: bool
-    """Whether it ran to the end; the others would hardly have come first, or were as good."""
-    diverged: int = 0
-    """Rollouts that diverged; they count as lost."""
+    """Whether it ran to the end. The others left: another one is better, or they can hardly be
+    better than the one that led."""
 
     @property
     def draws(self) -> int:
         """N."""
         return len(self.values)
+
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged: they are among the draws, and do not count."""
+        return int(np.isnan(self.values).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,10 +142,18 @@ class Ranking:
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """The others that may be the best: with these and the first the best one is among them with
-        `confidence`, whenever the race ended."""
+        """The others that may be better than the first, whenever the race ended. The best one is
+        the first or among them, with `confidence`; of efforts the best one beats each other one,
+        and there may be none."""
         most = 1.0 - self.confidence
         return tuple(name for name, doubt in self._doubts.items() if doubt > most)
+
+    def left(self, name: str) -> str:
+        """Why a candidate left the race: "out", another one is better, or "as good", it is hardly
+        better than the one that led; "" if it did not. KeyError if there is none of this name."""
+        if self[name].racing:
+            return ""
+        return AS_GOOD if name in self.alike else OUT
 
     @property
     def decision(self) -> str:
@@ -167,7 +183,7 @@ class Ranking:
                 f"{value_text(self.metric, standing.low)} to "
                 f"{value_text(self.metric, standing.high)}",
                 f"{standing.draws}",
-                "" if standing.racing else "out",
+                self.left(standing.name),
             ]
             for place, standing in enumerate(self.standings, 1)
         ]
@@ -175,7 +191,7 @@ class Ranking:
         table = markdown_table(["", "candidate", score, "95 % interval", "draws", ""], rows)
         said = f"{self.decision[0].upper()}{self.decision[1:]}."
         wild = [
-            f"{one.diverged} of {one.draws} rollouts of {one.name} diverged, and count as lost."
+            f"{one.diverged} of {one.draws} rollouts of {one.name} diverged, and do not count."
             for one in self
             if one.diverged
         ]
@@ -183,7 +199,17 @@ class Ranking:
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""
-        names = ("candidate", "score", "low", "high", "held", "draws", "steps", "racing")
+        names = (
+            "candidate",
+            "score",
+            "low",
+            "high",
+            "held",
+            "draws",
+            "diverged",
+            "steps",
+            "racing",
+        )
         rows = [tuple(getattr(s, "name" if n == "candidate" else n) for n in names) for s in self]
         return csv_text(names, rows)
 
@@ -191,7 +217,7 @@ class Ranking:
         """Each of the others is beaten, or the first is as good. Bets that one is beaten win by
         mistake half as often as they are allowed to; the other half of the doubt is shared by all
         that may have come first, and are as good."""
-        share = 0.5 / max(len(self) - 1, 1)
+        share = 0.5 / _mistaken(self.metric, len(self))
         doubts = [
             min(self._doubts[name], (1.0 - one.as_good(tolerance)) / share)
             for name, one in self._duels.items()
@@ -200,7 +226,9 @@ class Ranking:
 
     @cached_property
     def _doubts(self) -> dict[str, float]:
-        """That each of the others is not the best."""
+        """That each of the others is not the best; of efforts, that the first beats it."""
+        if self.metric.startswith(EFFORT):
+            return {name: 1.0 - beats(one, len(self)) for name, one in self._duels.items()}
         return {
             one.name: 1.0 - beaten([duel(s.values, one.values) for s in self if s is not one])
             for one in self.standings[1:]
@@ -235,9 +263,9 @@ def rank(
     """Which of several problems holds best: plans, grasps, pushes, tools.
 
     All candidates meet the same disturbances, draw by draw. In a race they are compared after 16,
-    24, 36, ... draws: who would hardly come first any more is out, and later who is at most as good
-    as the leader. The race ends once one is left. That spares draws, and the choice is hardly ever
-    another one; what can be claimed of the choice may need more draws than the race took.
+    24, 36, ... draws: who is beaten with the `confidence` is out, and later who is better than the
+    leader by at most the `tolerance` leaves too. The race ends once one is left. The best effort is
+    that of the one that beats each other one in most of the searches in which they differ.
 
     Args:
         problems: the candidates, with the same step, objects and bounds, and with the same horizon
@@ -247,7 +275,8 @@ def rank(
         rollouts: the most draws of each candidate; of an effort, searches.
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
         uncertainty: how well friction, masses, poses and velocities are known: draw j has the same
-            particle of it for every candidate.
+            particle of it for every candidate. Draws are independent; one that a candidate cannot
+            have is made again for all.
         confidence: of all comparisons together, whenever the race ends.
         tolerance: a difference of probabilities that does not matter; of efforts, a share of the
             searches in which another one may be better. 0: only better is better.
@@ -261,10 +290,11 @@ def rank(
         timeout: after so many seconds the draws count that all racing candidates have.
         cancel: the same once it is set.
 
-    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit,
-    if no rollout diverges: here one that does counts as lost, and the table says so. Ctrl-C stops
-    within 0.2 s. Raises ValueError on bad arguments, and TimeoutError or Cancelled if the limit
-    comes before the first comparison.
+    Without a race the probability of a candidate is that of `em.capture_probability`, to the bit.
+    Rollouts that diverge do not count, and the table says how many. Ctrl-C stops within 0.2 s.
+    Raises ValueError on bad arguments, DivergedError if more than one rollout of a candidate and
+    more than 1 % of them diverge, and TimeoutError or Cancelled if the limit comes before the first
+    comparison.
     """
     limit = Limit(timeout, cancel)
     question = Question(metric, disturbance, seed, nodes, search)
@@ -300,7 +330,6 @@ class Race:
     def __init__(self, candidates: Candidates, question: Question, terms: Terms) -> None:
         """No draws yet."""
         self._candidates, self._question, self._terms = candidates, question, terms
-        self._doubt = 1.0 - terms.confidence
         self._found = [Draws.none() for _ in candidates]
         self._racing = list(range(len(candidates)))
         self._out: list[int] = []
@@ -314,15 +343,20 @@ class Race:
         progress: Callable[[int, int], None] | None = None,
     ) -> Ranking:
         """The race to its end, or to the limit; arguments and errors as of `rank`."""
-        complete = self._race(trials, limit, progress)
+        complete = self._race(names, trials, limit, progress)
         if not self._draws:
             limit.require("the candidates were compared")
+        self._require_few_diverged(names)
         terms, standings = self._terms, self._standings(names)
         metric = self._question.metric
         return Ranking(metric, standings, terms.tolerance, terms.confidence, complete)
 
     def _race(
-        self, trials: Runner, limit: Limit, progress: Callable[[int, int], None] | None
+        self,
+        names: Sequence[str],
+        trials: Runner,
+        limit: Limit,
+        progress: Callable[[int, int], None] | None,
     ) -> bool:
         """Whether it came to its end."""
         most = self._terms.rollouts
@@ -330,10 +364,11 @@ class Race:
         for wanted in looks(most):
             if not self._draw(wanted, trials, limit):
                 return False
+            self._require_few_diverged(names, most)
             done = sum(len(one.values) for one in self._found)
             if progress is not None:
                 progress(done, most * len(self._found))
-            if race and wanted < most and self._decide(most - wanted):
+            if race and wanted < most and self._decide():
                 break
         if progress is not None:
             progress(done, done)  # a race does not need them all
@@ -360,24 +395,40 @@ class Race:
         self._draws = wanted
         return True
 
-    def _decide(self, more: int) -> bool:
-        """Who is out, as `more` draws would not make it the best; whether that decides the race."""
-        doubt = self._doubt / max(len(self._candidates) - 1, 1)  # of each comparison (Bonferroni)
-        leader, *others = sorted(self._racing, key=self._place)
-        ours = self._found[leader].values
-        duels = {i: duel(ours, self._found[i].values) for i in others}
-        out = [i for i, one in duels.items() if one.overtaken(more) <= doubt]
-        self._leave(out)
-        if self._spent >= SHARE_BEFORE_TIE:
-            tolerance = self._terms.tolerance
-            self._leave([i for i in duels if 1.0 - duels[i].hardly_worse(tolerance) <= doubt])
-        return len(self._racing) == 1
+    def _require_few_diverged(self, names: Sequence[str], rollouts: int | None = None) -> None:
+        """Raises DivergedError if too many diverged of a candidate's draws, or of so many that it
+        may come to, or if no other is left."""
+        for name, draws in zip(names, self._found, strict=True):
+            most = len(draws.values) if rollouts is None else rollouts
+            if too_many_diverged(draws.diverged, most) or not len(draws.kept):
+                raise DivergedError(name, draws.diverged, len(draws.values))
 
-    def _leave(self, out: Sequence[int]) -> None:
-        """They are out, if they still race; the worst first."""
-        leaving = [i for i in out if i in self._racing]
+    def _decide(self) -> bool:
+        """Who leaves: those that are beaten, and later those that the leader is as good as; whether
+        that decides the race."""
+        doubt = 1.0 - self._terms.confidence
+        leader, *others = sorted(self._racing, key=self._place)
+        leaving = {i for i in others if 1.0 - self._beaten(i) <= doubt}
+        if self._spent >= SHARE_BEFORE_TIE:
+            doubt *= 0.5 / _mistaken(self._question.metric, len(self._candidates))
+            tolerance = self._terms.tolerance
+            as_good = {i: self._duel(leader, i).as_good(tolerance) for i in others}
+            leaving |= {i for i, sure in as_good.items() if 1.0 - sure <= doubt}
         self._out += sorted(leaving, key=self._place, reverse=True)
         self._racing = [i for i in self._racing if i not in leaving]
+        return len(self._racing) == 1
+
+    def _beaten(self, candidate: int) -> float:
+        """Confidence that it is not the best; of efforts, that each of those that race beats it."""
+        if self._question.is_effort:
+            count = len(self._candidates)
+            others = [i for i in self._racing if i != candidate]
+            return min(beats(self._duel(i, candidate), count) for i in others)
+        others = [i for i in range(len(self._candidates)) if i != candidate]
+        return beaten([self._duel(i, candidate) for i in others])
+
+    def _duel(self, first: int, second: int) -> Duel:
+        return duel(self._found[first].values, self._found[second].values)
 
     @property
     def _spent(self) -> float:
@@ -387,22 +438,27 @@ class Race:
     def _place(self, candidate: int) -> tuple[float, float, int]:
         """Sorts the best first; of equal ones that which stays longer, then the first given."""
         draws = self._found[candidate]
-        score = score_of(self._question, draws.values)
-        return -score, -float(draws.times.mean()), candidate
+        score = score_of(self._question, draws.kept)
+        return -score, -draws.held, candidate
+
+
+def _mistaken(metric: str, candidates: int) -> int:
+    """How many candidates may come first by mistake: all but the best one. Of efforts all, as none
+    may beat each other one."""
+    return candidates if metric.startswith(EFFORT) else max(candidates - 1, 1)
 
 
 def score_of(question: Question, values: NDArray[np.float64]) -> float:
-    """Of the values of draws, shape (N,): their mean; of efforts the median [J]."""
+    """Of values of draws that count, shape (N,): their mean; of efforts the median [J]."""
     if question.is_effort:  # a lower median: inf where most searches found no way out
         return float(np.quantile(values, 0.5, method="inverted_cdf"))
     return float(values.mean())
 
 
 def _standing(name: str, question: Question, draws: Draws, *, racing: bool) -> Standing:
-    values = draws.values
-    low, high = (_of_median if question.is_effort else _of_share)(values)
-    score, held = score_of(question, values), float(draws.times.mean())
-    return Standing(name, values, held, score, low, high, draws.steps, racing, draws.diverged)
+    low, high = (_of_median if question.is_effort else _of_share)(draws.kept)
+    score = score_of(question, draws.kept)
+    return Standing(name, draws.values, draws.held, score, low, high, draws.steps, racing)
 
 
 def _of_share(values: NDArray[np.float64]) -> tuple[float, float]:

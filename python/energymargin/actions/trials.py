@@ -115,14 +115,17 @@ class Trial:
     first: int
     """Number of the first."""
     count: int
+    particles: tuple[int, ...] = ()
+    """With an uncertainty the numbers of its draws, one for each problem."""
 
     def parts(self, size: int) -> Iterator[Trial]:
         """The same in parts of so many draws, at most."""
         for start in range(0, self.count, size):
             count = min(size, self.count - start)
             alone = len(self.problems) == 1
-            problems = self.problems if alone else self.problems[start : start + count]
-            yield Trial(self.candidate, problems, self.first + start, count)
+            own = slice(0, 1) if alone else slice(start, start + count)
+            problems, particles = self.problems[own], self.particles[own]
+            yield Trial(self.candidate, problems, self.first + start, count, particles)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +133,28 @@ class Draws:
     """What came of a trial."""
 
     values: NDArray[np.float64]
-    """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]. A rollout that diverged
-    counts as lost."""
+    """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]; NaN of a rollout that
+    diverged."""
     times: NDArray[np.float64]
     """For how long each stayed captured, as a share of its horizon, shape (N,); of an effort 1 if
-    the search found no escape, else 0."""
+    the search found no escape, else 0; NaN of a rollout that diverged."""
     steps: int
     """Simulation steps."""
-    diverged: int = 0
-    """Rollouts that diverged."""
+
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged, which do not count."""
+        return int(np.isnan(self.values).sum())
+
+    @property
+    def kept(self) -> NDArray[np.float64]:
+        """The values of those that did not diverge, shape (N - diverged,)."""
+        return self.values[~np.isnan(self.values)]
+
+    @property
+    def held(self) -> float:
+        """The mean of their times."""
+        return float(np.nanmean(self.times))
 
     def __add__(self, later: Draws) -> Draws:
         """These, and later ones."""
@@ -146,7 +162,6 @@ class Draws:
             np.concatenate([self.values, later.values]),
             np.concatenate([self.times, later.times]),
             self.steps + later.steps,
-            self.diverged + later.diverged,
         )
 
     @staticmethod
@@ -315,7 +330,7 @@ def _rollouts(
         disturbance=question.disturbance,
         first=first,
         undisturbed=False,
-        most_diverged=1.0,  # one of a few draws is no reason to lose all candidates
+        most_diverged=1.0,  # of a few draws; all of them are counted where they are gathered
         cancel=cancel,
     )
     if not p.complete:
@@ -323,8 +338,8 @@ def _rollouts(
     inside = np.isinf(p.exit_times)
     values = p.successes if success else inside
     assert values is not None
-    shares = np.nan_to_num(np.minimum(p.exit_times, p.times[-1])) / p.times[-1]
-    return Draws(values.astype(float), shares, p.steps, p.diverged)
+    shares = np.minimum(p.exit_times, p.times[-1]) / p.times[-1]
+    return Draws(np.where(np.isnan(shares), np.nan, values.astype(float)), shares, p.steps)
 
 
 def _search(question: Question, problem: Problem, number: int, cancel: Cancel | None) -> Draws:

@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice
 from typing import Any
 
@@ -31,7 +32,8 @@ __all__ = ["Belief", "Particles"]
 LEFT = 0.01
 TRIES = 100  # draws for each particle
 FOR_MEAN = 1024  # points
-HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0: no quantile is infinite
+HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0
+OPEN = (HALF_STEP, 1 - HALF_STEP)  # the ends of the unit interval: no quantile is infinite
 
 Question = Callable[[NDArray[np.float64]], Problem]
 
@@ -121,7 +123,6 @@ class Belief:
         if prior is not None:
             known = checked(prior, problem.scene, self._sources)
             self._sources = [self._with_prior(source, known) for source in self._sources]
-        self._world = World(problem.scene)
 
     def __repr__(self) -> str:
         """What is not known."""
@@ -138,11 +139,10 @@ class Belief:
         Raises ValueError if hardly any draw can be, as where every pose overlaps the scene.
         """
         count = whole_number("count", count, 1)
-        place = _Place(self._world, self.problem, self._sources)
         problems: list[Problem] = []
         points, separated, redrawn = [], 0, 0
-        for point in _points(sum(len(s.inputs) for s in self._sources), count, seed):
-            found = self._drawn(place, point)
+        for point in _points(self.dimension, count, seed):
+            found = self.particle(point)
             if found is None:
                 redrawn += 1
                 if redrawn >= TRIES * count:
@@ -160,16 +160,25 @@ class Belief:
         return Particles(problems, np.array(points), self.sources, separated, redrawn)
 
     @property
+    def dimension(self) -> int:
+        """D, the independent numbers behind a draw."""
+        return sum(len(source.inputs) for source in self._sources)
+
+    def particle(self, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
+        """The problem at a point of the open unit cube, shape (D,), and whether its bodies were
+        moved apart; None if the draw cannot be."""
+        return self._made([values[0] for values in self._values(point[None])])
+
+    @property
     def estimate(self) -> Problem:
         """One problem in place of the belief, with the mean of what is not known: what a filter
         would say. With a prior it is better than the measurement.
 
         Raises ValueError if its bodies find no place.
         """
-        width = sum(len(source.inputs) for source in self._sources)
-        points = np.array(list(islice(_points(width, FOR_MEAN, 0), FOR_MEAN)))
+        points = np.array(list(islice(_points(self.dimension, FOR_MEAN, 0), FOR_MEAN)))
         means = [values.mean(axis=0) for values in self._values(points)]
-        found = self._made(_Place(self._world, self.problem, self._sources), means)
+        found = self._made(means)
         if found is None:
             raise ValueError("the mean of the belief has no place, expected smaller errors")
         return found[0]
@@ -186,23 +195,22 @@ class Belief:
         columns = np.split(points, ends[:-1], axis=1) if self._sources else []
         return [source.values(own) for source, own in zip(self._sources, columns, strict=True)]
 
-    def _drawn(self, place: _Place, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
-        """The problem at a point of the unit cube, and whether bodies were moved apart; None if it
-        cannot be."""
-        return self._made(place, [values[0] for values in self._values(point[None])])
+    @cached_property
+    def _place(self) -> _Place:
+        return _Place(World(self.problem.scene), self.problem, self._sources)
 
-    def _made(self, place: _Place, draws: list[NDArray[np.float64]]) -> tuple[Problem, bool] | None:
-        """The problem with a draw of each source, as `_drawn`."""
+    def _made(self, draws: list[NDArray[np.float64]]) -> tuple[Problem, bool] | None:
+        """The problem with a draw of each source, as `particle`."""
         state = np.array(self.problem.state)
-        changes: dict[str, dict[str, float]] = {}
+        changes: list[tuple[Source, float]] = []
         for source, values in zip(self._sources, draws, strict=True):
             if source.quantity in ERRORS:
                 _add_error(state[self.problem.scene.slice(source.body)], source.quantity, values)
             elif values[0] < 0 or (source.quantity == "mass" and values[0] == 0):
                 return None
             else:
-                changes.setdefault(source.body, {})[source.quantity] = float(values[0])
-        found = place.of(state)
+                changes.append((source, float(values[0])))
+        found = self._place.of(state)
         if found is None:
             return None
         return _with_changes(self._question(found[0]), changes), found[1]
@@ -219,7 +227,7 @@ def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float6
     engine = qmc.Sobol(dimension, scramble=True, seed=np.random.default_rng(seed))
     size = 2 ** math.ceil(math.log2(count))
     while True:
-        yield from np.clip(engine.random(size), HALF_STEP, 1 - HALF_STEP)
+        yield from np.clip(engine.random(size), *OPEN)
 
 
 class _Place:
@@ -280,12 +288,17 @@ def _add_error(body: NDArray[np.float64], quantity: str, error: NDArray[np.float
         body[3:7] = turned.as_quat()
 
 
-def _with_changes(problem: Problem, changes: dict[str, dict[str, float]]) -> Problem:
+def _with_changes(problem: Problem, changes: list[tuple[Source, float]]) -> Problem:
+    """With the friction and mass that were drawn of each source."""
     if not changes:
         return problem
     scene = problem.scene
-    for body, own in changes.items():
-        scene = scene.with_body(body, **own)
+    for source, value in changes:
+        if source.other is None:
+            scene = scene.with_body(source.body, **{source.quantity: value})
+        else:
+            scene = scene.with_body(source.body)  # a copy
+            scene.set_friction(source.body, source.other, value)
     with warnings.catch_warnings():  # what is odd in the problem was told when that was made
         warnings.simplefilter("ignore", PlausibilityWarning)
         changed: Problem = problem.replace(scene=scene, contacts=None)

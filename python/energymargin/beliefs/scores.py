@@ -65,16 +65,32 @@ class BeliefScore:
         return float(self.values.std(ddof=1) / np.sqrt(len(self.values)))
 
     @property
+    def has_quantiles(self) -> bool:
+        """Whether the values are scores of particles: those of a probability are 1 or 0."""
+        return self.metric not in TIMED
+
+    @property
     def worst(self) -> float:
-        """The least of all particles' scores. It falls with more of them."""
+        """The least of all particles' scores. It falls with more of them. Raises ValueError of a
+        probability."""
+        self._require_quantiles("worst")
         return float(self.values.min())
 
     def quantile(self, share: float) -> float:
         """The score which this share (0..1) of the belief is at most at: quantile(0.1) is exceeded
-        nine times of ten."""
+        nine times of ten. Raises ValueError on another share, and of a probability."""
         if not 0 <= share <= 1:
             raise ValueError(f"share is {share!r}, expected a number from 0 to 1")
+        self._require_quantiles("quantile")
         return float(np.quantile(self.values, share, method="inverted_cdf"))
+
+    def _require_quantiles(self, name: str) -> None:
+        if not self.has_quantiles:
+            raise ValueError(
+                f"{name} is asked of {self.metric!r}, whose particles have one rollout each, 1 or "
+                "0: expected that of scores, such as "
+                "[em.capture_probability(p).captured for p in belief.particles(16).problems]"
+            )
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
         """(low, high) of the mean: Clopper and Pearson's of a probability, else Student's.

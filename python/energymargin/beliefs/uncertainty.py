@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -58,11 +58,13 @@ class Source:
     """With samples as a prior: how many of one weight say as much; None otherwise."""
     widened: float = 1.0
     """How many times larger the errors counted, since too few samples of the prior fit them."""
+    other: str | None = None
+    """Of a coefficient of friction of a pair, the other body."""
 
     @property
     def name(self) -> str:
         """As "pose of object"."""
-        return f"{self.quantity} of {self.body}"
+        return f"{self.quantity} of {self.body}{f' and {self.other}' if self.other else ''}"
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,8 @@ class Uncertainty:
     several bodies are independent. A distribution is a frozen one of scipy.stats.
 
     - `friction`, `mass`: a standard deviation, of a normal distribution about the problem's own
-      coefficient or mass [kg]; or the distribution of the coefficient or mass itself.
+      coefficient or mass [kg]; or the distribution of the coefficient or mass itself. A pair that
+      has a coefficient of its own is a dict in it: friction={"finger": {"object": 0.05}}.
     - `pose`, `velocity`: of the error, which is added: six numbers, each a standard deviation or a
       distribution, or a covariance (6, 6). Position [m] and rotation vector [rad] of the body's
       frame, along and about the world's axes; its velocity [m/s] and angular velocity [rad/s].
@@ -115,7 +118,8 @@ class Uncertainty:
         """Of the bodies of a scene, in the order of QUANTITIES and bodies.
 
         Raises ValueError on a body that is not there, the mass of a fixed one, and the pose or
-        velocity of one that is fixed or a link.
+        velocity of one that is fixed or a link; on a pair without a coefficient of its own, and on
+        the friction of a body that has one with another, where that pair is not named.
         """
         bodies = {body.name: body for body in scene.bodies}
         objects = [body.name for body in bodies.values() if body.role == "object"]
@@ -128,18 +132,17 @@ class Uncertainty:
             }
             for name in known:
                 _check_body(scene, bodies, quantity, name)
-            sources += [_source(quantity, bodies[n], known[n]) for n in bodies if n in known]
+            pairs = {n: one for n, one in known.items() if isinstance(one, Mapping)}
+            alone = {n: one for n, one in known.items() if n not in pairs}
+            sources += [_source(quantity, bodies[n], alone[n]) for n in bodies if n in alone]
+            if quantity == "friction":
+                sources += _pair_sources(scene, pairs, list(alone))
         return [source for source in sources if source.inputs]
 
     def to_json(self) -> str:
         """As JSON text, the same for equal ones. Raises ValueError on a distribution that
         scipy.stats does not have by name."""
-        given = {
-            quantity: {name: _to_plain(quantity, one) for name, one in value.items()}
-            if isinstance(value, Mapping)
-            else _to_plain(quantity, value)
-            for quantity, value in self.given.items()
-        }
+        given = {quantity: _to_plain(quantity, value) for quantity, value in self.given.items()}
         return json.dumps(given, sort_keys=True)
 
     @staticmethod
@@ -154,14 +157,7 @@ class Uncertainty:
             raise ValueError(
                 f"uncertainty has {sorted(unknown)[0]!r}, expected some of {_listed(QUANTITIES)}"
             )
-        return Uncertainty(
-            **{
-                quantity: {name: _from_plain(one) for name, one in value.items()}
-                if _is_by_body(value)
-                else _from_plain(value)
-                for quantity, value in plain.items()
-            }
-        )
+        return Uncertainty(**{quantity: _from_plain(value) for quantity, value in plain.items()})
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -184,7 +180,12 @@ def is_distribution(value: Any) -> bool:
 
 def _check(place: str, quantity: str, value: Any) -> None:
     """Raises ValueError unless a body's uncertainty is one of its quantity."""
-    if quantity in VALUES:
+    if quantity == "friction" and isinstance(value, Mapping):
+        for other, one in _by_body(place, value):
+            if isinstance(one, Mapping):
+                raise ValueError(f"{place}[{other!r}] is {shown(one)}, expected that of a pair")
+            _check(f"{place}[{other!r}]", quantity, one)
+    elif quantity in VALUES:
         if not is_distribution(value):
             _deviation(place, value)
     elif _is_covariance(value):
@@ -266,19 +267,52 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
 
 def _source(quantity: str, body: Body, value: Any) -> Source:
     if quantity in VALUES:
-        center = float(getattr(body, quantity))
-        columns = {quantity: _quantiles(value, center)}
-        return _of_columns(quantity, body, value, columns)
+        return _value_source(quantity, body.name, value, float(getattr(body, quantity)))
     if _is_covariance(value):
         root = _covariance(quantity, value)
         names = tuple(f"axis {k + 1}" for k in range(root.shape[1]))
         return Source(quantity, body.name, names, lambda u: standard_normal(u) @ root.T, value)
     axes = dict(zip(AXES[quantity], (_quantiles(one, 0.0) for one in value), strict=True))
-    return _of_columns(quantity, body, value, axes)
+    return _of_columns(quantity, body.name, value, axes)
+
+
+def _value_source(quantity: str, body: str, value: Any, center: float) -> Source:
+    return _of_columns(quantity, body, value, {quantity: _quantiles(value, center)})
+
+
+def _pair_sources(
+    scene: Scene, given: Mapping[str, Mapping[str, Any]], alone: Sequence[str]
+) -> list[Source]:
+    """Of coefficients of pairs, in the order of the scene. `alone`: bodies whose own friction is
+    not known either."""
+    named: dict[frozenset[str], Any] = {}
+    for a, b, one in [(a, b, one) for a, of_a in given.items() for b, one in of_a.items()]:
+        if frozenset((a, b)) in named:
+            raise ValueError(f"friction names the pair {a!r} and {b!r} twice, expected it once")
+        named[frozenset((a, b))] = one
+    for pair in named.keys() - set(map(frozenset, scene.pair_frictions)):
+        a, b = sorted(pair) if len(pair) == 2 else (*pair, *pair)
+        raise ValueError(
+            f"friction names the pair {a!r} and {b!r}, which has no coefficient of its own, "
+            f"expected one of scene.set_friction({a!r}, {b!r}, ...), or the friction of a body"
+        )
+    sources = []
+    for (a, b), coefficient in scene.pair_frictions.items():
+        one = named.get(frozenset((a, b)))
+        if one is not None:
+            sources.append(replace(_value_source("friction", a, one, coefficient), other=b))
+        elif a in alone or b in alone:
+            name, other = (a, b) if a in alone else (b, a)
+            raise ValueError(
+                f"friction names the body {name!r}, whose coefficient with {other!r} was set for "
+                f"the pair and does not follow it, expected {{{other!r}: {{{name!r}: ...}}}} too, "
+                "0 if that is known exactly, or frictions of other bodies"
+            )
+    return sources
 
 
 def _of_columns(
-    quantity: str, body: Body, given: Any, columns: Mapping[str, Quantiles | None]
+    quantity: str, body: str, given: Any, columns: Mapping[str, Quantiles | None]
 ) -> Source:
     """Of independent numbers; those that are known exactly take no input."""
     drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
@@ -290,7 +324,7 @@ def _of_columns(
         return found
 
     inputs = tuple(name for name, of in columns.items() if of is not None)
-    return Source(quantity, body.name, inputs, values, given)
+    return Source(quantity, body, inputs, values, given)
 
 
 def _quantiles(value: Any, center: float) -> Quantiles | None:
@@ -314,6 +348,8 @@ def _is_by_body(plain: Any) -> bool:
 
 
 def _to_plain(quantity: str, value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _to_plain(quantity, one) for name, one in value.items()}
     if is_distribution(value):
         return _distribution_to_plain(value)
     if quantity in VALUES:
@@ -338,6 +374,8 @@ def _distribution_to_plain(value: Any) -> dict[str, Any]:
 def _from_plain(plain: Any) -> Any:
     if isinstance(plain, list):
         return [_from_plain(one) for one in plain]
+    if _is_by_body(plain):
+        return {name: _from_plain(one) for name, one in plain.items()}
     if not isinstance(plain, dict):
         return plain
     if "covariance" in plain:

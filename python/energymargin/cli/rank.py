@@ -68,7 +68,7 @@ def rank(
     ] = 0.05,
     race: Annotated[
         bool,
-        typer.Option("--race/--no-race", help="Clear losers are out before the end."),
+        typer.Option("--race/--no-race", help="Whoever is beaten is out before the end."),
     ] = True,
     seed: SeedOption = 0,
     nodes: NodesOption = 1000,

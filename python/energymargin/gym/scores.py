@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import nan
 from typing import Any
 
 from energymargin._core import CaptureProbability, Problem
 from energymargin._core.disturbances import Boltzmann, Gaussian, OfPlan, Uniform
+from energymargin.divergence import ANY, is_unknown
 from energymargin.metrics import TIMED, check_metrics
 from energymargin.scoring import SearchSettings
 from energymargin.scoring.metric_search import metric_search, value_of
@@ -33,24 +35,33 @@ class Scorer:
         check_metrics([self.metric])
 
     def tell(self, problem: Problem, seed: int) -> dict[str, float]:
-        """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval.
+        """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval, and
+        "diverged", how many of its rollouts diverged; NaN but for that one if too many did.
 
         Raises ValueError on a problem that lacks what the metric asks about.
         """
         chosen_metrics([problem], [self.metric])
-        found = self._search(problem, self.metric, seed)
-        told = {"score": value_of(self.metric, found)}
-        if self.metric in SIDES:
-            told["low"], told["high"] = found.interval(which=SIDES[self.metric])
-        return told
+        if self.metric not in TIMED:
+            found = self._search(problem, self.metric, seed)
+            return {"score": value_of(self.metric, found)}
+        found = self._search(problem, self.metric, seed, most_diverged=ANY)
+        if is_unknown(found):
+            return {**dict.fromkeys(("score", "low", "high"), nan), "diverged": found.diverged}
+        low, high = found.interval(which=SIDES[self.metric])
+        value = value_of(self.metric, found)
+        return {"score": value, "low": low, "high": high, "diverged": found.diverged}
 
     def probability(self, problem: Problem, seed: int) -> CaptureProbability:
-        """The capture probability of these settings; the same seed draws the same disturbances."""
-        found: CaptureProbability = self._search(problem, "probability", seed)
+        """The capture probability of these settings; the same seed draws the same disturbances.
+
+        Any number of the rollouts may diverge.
+        """
+        found: CaptureProbability = self._search(problem, "probability", seed, most_diverged=ANY)
         return found
 
-    def _search(self, problem: Problem, metric: str, seed: int) -> Any:
+    def _search(self, problem: Problem, metric: str, seed: int, **keywords: Any) -> Any:
         """As of problem 0 of a batch with this seed, and with common random numbers."""
         settings = replace(self.settings, seed=seed, common_random_numbers=True)
-        model = {"disturbance": self.disturbance} if metric in TIMED else {}
-        return metric_search(problem, metric, settings, 0, threads=self.threads, **model)
+        if metric in TIMED:
+            keywords |= {"disturbance": self.disturbance, "undisturbed": False}
+        return metric_search(problem, metric, settings, 0, threads=self.threads, **keywords)

@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
-from energymargin._core import Problem
+from energymargin._core import CaptureProbability, Problem
 from energymargin.actions.choosing import Choice, choose
 from energymargin.checks import one_of, whole_number
 from energymargin.gym.filters import ActionFilter
@@ -46,10 +46,12 @@ class CaptureWrapper(
     """Puts the score of each state into `info`, if asked into the reward, and filters actions.
 
     `info["capture"]` of `reset` and `step` has "score" and, of a probability, "low" and "high", its
-    95 % interval; "score" is NaN where `problem_of` returned None. With a filter
-    `info["filter"]` of `step` has "chosen", the number of the candidate that was taken (0 is the
-    policy's action), "changed", and "probabilities" of the candidates, NaN of those that were not
-    asked. `last_action` is the action that was taken.
+    95 % interval, and "diverged", how many of its rollouts diverged and do not count. "score" is
+    NaN where `problem_of` returned None, and where more than one rollout and more than 1 % of them
+    diverged; the reward takes it as 0. With a filter `info["filter"]` of `step` has "chosen", the
+    number of the candidate that was taken (0 is the policy's action), "changed", "probabilities"
+    of the candidates, NaN of those that were not asked or whose rollouts diverged, and "diverged",
+    how many of all did. `last_action` is the action that was taken.
 
     Random draws are the wrapper's own: they follow from the seed of `reset`, and the environment's
     are the same with the wrapper and without.
@@ -172,20 +174,22 @@ class CaptureWrapper(
         others = self._filter.others(self.env, action, self._drawing())
         candidates, seed = [action, *others], self._seed()
         problem = self._problem_of(self.env, action)
+        asked: dict[int, CaptureProbability] = {}
+
+        def probability(number: int) -> CaptureProbability:
+            own = problem if number == 0 else self._problem_of(self.env, candidates[number])
+            asked[number] = self._scorer.probability(own, seed)
+            return asked[number]
+
         if problem is None:
             choice = Choice(0, np.full(len(candidates), np.nan))
         else:
-            choice = choose(
-                len(candidates),
-                lambda number: self._scorer.probability(
-                    problem if number == 0 else self._problem_of(self.env, candidates[number]), seed
-                ),
-                self._filter.confidence,
-            )
+            choice = choose(len(candidates), probability, self._filter.confidence)
         told = {
             "chosen": choice.number,
             "changed": choice.number > 0,
             "probabilities": choice.probabilities,
+            "diverged": sum(found.diverged for found in asked.values()),
         }
         return candidates[choice.number], {"filter": told}
 

@@ -2,7 +2,8 @@
 
 `Monitor` scores the states that a robot's loop pushes, in the background. `threshold` chooses when
 it is to raise its alarm, so that at most a given share of the trajectories has a false one;
-`alarms` says what such an alarm announces.
+`alarms` says what such an alarm announces. A threshold holds for scores that are made under the
+same `Conditions`.
 """
 
 from energymargin.monitor.alarm import Alarm
@@ -13,12 +14,14 @@ from energymargin.monitor.calibration import (
     first_loss,
     threshold,
 )
+from energymargin.monitor.conditions import Conditions
 from energymargin.monitor.monitor import Monitor
 from energymargin.monitor.readings import Counters, Reading
 
 __all__ = [
     "Alarm",
     "Alarms",
+    "Conditions",
     "Counters",
     "Monitor",
     "Reading",

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
+from energymargin.monitor.conditions import Conditions
 
 __all__ = ["Alarm", "values_of"]
 
@@ -28,6 +29,10 @@ class Alarm:
     """At least `on`, which it is if not given."""
     count: int = 1
     window: int = 1
+    from_data: bool = False
+    """Whether `on` is a threshold from data, which holds under the `conditions` alone."""
+    conditions: Conditions | None = None
+    """Those; None is not known, or `on` is a number of yours."""
 
     def __post_init__(self) -> None:
         """Checks them."""

@@ -5,6 +5,8 @@ would raise a false alarm on it: of an alarm at the first value, its least value
 which an alarm would be false. Trajectories that are drawn alike are exchangeable, so a new one has
 a statistic below the k-th smallest of n with a probability of at most k / (n + 1) (Vovk, Gammerman
 and Shafer, Algorithmic Learning in a Random World, 2005), whatever the score and the task.
+Trajectories on which no threshold would raise a false alarm are left out of n, so the statement is
+about those on which one can be false.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
 from energymargin.monitor.alarm import Alarm, values_of
+from energymargin.monitor.conditions import Conditions
 
 __all__ = ["Alarms", "Threshold", "alarms", "first_loss", "threshold"]
 
@@ -48,10 +51,12 @@ class Threshold:
     """As of Alarm."""
     announced: Alarms
     """What the alarm does on the calibration trajectories themselves: the lead time it buys."""
+    conditions: Conditions | None = None
+    """What it holds for; None is not known, and no Monitor takes it."""
 
     def alarm(self, off: float | None = None) -> Alarm:
         """The alarm, which goes off at `off`."""
-        return Alarm(self.value, off, self.count, self.window)
+        return Alarm(self.value, off, self.count, self.window, True, self.conditions)
 
     def realized(self, confidence: float = 0.9) -> tuple[float, float]:
         """(low, high) of the share of false alarms that these n trajectories may have led to.
@@ -75,7 +80,7 @@ class Alarms:
     false: NDArray[np.bool_]
     """Whether it is on at a frame in which that is false, shape (N,)."""
     possible: NDArray[np.bool_]
-    """Whether there is such a frame, shape (N,)."""
+    """Whether an alarm can be false, shape (N,)."""
     lost: NDArray[np.float64]
     """Frame of the loss, shape (N,); NaN of a trajectory that holds."""
     leads: NDArray[np.float64]
@@ -105,6 +110,7 @@ def threshold(
     ahead: int | None = None,
     count: int = 1,
     window: int = 1,
+    conditions: Conditions | None = None,
 ) -> Threshold:
     """The highest threshold with at most so many false alarms a trajectory.
 
@@ -118,10 +124,11 @@ def threshold(
             is right anywhere before a loss. On a trajectory that holds every alarm is false.
         count: as of Alarm.
         window: as of Alarm.
+        conditions: how the scores were made, for a Monitor, which makes its own so too.
 
-    Trajectories without a frame in which an alarm would be false do not count: the guarantee is for
-    those that have one. Raises ValueError on bad arguments, and on too few trajectories: n have to
-    be at least 1 / false_alarms - 1, 19 for 5 %.
+    Trajectories on which no alarm can be false do not count, as they have no such frame, fewer than
+    `count`, or only values of inf: the guarantee is for the others. Raises ValueError on bad
+    arguments, and on too few trajectories: n have to be at least 1 / false_alarms - 1, 19 for 5 %.
     """
     if not 0 < false_alarms < 1:
         raise ValueError(f"false_alarms is {false_alarms!r}, expected a number between 0 and 1")
@@ -138,7 +145,8 @@ def threshold(
         )
     value = float(statistics[rank - 1])
     announced = alarms(values, lost, Alarm(value, count=count, window=window), ahead=ahead)
-    return Threshold(value, rank / (n + 1), statistics, rank, count, window, announced)
+    level = rank / (n + 1)
+    return Threshold(value, level, statistics, rank, count, window, announced, conditions)
 
 
 def alarms(
@@ -146,6 +154,8 @@ def alarms(
 ) -> Alarms:
     """What an alarm does on trajectories. Arguments and errors: as `threshold`."""
     parts = _trajectories(values, lost, ahead)
+    before = [part.values[: part.false_until] for part in parts]
+    lowest = [_lowest(own, alarm.count, alarm.window) for own in before]
     false, leads = np.zeros(len(parts), dtype=bool), np.full(len(parts), np.nan)
     for k, part in enumerate(parts):
         on = alarm.follow(part.values)
@@ -155,7 +165,7 @@ def alarms(
             leads[k] = part.lost - part.false_until - right[0] if len(right) else 0
     return Alarms(
         false,
-        np.array([np.isfinite(part.values[: part.false_until]).any() for part in parts], bool),
+        np.array([low is not None for low in lowest], bool),
         np.array([np.nan if part.lost is None else part.lost for part in parts], float),
         leads,
     )
@@ -199,12 +209,11 @@ def _trajectories(values: Sequence[ArrayLike], lost: Lost, ahead: int | None) ->
 
 
 def _lowest(values: NDArray[np.float64], count: int, window: int) -> float | None:
-    """An alarm goes on at some frame if its threshold is above this; None without a value."""
+    """An alarm goes on at some frame if its threshold is above this; None if none ever does."""
     seen = values[~np.isnan(values)]
-    if not len(seen):
-        return None
     each = [
         np.sort(seen[max(0, k + 1 - window) : k + 1])[count - 1]
         for k in range(count - 1, len(seen))
     ]
-    return float(min(each, default=math.inf))
+    low = float(min(each, default=math.inf))
+    return None if low == math.inf else low

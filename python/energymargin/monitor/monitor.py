@@ -25,8 +25,11 @@ from energymargin._core import (
 )
 from energymargin.checks import not_negative_number, positive_number, whole_number
 from energymargin.closing import Closing
+from energymargin.divergence import ANY, is_unknown
 from energymargin.executors.threads import thread_count
 from energymargin.monitor.alarm import Alarm
+from energymargin.monitor.calibration import Threshold
+from energymargin.monitor.conditions import Conditions
 from energymargin.monitor.pace import Pace
 from energymargin.monitor.readings import Counters, Reading, slope
 from energymargin.scoring.metric_search import metric_search
@@ -66,7 +69,7 @@ class Monitor(Closing):
         self,
         problem_of: ProblemOf,
         *,
-        alarm: Alarm | float | None = None,
+        alarm: Alarm | Threshold | float | None = None,
         period: float = 1 / 30,
         rollouts: int | tuple[int, int] = 30,
         disturbance: Any = None,
@@ -83,7 +86,9 @@ class Monitor(Closing):
         Args:
             problem_of: the question about a state: a function of it, shape (n,), or of its time [s]
                 and it. The problem has a horizon, and best a plan: `task.future` makes one.
-            alarm: when the alarm goes on and off; a number is Alarm(on=number), None never.
+            alarm: when the alarm goes on and off; a number is Alarm(on=number), None never. A
+                threshold from data has to hold for this monitor's rollouts, period and disturbance.
+                A problem with another horizon than the threshold's is a reading with an error.
             period: between two states [s]. A reading is late that comes longer after its push.
             rollouts: of each score; (least, most) takes as many as fit into a period.
             disturbance: as of `capture_probability`; None: Uniform().
@@ -105,6 +110,9 @@ class Monitor(Closing):
         self._pace = Pace(rollouts, self._period)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
         self._settings = SearchSettings(seed=seed, common_random_numbers=True)
+        self._conditions = _conditions_of(self._alarm)
+        if self._conditions is not None:
+            self._conditions.require(rollouts, self._period, self._disturbance)
         count = whole_number("workers", workers, 1)
         self._threads = max(1, thread_count(threads) // (count if threads is None else 1))
         self._most_waiting = whole_number("waiting", waiting, 1)
@@ -259,6 +267,8 @@ class Monitor(Closing):
         try:
             given = (pushed.time, pushed.state) if self._asks_time else (pushed.state,)
             problem = self._problem_of(*given)
+            if self._conditions is not None:
+                self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
             probability: CaptureProbability = metric_search(
                 problem,
@@ -267,6 +277,7 @@ class Monitor(Closing):
                 disturbance=self._disturbance,
                 threads=self._threads,
                 cancel=pushed.cancel,
+                most_diverged=ANY,
             )
         except Exception as error:  # whatever it is, the next state may be better
             return error
@@ -282,18 +293,19 @@ class Monitor(Closing):
                     return
                 reading = self._noted(pushed, score)
             self._call(reading)
-            if reading.error is not None:
-                self._warn(f"the state at {reading.time:g} s has no score", reading.error)
+            if math.isnan(reading.value):
+                self._warn(f"the state at {reading.time:g} s has no score", _why(reading))
 
     def _noted(self, pushed: _Pushed, score: CaptureProbability | Exception) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
         late = lateness > self._period
+        unknown = (pushed.time, math.nan, UNKNOWN, 0, math.nan, self._is_on, lateness, late)
         if isinstance(score, Exception):
-            reading = Reading(
-                *(pushed.time, math.nan, UNKNOWN, 0, math.nan, self._is_on, lateness, late),
-                error=score,
-            )
+            reading = Reading(*unknown, error=score)
+            self._count(failed=1)
+        elif is_unknown(score):
+            reading = Reading(*unknown, score)
             self._count(failed=1)
         else:
             value = float(score.captured)
@@ -319,7 +331,8 @@ class Monitor(Closing):
     def _trend(self, reading: Reading) -> float:
         """Of this reading and those of the time before it."""
         first = reading.time - self._trend_window
-        near = [r for r in self._history if first <= r.time < reading.time and r.error is None]
+        near = [r for r in self._history if first <= r.time < reading.time]
+        near = [r for r in near if not math.isnan(r.value)]
         near.append(reading)
         return slope([r.time for r in near], [r.value for r in near])
 
@@ -329,14 +342,24 @@ class Monitor(Closing):
         try:
             self._on_reading(reading)
         except Exception as error:
-            self._warn("on_reading failed", error)
+            self._warn("on_reading failed", _text(error))
 
-    def _warn(self, what: str, error: Exception) -> None:
-        """Logs an error, and the same one again only after another."""
-        text = f"{type(error).__name__}: {error}"
+    def _warn(self, what: str, text: str) -> None:
+        """Logs a fault, and the same one again only after another."""
         if text != self._last_error:
             self._last_error = text
             _log.warning("%s: %s", what, text)
+
+
+def _why(reading: Reading) -> str:
+    """Why it has no value."""
+    if reading.error is not None:
+        return _text(reading.error)
+    return f"{reading.diverged} of its rollouts diverged"
+
+
+def _text(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _takes_time(problem_of: object) -> bool:
@@ -356,5 +379,20 @@ def _takes_time(problem_of: object) -> bool:
     return needed == 2
 
 
-def _alarm_of(alarm: Alarm | float | None) -> Alarm | None:
+def _alarm_of(alarm: Alarm | Threshold | float | None) -> Alarm | None:
+    if isinstance(alarm, Threshold):
+        return alarm.alarm()
     return alarm if alarm is None or isinstance(alarm, Alarm) else Alarm(alarm)
+
+
+def _conditions_of(alarm: Alarm | None) -> Conditions | None:
+    """What the threshold of an alarm holds for; None of an alarm without one. ValueError where that
+    is not known."""
+    if alarm is None or not alarm.from_data:
+        return None
+    if alarm.conditions is None:
+        raise ValueError(
+            f"alarm is of a threshold of {alarm.on:g} that does not say what it holds for, "
+            "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
+        )
+    return alarm.conditions

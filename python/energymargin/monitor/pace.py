@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from energymargin.checks import whole_number
 
-__all__ = ["Pace"]
+__all__ = ["Pace", "checked_rollouts"]
 
 SHARE = 0.7  # of a period that a score takes; the rest is for what else the machine does
 MEMORY = 0.8  # of the mean cost, from one score to the next
@@ -23,13 +23,7 @@ class Pace:
 
         Raises ValueError on others.
         """
-        if isinstance(rollouts, tuple):
-            if len(rollouts) != 2:
-                raise ValueError(f"rollouts is {rollouts!r}, expected a number, or (least, most)")
-            self._least = whole_number("rollouts", rollouts[0], 1)
-            self._most = whole_number("rollouts", rollouts[1], self._least)
-        else:
-            self._least = self._most = whole_number("rollouts", rollouts, 1)
+        self._least, self._most = checked_rollouts(rollouts)
         self._budget = SHARE * period
         self._cost: float | None = None  # s, of a rollout, a running mean
         self.rollouts = self._least
@@ -43,3 +37,14 @@ class Pace:
         fitting = int(max(self._budget - asking, 0.0) / max(mean, cost, 1e-9))
         growing = int(FASTEST * self.rollouts)
         self.rollouts = min(max(min(fitting, growing), self._least), self._most)
+
+
+def checked_rollouts(rollouts: int | tuple[int, int]) -> tuple[int, int]:
+    """(least, most) of a number of rollouts, or of these two; ValueError on others."""
+    if not isinstance(rollouts, tuple):
+        count = whole_number("rollouts", rollouts, 1)
+        return count, count
+    if len(rollouts) != 2:
+        raise ValueError(f"rollouts is {rollouts!r}, expected a number, or (least, most)")
+    least = whole_number("rollouts", rollouts[0], 1)
+    return least, whole_number("rollouts", rollouts[1], least)

@@ -20,11 +20,12 @@ class Reading:
     time: float
     """Of the state, as it was pushed [s]."""
     value: float
-    """Probability of staying captured over the problem's horizon; NaN with an `error`."""
+    """Probability of staying captured over the problem's horizon; NaN with an `error`, or if more
+    than one of its rollouts and more than 1 % of them diverged."""
     interval: tuple[float, float]
     """95 % interval of the value."""
     rollouts: int
-    """How many the value is of: with the state and the seed they make the same bits again."""
+    """How many the value is of, without those that diverged."""
     trend: float
     """Slope of the values over the monitor's `trend_window` [1/s]; NaN with fewer than two."""
     alarm: bool
@@ -38,6 +39,11 @@ class Reading:
     error: Exception | None = None
     """Why the state has no value: what `problem_of` or the score raised."""
 
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged, which do not count."""
+        return 0 if self.probability is None else self.probability.diverged
+
 
 class Counters(NamedTuple):
     """States of a stream since it began."""
@@ -49,7 +55,7 @@ class Counters(NamedTuple):
     late: int
     """Scored, but later than a period after their push."""
     failed: int
-    """With an error."""
+    """Without a value."""
 
 
 def slope(times: Sequence[float], values: Sequence[float]) -> float:

@@ -330,7 +330,7 @@ def ranking(result: Ranking) -> str:
             one.name,
             value_text(metric, one.score),
             f"{value_text(metric, one.low)} to {value_text(metric, one.high)}",
-            one.draws if one.racing else f"{one.draws}, then out",
+            one.draws if one.racing else f"{one.draws}, then {result.left(one.name)}",
         )
         for one in result
     ]

@@ -37,7 +37,7 @@ ENDLESS = "no escape found"
 
 def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     """The candidates with their 95 % intervals, the best on top: blue the best, black those that
-    may be better, grey the others; a hollow mark was out before the end.
+    may be better, grey the others; a hollow mark left the race.
 
     A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
@@ -130,7 +130,7 @@ def _ranking_handles(ranking: Ranking, colors: list[str]) -> list[Line2D]:
     handles = [_mark(color, "o", text) for color, text in words.items() if color in colors]
     out = [color for one, color in zip(ranking, colors, strict=True) if not one.racing]
     if out:
-        hollow = _mark(out[0], "o", "out before the end")
+        hollow = _mark(out[0], "o", "left the race")
         hollow.set_markerfacecolor("white")
         handles.append(hollow)
     if any(np.isposinf(standing.high) for standing in ranking):

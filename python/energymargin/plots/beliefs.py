@@ -27,7 +27,8 @@ def figure_belief(
     belief: Belief, score: BeliefScore, *, plane: Plan | None = None, known: float | None = None
 ) -> Figure:
     """The particles of a belief in a plane, coloured by their scores; how many have at most which
-    score, with the mean, the quantile of 10 % and the worst; and the first-order shares.
+    score, with the mean and, but for probabilities, the quantile of 10 % and the worst; and the
+    first-order shares.
 
     `known`: the score of the problem itself, to compare with. Raises ValueError on a score of
     something else.
@@ -76,7 +77,9 @@ def _draw_scores(ax: Axes, score: BeliefScore, known: float | None) -> None:
     values = np.sort(score.values[np.isfinite(score.values)])
     shares = np.arange(1, len(values) + 1) / len(score.values)
     ax.step(values, shares, where="post", color="0.2", linewidth=1.5)
-    marks = {"mean": score.mean, "10 % are at most": score.quantile(LOW), "worst": score.worst}
+    marks = {"mean": score.mean}
+    if score.has_quantiles:
+        marks |= {"10 % are at most": score.quantile(LOW), "worst": score.worst}
     if known is not None:
         marks["the model as believed most"] = known
     for (name, value), color in zip(

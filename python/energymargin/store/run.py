@@ -248,9 +248,14 @@ class Run:
         """Quantiles of the scores of each state's particles, shape (N, len(shares)): the lowest
         score below or at which so large a share of them is. NaN where there are no particles.
 
-        Raises ValueError on a metric that the run does not have.
+        Raises ValueError on a metric that the run does not have, and on a probability.
         """
         self._require_asked(metric)
+        if metric in TIMED:
+            raise ValueError(
+                f"metric is {metric!r}, whose particles have one rollout each, 1 or 0, expected "
+                "one without a clock, such as 'capture'"
+            )
         found = np.full((self.states, len(shares)), np.nan)
         rows = self._database.execute(
             "SELECT number, scores FROM posed JOIN particles "
