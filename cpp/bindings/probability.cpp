@@ -31,7 +31,8 @@ Args:
         `rollouts`, by default 10000.
     success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
     undisturbed: also one rollout without a disturbance, before the others.
-    most_diverged: share of the rollouts that may diverge. Those that do, do not count.
+    most_diverged: share of the rollouts that may diverge; one always may, if others are left and it is not 0. Those that
+        do, do not count: `diverged` is their number. 1: any number, and where none is left the probability is NaN.
     by_object: of several objects also the probability of any, and of each.
     rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
         `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without

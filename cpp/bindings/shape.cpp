@@ -47,8 +47,10 @@ void bind_solids(py::module_& module) {
 }
 
 void bind_mass_properties(py::module_& module) {
-  py::class_<MassProperties> type(module, "MassProperties",
-                                  "Volume, centre of mass and inertia of a solid of even density.");
+  py::class_<MassProperties> type(
+      module, "MassProperties",
+      "Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg by "
+      "default. The inertia of another mass is in proportion.");
   type.def(py::init([](const Number& volume, const ArrayLike& center, const ArrayLike& moments, const ArrayLike& axes) {
              return MassProperties{real("volume", volume), vector3("center", center), vector3("moments", moments),
                                    quaternion("axes", axes)};

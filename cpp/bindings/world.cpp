@@ -36,9 +36,7 @@ auto run_simulation(double steps, const Limit& limit, const Simulation& simulati
 class SharedWorld {
  public:
   explicit SharedWorld(const Scene& scene) : world_(scene) {}
-  SharedWorld(const Scene& scene, const Plan& plan) : world_(scene, plan), has_plan_(true) {}
-
-  bool has_plan() const { return has_plan_; }
+  SharedWorld(const Scene& scene, const Plan& plan) : world_(scene, plan) {}
 
   const World& world() const { return world_; }
 
@@ -60,7 +58,6 @@ class SharedWorld {
 
  private:
   World world_;
-  bool has_plan_ = false;
   std::timed_mutex mutex_;
 };
 
@@ -114,7 +111,6 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
                    const std::optional<std::vector<WholeNumber>>& record_steps, const TimeoutArgument& timeout,
                    const CancelArgument& cancel) {
   const Limit call_limit = limit_of(timeout, cancel);
-  const bool follows_plan = shared.has_plan() && drives.empty() && targets.empty();
   const Script script = script_of(drives, targets);
   const State start = vector("state", state, -1);
   const int steps = steps_of(number_of_steps);
@@ -123,8 +119,7 @@ Recording simulate(SharedWorld& shared, const ArrayLike& state, const WholeNumbe
   std::vector<Frame> frames = run_simulation(steps, call_limit, [&](const Limit& limit) {
     return shared.ask_until(limit, [&](World& world) {
       warnings = implausible_start(world, start);
-      return follows_plan ? world.simulate(start, steps, record, limit)
-                          : world.simulate(start, script, steps, record, limit);
+      return world.simulate(start, script, steps, record, limit);
     });
   });
   warn(warnings, shared.world().scene());
@@ -219,8 +214,8 @@ beyond its limits. Raises TimeoutError, or Cancelled.)";
 constexpr const char* simulate_doc =
     R"(One unbroken simulation of a number of steps.
 
-drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
-Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
+The robot follows the world's plan. On top of it: drives, wrenches by body, shape (steps, 6), which add to the plan's; targets,
+of joints under position control, shape (steps,) [rad] or [m], which replace the plan's. record: the steps after which a frame is recorded, ascending, from 0, the
 start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Warns of a joint that starts
 beyond its limits, and of bodies deep in each other. Raises TimeoutError, or Cancelled.)";
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -62,9 +63,17 @@ TEST(Probability, LeavesOutOneRolloutThatDivergedAndCountsIt) {
 TEST(Probability, IsNoneOfTooManyOrAllRolloutsThatDiverged) {
   EXPECT_THROW(probability(30, 2, 0.01), std::runtime_error);
   EXPECT_THROW(probability(30, 1, 0.0), std::runtime_error);
-  EXPECT_THROW(probability(5, 5, 1.0), std::runtime_error);
+  EXPECT_THROW(probability(5, 5, 0.99), std::runtime_error);
   EXPECT_THROW(probability(1, 1, 0.01), std::runtime_error);
-  EXPECT_EQ(probability(5, 4, 1.0).rollouts, 1);
+  EXPECT_EQ(probability(5, 4, 0.99).rollouts, 1);
+}
+
+// Who asks many questions in a row wants to know, and to go on.
+TEST(Probability, OfAnyNumberOfRolloutsThatDivergedIsUnknownIfNoneIsLeft) {
+  const CaptureProbability p = probability(5, 5, 1.0);
+  EXPECT_EQ(p.diverged, 5);
+  EXPECT_EQ(p.rollouts, 0);
+  EXPECT_TRUE(std::isnan(p.all.captured()));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ void expect_taken(World& world, const State& state) {
   EXPECT_NO_THROW(unpack(scene, state));
   EXPECT_NO_THROW(world.energy(state));
   EXPECT_NO_THROW(run([&] { world.rollout(state, none, 2.0 * scene.stepping().step); }));
-  EXPECT_NO_THROW(run([&] { world.simulate(state, 2, {1, 2}); }));
+  EXPECT_NO_THROW(run([&] { world.simulate(state, {}, 2, {1, 2}); }));
   EXPECT_NO_THROW(hold(scene, state, scene.stepping().step));
 }
 

@@ -45,7 +45,7 @@ struct ConvexHull {
 struct MassProperties {
   double volume = 0.0;                       //!< [m^3]
   Vector3 center = Vector3::Zero();          //!< centre of mass in the shape's frame [m]
-  Vector3 moments = Vector3::Zero();         //!< principal moments about the centre [kg m^2]
+  Vector3 moments = Vector3::Zero();         //!< principal moments about the centre, of the given mass [kg m^2]
   Quaternion axes = Quaternion::Identity();  //!< turns the principal axes into the shape's
 };
 

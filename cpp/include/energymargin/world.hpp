@@ -150,14 +150,11 @@ class World {
   Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
                             const Watch& watch = {});
 
-  //! One unbroken simulation of `steps` steps under a script, recorded after the steps in `record` (ascending, from 0,
-  //! the start, to `steps`). The start's contacts are those of `contacts`. Throws Cancelled or TimedOut if it reaches
-  //! the limit.
+  //! One unbroken simulation of `steps` steps under the world's plan and, on top of it, a script, recorded after the
+  //! steps in `record` (ascending, from 0, the start, to `steps`). The start's contacts are those of `contacts`. Throws
+  //! Cancelled or TimedOut if it reaches the limit.
   std::vector<Frame> simulate(const State& state, const Script& script, int steps, const std::vector<int>& record,
                               const Limit& limit = {});
-
-  //! The same as the world's plan says.
-  std::vector<Frame> simulate(const State& state, int steps, const std::vector<int>& record, const Limit& limit = {});
 
   //! Mechanical energy: the kinetic energy of all bodies that move, links included; the potential energy of gravity and
   //! of the bodies' constant forces, with its zero at the world's origin; the energy of the springs, and of the joints'

@@ -25,8 +25,9 @@ inline Eigen::VectorXd times_of(const std::vector<int>& steps, double step) {
   return times;
 }
 
-//! Throws std::runtime_error if more than one and more than this share have diverged, or any if it is 0, or all.
+//! Throws std::runtime_error if more than one and more than this share have diverged, any if it is 0, or all below 1.
 inline void require_few_diverged(int diverged, int rollouts, double most) {
+  if (most >= 1.0) return;
   const double allowed = most > 0.0 ? std::max(1.0, most * rollouts) : 0.0;
   if (diverged == 0 || (diverged <= allowed && diverged < rollouts)) return;
   throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +

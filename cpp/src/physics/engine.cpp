@@ -112,8 +112,8 @@ void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor*
   if (!converged) ++result.unconverged;
 }
 
-std::vector<Frame> Engine::simulate(const State& state, const Robot* robot, int steps, const std::vector<int>& record,
-                                    const Limit& limit) {
+std::vector<Frame> Engine::simulate(const State& state, const Robot* scripted, int steps,
+                                    const std::vector<int>& record, const Limit& limit) {
   std::vector<Frame> frames;
   auto next = record.begin();
   if (next != record.end() && *next == 0) {
@@ -127,7 +127,8 @@ std::vector<Frame> Engine::simulate(const State& state, const Robot* robot, int 
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_looks == 0) limit.require();
     simulation_.unload();
-    if (robot) robot->act(simulation_, i - 1);
+    if (robot_) robot_->act(simulation_, i - 1);
+    if (scripted) scripted->act(simulation_, i - 1);
     const PartResult whole = simulation_.step();
     unconverged += whole.converged ? 0 : 1;
     lost_time += whole.lost;

@@ -19,7 +19,6 @@ class Engine {
 
   //! The robot follows `plan`, which fits the scene, in rollouts and simulations from now on.
   void follow(const Plan& plan) { robot_.emplace(simulation_.scene(), plan); }
-  const std::optional<Robot>& robot() const { return robot_; }
 
   Simulation& simulation() { return simulation_; }
   const Simulation& simulation() const { return simulation_; }
@@ -30,8 +29,9 @@ class Engine {
   //! The same with the balance of its energy.
   Rollout audited_rollout(const State& state, const std::vector<Push>& pushes, const Limit& limit, const Watch& watch);
 
-  //! Recorded after the steps in `record`; `robot` may be null. Throws Cancelled or TimedOut if it reaches the limit.
-  std::vector<Frame> simulate(const State& state, const Robot* robot, int steps, const std::vector<int>& record,
+  //! Recorded after the steps in `record`. What is `scripted`, unless it is null, comes on top of the plan. Throws
+  //! Cancelled or TimedOut if it reaches the limit.
+  std::vector<Frame> simulate(const State& state, const Robot* scripted, int steps, const std::vector<int>& record,
                               const Limit& limit);
 
   //! With the forces of one step without a wrench.

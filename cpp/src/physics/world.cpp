@@ -88,10 +88,8 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
                                    const Limit& limit) {
   validate(scene(), state);
   require_steps(steps);
-  if (script.drives.empty() && script.targets.empty()) {
-    validate_record(record, steps);
-    return engine_->simulate(state, nullptr, steps, record, limit);
-  }
+  validate_record(record, steps);
+  if (script.drives.empty() && script.targets.empty()) return engine_->simulate(state, nullptr, steps, record, limit);
   for (const Drive& drive : script.drives) {
     require_a_row_a_step("drives['" + drive.body + "']", drive.wrenches.rows(), steps);
   }
@@ -100,16 +98,8 @@ std::vector<Frame> World::simulate(const State& state, const Script& script, int
   }
   const Plan plan{scene().stepping().step, script.drives, script.targets};
   validate(plan, scene(), "drives");
-  validate_record(record, steps);
-  const Robot robot(scene(), plan);
-  return engine_->simulate(state, &robot, steps, record, limit);
-}
-
-std::vector<Frame> World::simulate(const State& state, int steps, const std::vector<int>& record, const Limit& limit) {
-  validate(scene(), state);
-  require_steps(steps);
-  validate_record(record, steps);
-  return engine_->simulate(state, engine_->robot() ? &*engine_->robot() : nullptr, steps, record, limit);
+  const Robot scripted(scene(), plan);
+  return engine_->simulate(state, &scripted, steps, record, limit);
 }
 
 double World::energy(const State& state) const {

@@ -67,6 +67,21 @@ void check_density(Warnings& warnings, const Scene& scene, std::size_t index) {
   }
 }
 
+// A body with all its mass in its farthest point has a radius of gyration of its reach. Links of a robot are told of as
+// they are read, with the way out of their file.
+void check_inertial(Warnings& warnings, const Scene& scene, std::size_t index) {
+  const Body& body = scene.bodies()[index];
+  if (!body.inertial || !body.dynamic() || scene.jointed(index)) return;
+  const double reach = reach_from(body.shape, body.inertial->center);
+  const double gyration = std::sqrt(0.5 * body.inertial->moments.sum() / body.mass);
+  if (!std::isfinite(reach) ||
+      (gyration <= plausible::most_gyration * reach && gyration >= plausible::least_gyration * reach)) {
+    return;
+  }
+  warn(warnings, of_body(body, "the inertia's radius of gyration"), text(gyration) + " m",
+       "of a shape within " + text(reach) + " m of the centre of mass: is the inertia in kg m^2, and of this mass?");
+}
+
 // (1, 0, 0, 0) is no turn where w comes first, and here a half turn about x. (-1, 0, 0, 0) is the same half turn.
 bool is_w_first(const Quaternion& orientation) { return orientation.coeffs() == Eigen::Vector4d(1.0, 0.0, 0.0, 0.0); }
 
@@ -184,6 +199,7 @@ std::vector<Warning> implausible(const Scene& scene) {
     const Body& body = scene.bodies()[i];
     check_extent(warnings, body, least_moving);
     check_density(warnings, scene, i);
+    check_inertial(warnings, scene, i);
     if (!scene.joint_to(i)) check_orientation(warnings, of_body(body, "orientation"), body.state.orientation);
   }
   for (const Joint& joint : scene.joints()) check_joint(warnings, joint);

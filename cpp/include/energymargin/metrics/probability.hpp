@@ -28,7 +28,8 @@ struct ProbabilityOptions {
   bool success = false;               //!< also for the success set at the horizon: rollouts go on after an exit
   bool by_object = false;             //!< also for any object, and for each: rollouts go on until all have left
   bool undisturbed = true;            //!< also one rollout without a disturbance, before the random ones
-  double most_diverged = 0.01;        //!< share of the rollouts that may diverge
+  double most_diverged = 0.01;        //!< share of the rollouts that may diverge, and one always, if others are left
+                                      //!< and it is not 0; 1: any number, and if none is left the probability is NaN
   Limit limit{};  //!< ends it early: the rollouts that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
 };
