@@ -213,8 +213,13 @@ class Selection:
             self.offset[body] = self.offset[parent] @ self.at(body)
 
     def at(self, body: int) -> Pose:
-        """A body's frame in its parent's, before its joints."""
-        return local_pose(self.model.body_pos[body], self.model.body_quat[body])
+        """A body's frame in its parent's, before its joints; on a ball joint alone, which is not
+        simulated, as it starts."""
+        model = self.model
+        if body in self.joints and not self.joints[body] and model.body_jntnum[body]:
+            poses = self.start.poses
+            return np.linalg.inv(poses[int(model.body_parentid[body])]) @ poses[body]
+        return local_pose(model.body_pos[body], model.body_quat[body])
 
     def all_joints(self) -> list[int]:
         """Hinge and slide joints of the selected bodies."""
