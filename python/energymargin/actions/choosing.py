@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability
+from energymargin.reprs import short_repr
 
 __all__ = ["Choice", "check_confidence", "choose"]
 
@@ -27,6 +28,8 @@ __all__ = ["Choice", "check_confidence", "choose"]
 @dataclass(frozen=True)
 class Choice:
     """Which candidate is taken."""
+
+    __repr__ = short_repr
 
     number: int
     """Of the chosen candidate; 0 is the policy's action."""

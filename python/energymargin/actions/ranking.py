@@ -21,6 +21,7 @@ from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 from energymargin.scoring.settings import Search
 from energymargin.table_text import csv_text, markdown_table
 
@@ -38,6 +39,8 @@ SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the
 @dataclass(frozen=True, eq=False)
 class Standing:
     """Where one candidate stands."""
+
+    __repr__ = short_repr
 
     name: str
     values: NDArray[np.float64]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem, Region
 from energymargin.mujoco.simulation import Simulation
+from energymargin.reprs import short_repr
 
 __all__ = ["Edge", "Played", "Player"]
 
@@ -33,6 +34,8 @@ class Edge(NamedTuple):
 @dataclass(frozen=True)
 class Played:
     """What became of the edges."""
+
+    __repr__ = short_repr
 
     escaped: bool
     time: float

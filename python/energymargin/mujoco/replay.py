@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from energymargin._core import Cancel, EscapeEffort, Problem, Region, Scene, World
 from energymargin.checks import one_of, positive_number
 from energymargin.mujoco.playing import Edge, Player
+from energymargin.reprs import short_repr
 
 __all__ = ["Replay", "replay"]
 
@@ -24,6 +25,8 @@ SAME = 1e-6  # [m], [m/s], [rad], ...: data further off are at another state tha
 @dataclass(frozen=True)
 class Replay:
     """What became of an escape, or of a plan, in MuJoCo."""
+
+    __repr__ = short_repr
 
     escaped: bool
     """Whether it leads out unchanged."""

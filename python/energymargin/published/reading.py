@@ -19,6 +19,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.published.folder import SIMULATED, Columns, of_part, read_columns, require_same
 from energymargin.published.recorded import CLEARANCE, HEIGHT, PublishedRecorded
 from energymargin.published.task import SimulatedTask, placed
+from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 from energymargin.store.file import add_scores as add_run
 from energymargin.tasks.base import Params
@@ -202,6 +203,8 @@ def matched_interval(task: SimulatedTask, params: Params, states: NDArray[np.flo
 @dataclass(frozen=True)
 class Track:
     """The poses of tool and object in the last K frames of one recording."""
+
+    __repr__ = short_repr
 
     number: int
     times: NDArray[np.float64]

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.reprs import short_repr
+
 __all__ = [
     "BODIES",
     "FIELDS",
@@ -301,6 +303,8 @@ class SourceFile:
 @dataclass(frozen=True)
 class FrameTable:
     """R rows of a file."""
+
+    __repr__ = short_repr
 
     source: SourceFile
     lines: NDArray[np.int64]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.reprs import short_repr
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.poses import Pose, pose
 
@@ -103,6 +104,8 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
 @dataclass(frozen=True)
 class Start:
     """Where a model is when its scene begins."""
+
+    __repr__ = short_repr
 
     positions: NDArray[np.float64]
     """MuJoCo's qpos (nq,)."""

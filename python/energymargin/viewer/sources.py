@@ -19,6 +19,7 @@ from energymargin.actions import Along
 from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
+from energymargin.reprs import short_repr
 from energymargin.store import ScoreStore
 
 __all__ = [
@@ -49,6 +50,8 @@ SEARCHED = (
 @dataclass(frozen=True)
 class Frames:
     """The frames of one trajectory."""
+
+    __repr__ = short_repr
 
     times: NDArray[np.float64]
     """Time of each [s], shape (K,)."""
