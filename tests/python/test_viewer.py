@@ -1,6 +1,7 @@
 """What the viewer computes before a browser draws it."""
 
 import dataclasses
+import io
 import json
 import struct
 import threading
@@ -9,6 +10,7 @@ import time
 import numpy as np
 import pytest
 import trimesh
+from grippers import gripper
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
@@ -108,6 +110,27 @@ def test_a_set_that_holds_all_or_nothing_of_the_view_has_no_surface():
     view = view_around(problem.scene, [problem.state])
     assert region_surface(problem, ball, view) is None
     assert region_surface(problem, ~ball, view) is None
+
+
+def test_a_set_within_an_object_and_the_object_around_it_never_hide_each_other():
+    """Their materials are blended, so that browsers do not note their depth."""
+    with view(gripper(radius=0.015)) as viewer:
+        stage = viewer.page._stage
+        viewer.page.wait()
+        assert stage.draw_sets() == {"capture set"}
+        of_cube, of_set = stage._bodies._moving["cube"], stage._surfaces["capture set"]
+        for drawn, size in ((of_cube, 0.04), (of_set, 0.03)):
+            content = trimesh.load(io.BytesIO(drawn.glb_data), file_type="glb")
+            (mesh,) = content.geometry.values()
+            assert mesh.visual.material.alphaMode == "BLEND"
+            assert mesh.extents == pytest.approx([size] * 3, rel=0.05)
+
+
+def test_a_mast_far_away_does_not_shrink_the_hand():
+    near, far = gripper(), gripper(mast=True)
+    assert view_around(far.scene, [far.state]).size == pytest.approx(
+        view_around(near.scene, [near.state]).size
+    )
 
 
 def test_a_spring_goes_from_point_to_point_of_its_bodies():
