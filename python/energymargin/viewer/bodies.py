@@ -55,17 +55,10 @@ class DrawnBodies:
     """All bodies of one scene; those that move can be put into any state."""
 
     def __init__(
-        self,
-        server: viser.ViserServer,
-        scene: Scene,
-        center: NDArray[np.float64],
-        cell: float,
-        *,
-        flat: bool,
+        self, server: viser.ViserServer, scene: Scene, center: NDArray[np.float64], cell: float
     ) -> None:
-        """Adds them; the ground is a grid around `center` (3,) with cells of this size [m]. Where
-        sets are flat, bodies hide what is below them; elsewhere sets may be within."""
-        self._server, self._flat = server, flat
+        """Adds them; the ground is a grid around `center` (3,) with cells of this size [m]."""
+        self._server = server
         self._scene = scene
         self._moving: dict[str, Any] = {}
         self._ghosts: dict[str, Any] = {}
@@ -114,29 +107,29 @@ class DrawnBodies:
             added.remove()
 
     def _add(self, number: int, body: Body) -> None:
-        mesh = self._add_mesh(f"/bodies/{number}", body, OPACITY[body.role])
+        mesh = _add_mesh(self._server, f"/bodies/{number}", body, OPACITY[body.role])
         _place(mesh, _pose_of(body))
         self._added.append(mesh)
         if not body.fixed:
             self._moving[body.name] = mesh
         if body.role == "object":
-            ghost = self._add_mesh(f"/escape/{number}", body, GHOST)
+            ghost = _add_mesh(self._server, f"/escape/{number}", body, GHOST)
             ghost.visible = False
             self._ghosts[body.name] = ghost
             self._added.append(ghost)
 
-    def _add_mesh(self, name: str, body: Body, opacity: float | None) -> Any:
-        solid, color = shape_triangles(body.shape), BODY_COLORS[body.role]
-        if opacity is not None and not self._flat:
-            return add_translucent(self._server, name, solid, color, opacity, flat=True)
-        return self._server.scene.add_mesh_simple(
-            name,
-            solid.vertices.astype(np.float32),
-            solid.faces.astype(np.uint32),
-            color=rgb(color),
-            opacity=opacity,
-            flat_shading=True,
-        )
+
+def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float | None) -> Any:
+    solid, color = shape_triangles(body.shape), BODY_COLORS[body.role]
+    if opacity is not None:
+        return add_translucent(server, name, solid, color, opacity, flat=True)
+    return server.scene.add_mesh_simple(
+        name,
+        solid.vertices.astype(np.float32),
+        solid.faces.astype(np.uint32),
+        color=rgb(color),
+        flat_shading=True,
+    )
 
 
 def add_translucent(

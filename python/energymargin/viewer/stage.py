@@ -71,8 +71,7 @@ class Stage:
         view = view_around(scene, states[chosen])
         self._view = view
         self._flat = is_flat(problem, states, view)
-        cell = _nice(view.size / GROUND_CELLS)
-        self._bodies = DrawnBodies(server, scene, view.center, cell, flat=self._flat)
+        self._bodies = DrawnBodies(server, scene, view.center, _nice(view.size / GROUND_CELLS))
         self._tree = DrawnTree(server, view.size)
         _look_at(server, view, FROM[self._flat])
         self.put(problem)
