@@ -5,7 +5,7 @@ A plane is named by its two axes, such as ("x", "z"); it is looked at along the 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ __all__ = [
     "outlines_of",
     "placed",
     "plane_for",
+    "seen_corners",
     "shape_corners",
     "shape_parts",
     "view_of",
@@ -35,6 +36,9 @@ __all__ = [
 AXES = ("x", "y", "z")
 STILL = 1e-6  # m; objects that spread less do not move
 PREFERENCE = (1.5, 1.0, 1.2)  # of x, y and z, where it is a close call
+COVERED = 0.1  # of the objects' area; a plane in which the robot covers so much more is not taken
+GRID = 12  # points along an outline's sides, for its covered area
+REACH = 3.0  # of the longest side of what moves freely; a fixed or jointed robot is seen so far
 AROUND = 0.1  # of the view's longer side, around what moves
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
 
@@ -114,8 +118,10 @@ def object_centers(scene: Scene, axes: Sequence[str] = AXES) -> list[list[int]]:
 def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
     """The plane that shows most of these states, shape (N, n).
 
-    If no body can move along one of the axes, the plane across it. Otherwise the two axes along
-    which the objects get about most or, where they stay, along which the moving bodies are longest.
+    If no body can move along one of the axes, the plane across it. Otherwise one in which the robot
+    covers little of the objects, as the fingers of a hand and not its palm; of these the one of the
+    two axes along which the objects get about most or, where they stay, along which the moving
+    bodies are longest.
     """
     moving = [body for body in scene.bodies if not (body.fixed or isinstance(body.shape, Plane))]
     locked = np.array([np.asarray(body.linear_factor) == 0.0 for body in moving]).all(axis=0)
@@ -125,35 +131,90 @@ def plane_for(scene: Scene, states: NDArray[np.float64]) -> Plan:
     spread = np.max([states[:, start : start + 3].std(axis=0) for start in starts], axis=0)
     if spread.max() < STILL:
         names = {body.name for body in moving if body.role != "none"}
-        spread = np.ptp(_corners(scene, states[0], AXES, names), axis=0)
-    return _without(int((spread * PREFERENCE).argmin()))
+        corners = _corners(scene, states[0], AXES, names)
+        spread = np.ptp(np.concatenate(list(corners.values())), axis=0)
+    covered = np.array([_covered(scene, states[0], _without(axis)) for axis in range(3)])
+    least = np.where(covered <= covered.min() + COVERED, spread * PREFERENCE, np.inf)
+    return _without(int(least.argmin()))
+
+
+def _covered(scene: Scene, state: NDArray[np.float64], plane: Plan) -> float:
+    """How much of the objects' area the robot covers, or is covered by, in a plane: 0 to 1."""
+    poses = body_poses(scene, state)
+    outlines: dict[str, list[NDArray[np.float64]]] = {"object": [], "effector": []}
+    for body in scene.bodies:
+        if body.role != "none" and not isinstance(body.shape, Plane):
+            outlines[body.role] += outlines_of(body.shape, poses[body.name], plane)
+    points = np.concatenate([_within(outline) for outline in outlines["object"]])
+    hidden = [_contains(outline, points) for outline in outlines["effector"]]
+    return float(np.any(hidden, axis=0).mean()) if hidden and len(points) else 0.0
+
+
+def _within(outline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points of a grid that lie in a convex outline, shape (P, 2)."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    shares = (np.arange(GRID) + 0.5) / GRID
+    points = np.stack(np.meshgrid(shares, shares), axis=-1).reshape(-1, 2) * (high - low) + low
+    return np.asarray(points[_contains(outline, points)])
+
+
+def _contains(outline: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points, shape (P, 2), lie in a convex outline, counterclockwise; none in a line."""
+    if len(outline) < 3:
+        return np.zeros(len(points), dtype=bool)
+    sides = np.roll(outline, -1, axis=0) - outline
+    ways = points[:, None] - outline
+    return np.asarray(np.all(sides[:, 0] * ways[..., 1] >= sides[:, 1] * ways[..., 0], axis=1))
 
 
 def view_of(
     scene: Scene, states: NDArray[np.float64], plane: Plan, around: float = AROUND
 ) -> Limits:
     """A view of all that moves in these states, shape (N, n), and `around` it, in its lengths."""
-    shown = {body.name for body in scene.bodies if body.role != "none"}
-    points = np.concatenate([_corners(scene, state, plane, shown) for state in states])
+    points = seen_corners(scene, states, plane)
     low, high = points.min(axis=0), points.max(axis=0)
     more = around * float((high - low).max())
     (x0, y0), (x1, y1) = low - more, high + more
     return (float(x0), float(x1)), (float(y0), float(y1))
 
 
+def seen_corners(
+    scene: Scene, states: Iterable[NDArray[np.float64]], axes: Sequence[str]
+) -> NDArray[np.float64]:
+    """Corners of what a view of these states has to show, along k axes; shape (N, k).
+
+    Objects and free effectors are shown whole. Fixed and jointed ones, such as a mast or an arm,
+    are cut off where they reach far beyond those, and left out where they are far away.
+    """
+    links = {joint.child for joint in scene.joints}
+    robot = {body.name for body in scene.bodies if body.role == "effector"}
+    held = robot & (links | {body.name for body in scene.bodies if body.fixed})
+    shown = {body.name for body in scene.bodies if body.role != "none"}
+    of_states = [_corners(scene, state, axes, shown) for state in states]
+    corners = {name: np.concatenate([of[name] for of in of_states]) for name in of_states[0]}
+    whole = np.concatenate([points for name, points in corners.items() if name not in held])
+    low, high = whole.min(axis=0), whole.max(axis=0)
+    reach = REACH * float((high - low).max())
+    cut = [np.clip(corners[name], low - reach, high + reach) for name in corners if name in held]
+    near = [points for points in cut if (np.ptp(points, axis=0) > 0).all()]
+    return np.asarray(np.concatenate([whole, *near]))
+
+
 def _corners(
     scene: Scene, state: NDArray[np.float64], axes: Sequence[str], names: Collection[str]
-) -> NDArray[np.float64]:
-    """Those of some bodies in a state, and their centres, along k axes; shape (N, k)."""
+) -> dict[str, NDArray[np.float64]]:
+    """Those of some bodies in a state, and their centres, along k axes; shapes (N, k)."""
     poses = body_poses(scene, state)
-    return np.concatenate(
-        [
-            placed(points, poses[body.name], axes)
-            for body in scene.bodies
-            if body.name in names and not isinstance(body.shape, Plane)
-            for points in (np.zeros((1, 3)), *shape_parts(body.shape))
-        ]
-    )
+    return {
+        body.name: np.concatenate(
+            [
+                placed(points, poses[body.name], axes)
+                for points in (np.zeros((1, 3)), *shape_parts(body.shape))
+            ]
+        )
+        for body in scene.bodies
+        if body.name in names and not isinstance(body.shape, Plane)
+    }
 
 
 def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Parts of a plan."""
+"""Plans and control times in steps of a scene, and what is left of a plan."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Plan
 from energymargin.checks import positive_number
 
-__all__ = ["rest_of", "whole_steps"]
+__all__ = ["control_period", "in_steps", "nearest_steps", "rest_of", "whole_steps"]
 
 ROUNDING = 1e-6  # of a step
 
@@ -26,6 +26,46 @@ def whole_steps(name: str, time: float, step: float) -> int:
             f"{name} is {time!r} s, expected whole steps of {step:.6g} s, such as {near:.6g}"
         )
     return round(count)
+
+
+def control_period(name: str, time: float, step: float) -> float:
+    """A time [s] between two controls; ValueError with `name` unless it is a step [s] or more."""
+    if positive_number(name, time) < (1 - ROUNDING) * step:
+        raise ValueError(f"{name} is {time!r} s, expected at least a step of {step:.6g} s")
+    return float(time)
+
+
+def nearest_steps(times: ArrayLike, step: float) -> NDArray[np.int64]:
+    """The step [s] that is nearest to each time [s], of two the later one.
+
+    Each is rounded by itself. So control times of a rate that is not one of whole steps keep that
+    rate in the mean: at 240 steps a second, those of 50 Hz are steps 0, 5, 10, 14, 19, 24, ...
+    """
+    return np.floor(np.asarray(times, float) / step + 0.5 + ROUNDING).astype(np.int64)
+
+
+def in_steps(plan: Plan, step: float) -> Plan:
+    """The same plan for a scene of this step [s], which a problem and a world take.
+
+    Each row begins at the step that is nearest to its time, by `nearest_steps`: rows of 50 Hz last
+    5 or 4 steps at 240 steps a second, and 50 of them a second. A plan whose rows are whole steps
+    is itself. Raises ValueError on rows shorter than a step.
+    """
+    count = control_period("step of the plan", plan.step, step) / step
+    if abs(count - round(count)) <= ROUNDING * count:
+        return plan
+    lasts = np.diff(nearest_steps(np.arange(plan.rows + 1) * plan.step, step))
+
+    def held(rows: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
+        return {name: np.repeat(all_of, lasts, axis=0) for name, all_of in rows.items()}
+
+    return Plan(
+        step,
+        wrenches=held(plan.wrenches),
+        targets=held(plan.targets),
+        velocities=held(plan.velocities),
+        limits=plan.limits,
+    )
 
 
 def rest_of(plan: Plan, done: int, step: float) -> Plan:

@@ -6,9 +6,12 @@ import sys
 import warnings
 from collections.abc import Iterable
 
-__all__ = ["PlausibilityWarning", "warn"]
+__all__ = ["HOW_TO_IGNORE", "PlausibilityWarning", "levels_to_user", "warn"]
 
 MOST_KNOWN = 10_000  # warnings that are remembered, so that each warns once
+
+# Frames of these are not the user's: this package, its commands, and what calls it in between.
+HOSTS = {"click", "energymargin", "energymargin_paper", "gymnasium", "typer"}
 
 HOW_TO_IGNORE = 'If it is meant: warnings.filterwarnings("ignore", category=em.PlausibilityWarning)'
 
@@ -24,13 +27,13 @@ def warn(found: Iterable[tuple[str, str]], fingerprint: str) -> None:
     """Issues each warning, a subject and a text, once for each fingerprint.
 
     `fingerprint` is that of the scene, so that many states of one scene warn once. The warning
-    points at the user's line: the first one outside of this package.
+    points at the user's line.
     """
     for about, text in found:
         if (fingerprint, about) in _known:
             continue
         sentence = text + (" " if text.endswith(("?", ".")) else ". ")
-        level = _levels_to_user()
+        level = levels_to_user()
         warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=level)
         if len(_known) >= MOST_KNOWN:
             _known.clear()
@@ -39,9 +42,10 @@ def warn(found: Iterable[tuple[str, str]], fingerprint: str) -> None:
         )  # after the warning: one that a filter makes an error comes again
 
 
-def _levels_to_user() -> int:
-    """The `stacklevel` for the caller of this function that reaches the user's line."""
+def levels_to_user() -> int:
+    """The `stacklevel` for the caller of this function that reaches the user's line: the first one
+    outside of HOSTS."""
     frame, level = sys._getframe(1), 1
-    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] == "energymargin":
+    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] in HOSTS:
         frame, level = frame.f_back, level + 1
     return level

@@ -1,4 +1,4 @@
-"""Short texts of dataclasses that hold large arrays, for a prompt: states=array(10, 26)."""
+"""Short texts of dataclasses and of compiled classes, for a prompt: states=array(10, 26)."""
 
 from __future__ import annotations
 
@@ -8,15 +8,34 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["short_repr"]
+__all__ = ["compiled_repr", "short_repr"]
 
 MOST = 6  # numbers or words of a list that is shown in full
 
 
 def short_repr(self: Any) -> str:
-    """The `__repr__` of a dataclass: an array by its shape, a long list by its length."""
-    texts = (f"{field.name}={_text(getattr(self, field.name))}" for field in fields(self))
-    return f"{type(self).__name__}({', '.join(texts)})"
+    """The `__repr__` of a dataclass: a large array by its shape, a long list by its length."""
+    return _listed(self, {f.name: getattr(self, f.name) for f in fields(self) if f.repr})
+
+
+def compiled_repr(self: Any) -> str:
+    """The `__repr__` of a compiled class, of its properties: a vector as numbers, all else as
+    above."""
+    members = vars(type(self)).items()
+    names = [name for name, member in members if isinstance(member, property)]
+    return _listed(self, {name: _numbers(getattr(self, name)) for name in names})
+
+
+def _numbers(value: object) -> object:
+    """A vector, such as a position, to six digits."""
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= MOST:
+        return tuple(float(f"{number:.6g}") for number in value)
+    return value
+
+
+def _listed(thing: object, values: Mapping[str, object]) -> str:
+    texts = (f"{name}={_text(value)}" for name, value in values.items())
+    return f"{type(thing).__name__}({', '.join(texts)})"
 
 
 def _text(value: object) -> str:
@@ -36,7 +55,8 @@ def _entry(value: object) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str) and value:
         plain = all(isinstance(each, (str, int, float)) for each in value)
         return repr(value) if plain and len(value) <= MOST else f"[{len(value)} {_kind(value[0])}]"
-    return repr(value)
+    text = repr(value.item() if isinstance(value, np.generic) else value)
+    return f"{_kind(value)}(...)" if "\n" in text else text
 
 
 def _kind(value: object) -> str:

@@ -171,7 +171,7 @@ def test_a_cancel_keeps_what_is_done_and_says_so():
         ({"problem": 1}, "problem is 1, expected a Problem"),
         ({"plan": "hold"}, "plan is 'hold', expected a Plan"),
         ({"problem": coasting().replace(horizon=None)}, "problem is without plan and horizon"),
-        ({"every": 0.11}, "every is 0.11 s, expected whole steps"),
+        ({"every": 0.001}, "every is 0.001 s, expected at least a step of 0.00416667 s"),
         ({"every": 0.0}, "every is 0.0, expected a positive number"),
         ({"ahead": 2.5}, "ahead is 2.5 s, expected at most the 2 s there are"),
         ({"ahead": 0.001}, "ahead is 0.001 s, expected whole steps"),
@@ -185,6 +185,20 @@ def test_bad_input_is_refused(given, message):
     with pytest.raises(ValueError) as error:
         em.along(**{"problem": coasting(), **given})
     assert str(error.value).startswith(message)
+
+
+def test_moments_at_50_hz_are_50_a_second():
+    found = em.along(coasting(), every=0.02, ahead=1.0, rollouts=1, effort=False)
+    assert np.round(found.times[:6] * 240, 6).tolist() == [0, 5, 10, 14, 19, 24]
+    assert len(found) == 51 and found.times[-1] == pytest.approx(1.0)
+
+
+def test_a_plan_of_50_hz_is_followed():
+    problem = coasting()
+    body = next(body.name for body in problem.scene.bodies if not body.fixed)
+    plan = em.Plan(0.02, wrenches={body: np.zeros((20, 6))})
+    found = em.along(problem, plan, every=0.1, rollouts=1, effort=False)
+    assert found.times[-1] + found.ahead[-1] == pytest.approx(0.4)
 
 
 def test_a_line_for_each_moment_of_a_table(through_the_gate):

@@ -93,8 +93,19 @@ def test_an_effort_that_some_particle_does_not_have_is_infinite_in_the_mean():
     assert np.isinf(effort.values).any() and np.isfinite(effort.worst)
     assert effort.mean == np.inf and effort.stderr is None
     assert np.isnan([share.value for share in effort.shares.values()]).all()
-    with pytest.raises(ValueError, match="expected several finite ones"):
+    infinite = int(np.isinf(effort.values).sum())
+    with pytest.raises(
+        ValueError, match=rf"inf in {infinite} of 8 .*: quantile\(0\.5\) is the med"
+    ):
         effort.interval()
+    assert effort.worst <= effort.quantile(0.1) <= effort.quantile(0.5)
+
+
+def test_one_particle_has_no_interval():
+    belief = em.Belief(problem(), friction=stats.uniform(0.05, 0.5))
+    score = em.score_belief(belief, ["force"], particles=1)["force"]
+    with pytest.raises(ValueError, match="of one particle, expected several: particles="):
+        score.interval()
 
 
 def test_progress_counts_particles_and_a_cancel_keeps_those_that_are_done():

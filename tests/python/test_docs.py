@@ -129,6 +129,12 @@ def test_each_link_of_a_page_leads_to_a_file(page):
     assert not missing
 
 
+def test_the_comparison_with_others_denies_nothing_that_the_package_does():
+    page = (DOCS / "compared_with.md").read_text()
+    for name in ("rank", "improve", "Guard", "Belief", "capture_probability"):
+        assert hasattr(em, name) and f"`em.{name}`" in page
+
+
 def test_each_page_is_in_the_tree_and_each_picture_on_a_page():
     trees = {
         (page.parent / entry).with_suffix("")

@@ -157,10 +157,21 @@ def test_the_question_of_an_environment_is_that_of_its_task():
     assert gym.present(env).to_json() == env.task.problem(env.state, env.params).to_json()
 
 
+def test_actions_at_50_hz_are_50_a_second():
+    env = gym.TaskEnv("push", control_step=0.02)
+    env.reset(seed=3)
+    ends = [round(env.step(env.nominal_action())[4]["time"] * 240) for _ in range(50)]
+    assert ends[:6] == [5, 10, 14, 19, 24, 29] and ends[-1] == 240
+    assert env.control_step == 0.02
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"control_step": 0.01}, "control_step is 0.01 s, expected whole steps"),
+        (
+            {"control_step": 0.001},
+            "control_step is 0.001 s, expected at least a step of 0.00416667",
+        ),
         ({"patience": 0.0}, "patience is 0.0, expected a positive number"),
         ({"render_mode": "human"}, "render_mode is 'human', expected 'rgb_array'"),
         ({"friction": -1.0}, "friction is -1.0"),

@@ -11,6 +11,7 @@ import energymargin as em
 from energymargin.actions.hardening import MOST, adapted, scaled
 from energymargin.actions.journal import text_of
 from energymargin.actions.parameters import Parameters
+from energymargin.plans import in_steps
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 BOX = {"x": (-0.95, 0.8, 0.95)}
@@ -70,6 +71,19 @@ def test_a_plan_is_followed_over_its_own_duration():
     # 0.5 m in 1 s: half of the speed is gone in the mean.
     assert found.values["force"] == pytest.approx(-MASS, abs=0.2)
     assert found.problem.horizon == found.plan.duration == 1.0
+
+
+def test_a_plan_of_50_hz_is_improved_in_steps_of_the_scene():
+    def slow(values):
+        return em.Plan(0.02, wrenches={"object": np.full((50, 6), [values["x"], 0, 0, 0, 0, 0])})
+
+    def fine(values):
+        return in_steps(slow(values), problem().scene.step)
+
+    few = {**SMALL, "budget": 2000}
+    assert em.improve(problem(), BOX, slow, **few).to_csv() == (
+        em.improve(problem(), BOX, fine, **few).to_csv()
+    )
 
 
 def test_an_effort_is_improved():

@@ -173,6 +173,43 @@ def test_a_fixed_body_that_is_elsewhere_in_the_model_is_refused():
         em.mujoco.state(scene, model, data)
 
 
+BALLS = """<mujoco><worldbody>
+  <body name="lamp" pos="0 0 1">
+    <joint name="lamp" type="ball"/><geom size="0.1" pos="0.1 0 0"/>
+    <body name="bulb" pos="0.3 0 0"><geom size="0.05"/></body>
+  </body>
+  <body name="cart" pos="2 0 1">
+    <freejoint/><geom size="0.1"/>
+    <body name="head" pos="0 0 0.2"><joint name="head" type="ball"/><geom size="0.05"/></body>
+  </body>
+  <body name="mark" mocap="true" pos="4 0 1"><geom size="0.1"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("turned", ["lamp", "head"])
+def test_what_a_ball_joint_has_turned_is_said_to_be_on_one(turned):
+    model = mujoco.MjModel.from_xml_string(BALLS)
+    data = mujoco.MjData(model)
+    scene = em.scenes.from_mjcf(model, ignore=["joint/ball"])
+    em.mujoco.state(scene, model, data)
+    data.joint(turned).qpos[:] = [0.8, 0, 0, 0.6]
+    message = f"'{turned}' is .* where a ball joint moves it, .* from_mjcf.*data=data"
+    with pytest.raises(ValueError, match=message):
+        em.mujoco.state(scene, model, data)
+    as_it_is = em.scenes.from_mjcf(model, ignore=["joint/ball"], data=data)
+    em.mujoco.state(as_it_is, model, data)
+
+
+def test_a_mocap_body_that_has_moved_is_said_to_be_one():
+    model = mujoco.MjModel.from_xml_string(BALLS)
+    data = mujoco.MjData(model)
+    scene = em.scenes.from_mjcf(model, ignore=["joint/ball"])
+    data.mocap_pos[0, 2] = 1.5
+    with pytest.raises(ValueError, match=r"'mark' is 0\.5 m .* a mocap body, .*data=data"):
+        em.mujoco.state(scene, model, data)
+    em.mujoco.state(em.scenes.from_mjcf(model, ignore=["joint/ball"], data=data), model, data)
+
+
 def test_a_held_joint_has_its_position_and_no_velocity():
     model, data = moved()
     scene = em.Scene()

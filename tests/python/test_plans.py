@@ -1,10 +1,10 @@
-"""What is left of a plan, and times in whole steps."""
+"""Plans in steps of a scene, what is left of one, and times in whole steps."""
 
 import numpy as np
 import pytest
 
 import energymargin as em
-from energymargin.plans import rest_of, whole_steps
+from energymargin.plans import in_steps, nearest_steps, rest_of, whole_steps
 
 STEP = 1 / 240
 ROWS = np.arange(24.0).reshape(4, 6)
@@ -53,3 +53,38 @@ def test_times_are_whole_steps():
         whole_steps("every", 0.11, STEP)
     with pytest.raises(ValueError, match=r"every is 0\.001 s, expected whole steps"):
         whole_steps("every", 0.001, STEP)
+
+
+@pytest.mark.parametrize("rate", [50, 60, 100, 125, 160, 200, 240])
+def test_control_times_keep_their_rate_in_the_mean(rate):
+    times = np.arange(10 * rate + 1) / rate
+    steps = nearest_steps(times, STEP)
+    assert steps[-1] == 2400
+    assert np.abs(steps * STEP - times).max() <= STEP / 2 + 1e-9
+
+
+def test_rows_of_50_hz_begin_at_the_steps_nearest_to_their_times():
+    rows = np.arange(300.0).reshape(50, 6)
+    fine = in_steps(em.Plan(0.02, velocities={"b": rows}, limits={"b": (3.0, 2.0)}), STEP)
+    assert (fine.step, fine.rows, fine.limits) == (STEP, 240, {"b": (3.0, 2.0)})
+    first = fine.velocities["b"][:, 0] / 6
+    assert [int(np.argmax(first == row)) for row in range(6)] == [0, 5, 10, 14, 19, 24]
+
+
+def test_rows_of_whole_steps_stay_as_they_are():
+    coarse = plan(3 * STEP)
+    assert in_steps(coarse, STEP) is coarse
+
+
+def test_rows_shorter_than_a_step_are_refused():
+    with pytest.raises(ValueError, match=r"step of the plan is 0\.001 s, expected at least a step"):
+        in_steps(plan(0.001), STEP)
+
+
+def test_a_scene_takes_a_plan_of_50_hz_in_its_steps():
+    scene = em.Scene(gravity=(0, 0, 0))
+    scene.add_body("a", em.Sphere(0.1), mass=2.0, role="object")
+    push = em.Plan(0.02, wrenches={"a": np.tile([1.0, 0, 0, 0, 0, 0], (50, 1))})
+    world = em.World(scene, in_steps(push, scene.step))
+    moved = world.rollout(scene.pack(), np.zeros(6), 1.0).state
+    assert scene.unpack(moved)["a"]["velocity"][0] == pytest.approx(0.5)

@@ -1,14 +1,17 @@
 """What is legal and looks wrong is a warning, once for a scene; what is right is silent."""
 
+import json
 import math
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run_here
 from made_tasks import MADE
 
 import energymargin as em
+from energymargin.plausibility import warn
 
 ROOT = Path(__file__).parents[2]
 UPRIGHT, W_FIRST = (0, 0, 0, 1), (1, 0, 0, 0)
@@ -112,6 +115,25 @@ def test_what_looks_wrong_warns_with_its_value_and_how_to_say_that_it_is_meant(w
     assert 'filterwarnings("ignore", category=em.PlausibilityWarning)' in str(warning.message)
     assert "\n" not in str(warning.message)
     assert warning.filename == __file__
+
+
+@pytest.mark.parametrize("host", ["gymnasium.wrappers", "typer.main", "energymargin_paper.act"])
+def test_a_warning_points_behind_what_calls_the_package_for_the_user(host):
+    between = {"__name__": host}
+    exec("def call(function, *arguments): function(*arguments)", between)
+    with pytest.warns(em.PlausibilityWarning) as caught:
+        between["call"](warn, [("a", "looks wrong")], next(names))
+    assert caught[0].filename == __file__
+
+
+def test_a_command_s_warning_is_a_line_without_a_place_in_the_code(tmp_path):
+    written = json.loads(problem().to_json()) | {"duration": 200.0}
+    for name in ("a.json", "b.json"):
+        (tmp_path / name).write_text(json.dumps(written))
+    done = run_here("rank", "a.json", "b.json", cwd=tmp_path)
+    warned = [line for line in done.stderr.splitlines() if "warning" in line.lower()]
+    assert len(warned) == 1 and warned[0].startswith("warning: duration is 200 s")
+    assert ".py" not in done.stderr and "filterwarnings" not in done.stderr
 
 
 def test_a_mesh_that_is_a_building_names_its_scale(tmp_path):

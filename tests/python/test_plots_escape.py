@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+from grippers import gripper
 from made_tasks import MADE
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
@@ -18,7 +19,7 @@ from energymargin import (
     regions,
     tasks,
 )
-from energymargin.outlines import object_centers, outlines_of, plane_for
+from energymargin.outlines import REACH, object_centers, outlines_of, plane_for, view_of
 from energymargin.plots.scenes import sets_of
 from energymargin.tasks.base import plane_of
 
@@ -122,9 +123,35 @@ def legend(problem):
 
 def test_the_plane_that_is_chosen_is_the_one_in_which_the_task_is_shown(drawn):
     task, problem, score, _, _ = drawn
-    plane = plane_for(problem.scene, score.tree.states)
-    # The cup of scoop rolls the ball along y as far as it lifts it.
-    assert plane == plane_of(task) or (task.name == "scoop" and "x" in plane)
+    assert plane_for(problem.scene, score.tree.states) == plane_of(task)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_gripper_is_seen_from_the_side_from_which_neither_palm_nor_fingers_cover_the_cube(axis):
+    scene = gripper(axis).scene
+    states = np.tile(scene.pack(), (50, 1))
+    place = scene.slice("cube").start
+    states[:, place : place + 2] += np.random.default_rng(0).normal(0, 0.01, (50, 2))
+    assert plane_for(scene, states) == (axis, "z")
+
+
+def test_a_mast_far_away_does_not_shrink_the_hand():
+    near, far = (plots.plot_state(gripper(mast=mast), ax=Figure().subplots()) for mast in (0, 1))
+    assert (near.get_xlim(), near.get_ylim()) == (far.get_xlim(), far.get_ylim())
+    (low, high), (left, right) = far.get_ylim(), far.get_xlim()
+    assert high - low < 0.3 and right - left < 0.3
+    assert low < 0.13 and high > 0.255 and left < -0.07 and right > 0.07  # cube and palm
+
+
+def test_an_arm_that_reaches_far_is_cut_off_and_a_free_pusher_is_not():
+    scene = Scene()
+    scene.add_body("cube", Box((0.04,) * 3), mass=1, position=(0, 0, 0.02), role="object")
+    scene.add_body("arm", Box((0.05, 0.05, 2)), mass=0, position=(0, 0, 1.05), role="effector")
+    (_, _), (_, high) = view_of(scene, [scene.pack()], ("x", "z"), around=0.0)
+    assert high == pytest.approx(0.04 + REACH * 0.04)
+    scene.add_body("pusher", Box((0.04,) * 3), mass=1, position=(1, 0, 0.02), role="effector")
+    (_, right), _ = view_of(scene, [scene.pack()], ("x", "z"), around=0.0)
+    assert right == pytest.approx(1.02, abs=1e-3)
 
 
 def test_every_axis_has_its_unit(drawn):

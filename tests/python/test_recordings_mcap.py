@@ -212,7 +212,7 @@ def refer(frame):
         ),
         (
             changed(3, lambda pose: pose["position"].update(x=80.0)),
-            r", message 4: object_x is 80 m, .* in millimetres\? Poses are in m and quaternions",
+            r", message 4: object_x is 80 m, .* or centimetres\? Poses are in m and quaternions",
         ),
         (refer("camera"), ": poses of the object are in the frame 'camera', .* in 'world'"),
         (

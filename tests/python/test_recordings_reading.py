@@ -89,6 +89,17 @@ def test_units_stand_in_the_header(path):
     assert np.allclose(motions(read_csv(write(path, changed))), expected(columns), atol=1e-5)
 
 
+@pytest.mark.parametrize(("unit", "size"), [("us", 1e-6), ("ns", 1e-9)])
+def test_time_stamps_may_count_from_1970_in_small_units(path, unit, size):
+    columns = push()
+    stamped = {
+        f"time_{unit}" if name == "time" else name: (1.7e9 + v) / size if name == "time" else v
+        for name, v in columns.items()
+    }
+    recording = read_csv(write(path, stamped))
+    assert np.allclose(motions(recording), expected(columns), atol=1e-5)
+
+
 def test_a_mapping_file_says_which_column_is_what_and_in_which_units(path, tmp_path):
     columns = poses_of(push())
     names = {name: f"marker {k}" for k, name in enumerate(columns)}
@@ -163,7 +174,10 @@ def test_a_clock_that_was_set_back_is_told_from_an_episode(path):
         (lambda rows: rows[7].pop(), "line 9: has 13 cells, expected 14"),
         (lambda rows: rows[7].append("1"), "line 9: has 15 cells, expected 14"),
         (cell(8, "object_yaw", "200"), r"line 10: object_yaw is 200 rad, .* is it in degrees\?"),
-        (cell(8, "effector_y", "350"), r"line 10: effector_y is 350 m, .* is it in millimetres\?"),
+        (
+            cell(8, "effector_y", "350"),
+            r"line 10: effector_y is 350 m, .* is it in millimetres or centimetres\?",
+        ),
         (lambda rows: rows.clear(), "has 0 rows, expected at least 7"),
         (lambda rows: rows.__delitem__(slice(5, None)), "has 5 rows, expected at least 7"),
     ],
@@ -245,7 +259,10 @@ def test_swapped_columns_contradict_the_velocities(path, columns, message):
         (["object_x", "object_y"], 1e3, "object_x is 100 m, .* is it in millimetres"),
         (["object_x", "object_y"], 1e2, r"contradict.* if the poses are in cm"),
         (["time"], 1e3, "its frames are 30.3 s apart, .* is the time in milliseconds"),
-        (["time"], 1e-3, "its frames are 3e-05 s apart, .* is the time in seconds"),
+        (["time"], 1e6, r"its frames are 3.03e\+04 s apart, .* is the time in microseconds"),
+        (["time"], 1e9, r"its frames are 3.03e\+07 s apart, .* is the time in nanoseconds"),
+        (["time"], 1e13, r"its frames are 3.03e\+11 s apart, .* is the time in another unit"),
+        (["time"], 1e-3, "its frames are 3e-05 s apart, .* is the time in another unit"),
         (["time"], 0.1, "contradict"),
     ],
 )

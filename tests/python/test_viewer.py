@@ -1,6 +1,7 @@
 """What the viewer computes before a browser draws it."""
 
 import dataclasses
+import io
 import json
 import re
 import shlex
@@ -13,12 +14,14 @@ import older_stores
 import pytest
 import trimesh
 from command_line import run_here
+from grippers import gripper
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from energymargin.scoring.settings import SearchSettings
 from energymargin.viewer import Viewer, guard, view
 from energymargin.viewer.bodies import shape_triangles
+from energymargin.viewer.first_frame import first_frame
 from energymargin.viewer.page import Page
 from energymargin.viewer.search import (
     MOST_CACHED,
@@ -112,6 +115,69 @@ def test_a_set_that_holds_all_or_nothing_of_the_view_has_no_surface():
     view = view_around(problem.scene, [problem.state])
     assert region_surface(problem, ball, view) is None
     assert region_surface(problem, ~ball, view) is None
+
+
+def test_a_set_within_an_object_and_the_object_around_it_never_hide_each_other():
+    """Their materials are blended, so that browsers do not note their depth."""
+    with view(gripper(radius=0.015)) as viewer:
+        stage = viewer.page._stage
+        viewer.page.wait()
+        assert stage.draw_sets() == {"capture set"}
+        of_cube, of_set = stage._bodies._moving["cube"], stage._surfaces["capture set"]
+        for drawn, size in ((of_cube, 0.04), (of_set, 0.03)):
+            content = trimesh.load(io.BytesIO(drawn.glb_data), file_type="glb")
+            (mesh,) = content.geometry.values()
+            assert mesh.visual.material.alphaMode == "BLEND"
+            assert mesh.extents == pytest.approx([size] * 3, rel=0.05)
+
+
+def test_a_task_opens_on_a_state_that_is_about_to_be_lost():
+    with view("push", nodes=200) as viewer:
+        page = viewer.page
+        captured = page._frames.captured
+        assert captured[page._frame] and not captured[-1]
+        assert np.flatnonzero(captured)[-1] - page._frame == pytest.approx(len(captured) / 4, abs=2)
+        page.score()
+        page.wait()
+        assert 0.05 < page.scored.capture.capture < 0.9 and page.scored.way_out is not None
+
+
+@pytest.mark.parametrize(
+    ("lost", "given", "first"),
+    [
+        ({}, (None, None), (0, 4)),  # no loss: the middle
+        ({2: 6}, (None, None), (2, 4)),
+        ({1: 1, 2: 6}, (None, None), (1, 0)),
+        ({2: 6}, (1, None), (1, 4)),
+        ({2: 6}, (None, 7), (0, 7)),
+        ({2: 6}, (0, 3), (0, 3)),
+    ],
+)
+def test_the_first_frame_is_a_quarter_before_the_first_trajectory_s_loss(lost, given, first):
+    dataset = em.datasets.generate("push", trajectories=3, frames=8, seed=0)
+    trajectories = [
+        dataclasses.replace(one, captured=np.arange(8) < lost.get(number, 8))
+        for number, one in enumerate(dataset.trajectories)
+    ]
+    source = source_of(dataclasses.replace(dataset, trajectories=trajectories))
+    assert first_frame(source, *given) == first
+
+
+def test_the_first_frame_is_one_that_makes_a_problem():
+    dataset = em.datasets.generate("push", trajectories=1, frames=8, seed=0)
+    (recorded,) = dataset.trajectories
+    states = recorded.states.copy()
+    states[4] = np.nan
+    damaged = dataclasses.replace(recorded, states=states)
+    source = source_of(dataclasses.replace(dataset, trajectories=[damaged]))
+    assert first_frame(source, None, None) == (0, 0)
+
+
+def test_a_mast_far_away_does_not_shrink_the_hand():
+    near, far = gripper(), gripper(mast=True)
+    assert view_around(far.scene, [far.state]).size == pytest.approx(
+        view_around(near.scene, [near.state]).size
+    )
 
 
 def test_a_spring_goes_from_point_to_point_of_its_bodies():
@@ -477,7 +543,7 @@ def test_a_frame_that_makes_no_problem_leaves_the_one_before():
     states = recorded.states.copy()
     states[2] = np.nan
     damaged = dataclasses.replace(recorded, states=states)
-    with view(dataclasses.replace(dataset, trajectories=[damaged]), nodes=10) as viewer:
+    with view(dataclasses.replace(dataset, trajectories=[damaged]), frame=0, nodes=10) as viewer:
         page = viewer.page
         page._panel.frame.value = 2
         end = time.monotonic() + 5.0

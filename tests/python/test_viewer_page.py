@@ -257,7 +257,8 @@ def test_lambda_and_nodes_change_the_score_at_once(seen):
 
 def test_a_state_is_scored_live(dataset, chromium):
     expected = em.capture_score(dataset.problems([0])[0], nodes=60, seed=em.stream(0, 0))
-    with view(dataset, nodes=60) as viewer, opened(chromium, viewer.url) as page:
+    shown = view(dataset, trajectory=0, frame=0, nodes=60)
+    with shown as viewer, opened(chromium, viewer.url) as page:
         ready(page)
         page.get_by_text("Not scored yet.").wait_for()
         page.get_by_role("button", name="Score this state").click()

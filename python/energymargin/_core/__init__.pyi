@@ -34,6 +34,10 @@ class Plane:
     """
     The half space below a plane, {x : normal . x <= offset}; only fixed bodies have it.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -52,6 +56,10 @@ class Box:
         """
         size: Full edge lengths along x, y, z [m].
         """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -64,6 +72,10 @@ class Sphere:
     def __init__(self, radius: float) -> None:
         """
         radius: [m]
+        """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
         """
     @property
     def radius(self) -> float:
@@ -78,6 +90,10 @@ class Cylinder:
         """
         radius: [m]
         length: Along z [m].
+        """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
         """
     @property
     def length(self) -> float:
@@ -98,6 +114,10 @@ class Capsule:
         radius: [m]
         length: Of the cylindrical part, along z [m].
         """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def length(self) -> float:
         """
@@ -116,6 +136,10 @@ class ConvexHull:
         """
         points: In the shape's frame [m]; they span a volume.
         """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     def centered(self) -> ConvexHull:
         """
         The hull with its centre of mass moved to the origin.
@@ -131,6 +155,10 @@ class Part:
     """
     def __init__(self, shape: Box | Sphere | Cylinder | Capsule | ConvexHull, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -152,6 +180,10 @@ class MassProperties:
     """
     def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -182,6 +214,10 @@ class Compound:
     """
     def __init__(self, parts: collections.abc.Sequence[Part | Box | Sphere | Cylinder | Capsule | ConvexHull], solid: MassProperties | None = None) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def parts(self) -> list[Part]:
         """
@@ -202,6 +238,10 @@ class Inertial:
     """
     def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def axes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
@@ -221,6 +261,10 @@ class Body:
     """
     One body of a scene.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def angular_factor(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -302,6 +346,10 @@ class Mimic:
     """
     def __init__(self, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def joint(self) -> str:
         """
@@ -321,6 +369,10 @@ class Joint:
     """
     A joint of a scene; for a prismatic one read m for rad and N for N m.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def armature(self) -> float:
         """
@@ -425,6 +477,10 @@ class Spring:
     """
     A spring between two bodies.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def body_a(self) -> str:
         """
@@ -773,6 +829,10 @@ class Contact:
     """
     def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def body_a(self) -> str:
         """
@@ -817,6 +877,10 @@ class Rollout:
     """
     The result of one rollout.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def audit(self) -> Audit | None:
         """
@@ -861,6 +925,10 @@ class Simulation:
     """
     A recorded simulation of K frames.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def contacts(self) -> list[list[Contact]]:
         """
@@ -897,6 +965,10 @@ class World:
     """
     def __init__(self, scene: Scene, plan: Plan | None = None) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     def contacts(self, state: numpy.typing.ArrayLike) -> list[Contact]:
         """
         Contacts at a state, with the forces of one step without a wrench.
@@ -957,6 +1029,10 @@ class ForceWeights:
     """
     def __init__(self, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def distance(self) -> float:
         """
@@ -1514,6 +1590,10 @@ class ContactMargins:
     """
     What the object's contacts with one kind of body can bear.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def engage(self) -> float:
         """
@@ -1558,6 +1638,10 @@ class ScoreRow:
     """
     def __getstate__(self) -> tuple[typing.Any, ...]:
         ...
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
         ...
     @property
@@ -1618,6 +1702,10 @@ class ScoreRun:
         """
         Starts without problems.
         """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     def add(self, problems: collections.abc.Sequence[Problem], indices: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], metrics: collections.abc.Sequence[str] | None = None) -> None:
         """
         Puts problems at the end of the queue, with their stream indices. metrics: None takes the run's.
@@ -1644,6 +1732,10 @@ class Survival:
     """
     The survival curve of one capture set over the horizon.
     """
+    def __repr__(self) -> str:
+        """
+        Name(property=value, ...)
+        """
     @property
     def captured(self) -> float:
         """

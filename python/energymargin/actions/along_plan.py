@@ -20,7 +20,7 @@ from energymargin.executors.threads import thread_count
 from energymargin.limits import Limit
 from energymargin.metrics import value_text, with_unit
 from energymargin.notebook import shown_by
-from energymargin.plans import rest_of, whole_steps
+from energymargin.plans import control_period, in_steps, nearest_steps, rest_of, whole_steps
 from energymargin.scoring.settings import Search
 from energymargin.table_text import csv_text
 
@@ -162,8 +162,9 @@ def along(
 
     Args:
         problem: with a horizon, which is the end. Without a plan its effector coasts.
-        plan: in place of the problem's; its duration is the horizon.
-        every: time between two moments [s], whole steps of the scene.
+        plan: in place of the problem's; its duration is the horizon. Rows that are not whole steps
+            of the scene begin at the steps nearest to their times.
+        every: time between two moments [s]. Each moment is at the step nearest to its time.
         ahead: how far each moment looks [s]. The last moment is then so long before the end: all
             of them ask about the same time, and can be compared. None: up to the end, so that
             later moments ask about less.
@@ -189,7 +190,7 @@ def along(
     limit = Limit(timeout, cancel)
     asked = _with_plan(problem, plan)
     step = asked.scene.step
-    stride, end = whole_steps("every", every, step), round(_horizon(asked) / step)
+    apart, end = control_period("every", every, step), round(_horizon(asked) / step)
     look = None if ahead is None else whole_steps("ahead", ahead, step)
     if look is not None and look > end:
         raise ValueError(f"ahead is {ahead!r} s, expected at most the {end * step:.4g} s there are")
@@ -198,7 +199,9 @@ def along(
     questions = [(Question("probability", disturbance, seed, nodes, search), rollouts)]
     if yes_or_no("effort", effort):
         questions.append((Question(EFFORT, None, seed, nodes, search), 1))
-    numbers = list(range(0, end, stride) if look is None else range(0, end - look + 1, stride))
+    last = end - 1 if look is None else end - look
+    moments = nearest_steps(np.arange(last * step / apart + 1) * apart, step)
+    numbers = [int(number) for number in moments if number <= last]
     lengths = [end - number if look is None else look for number in numbers]
     states = _nominal(asked, numbers, limit)
     problems, ended = _moments(asked, states, numbers, lengths)
@@ -238,8 +241,9 @@ def _with_plan(problem: Problem, plan: Plan | None) -> Problem:
     if plan is not None:
         if not isinstance(plan, Plan):
             raise ValueError(f"plan is {shown(plan)}, expected a Plan")
+        fitting = in_steps(plan, problem.scene.step)
         return problem.replace(
-            plan=plan, horizon=plan.duration, effector="coast", start_outside=True
+            plan=fitting, horizon=fitting.duration, effector="coast", start_outside=True
         )
     if problem.horizon is None:
         raise ValueError("problem is without plan and horizon, expected one: along(problem, plan)")

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability
 from energymargin.divergence import is_unknown
+from energymargin.reprs import short_repr
 
 __all__ = ["Choice", "check_confidence", "choose", "share_of"]
 
@@ -28,6 +29,8 @@ __all__ = ["Choice", "check_confidence", "choose", "share_of"]
 @dataclass(frozen=True, eq=False)
 class Choice:
     """Which candidate is taken."""
+
+    __repr__ = short_repr
 
     number: int
     """Of the chosen candidate; 0 is the policy's action."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.monitor import Reading
+from energymargin.reprs import short_repr
 
 __all__ = ["Decision", "GuardCounters", "Reason", "Source"]
 
@@ -19,6 +20,8 @@ Reason = Literal["fine", "alarm", "unknown"]
 @dataclass(frozen=True, eq=False)
 class Decision:
     """One decision of a guard."""
+
+    __repr__ = short_repr
 
     time: float
     """Of the state [s]."""

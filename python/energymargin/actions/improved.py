@@ -13,6 +13,7 @@ from energymargin.actions.racing import Duel, duel
 from energymargin.actions.ranking import Ranking, Standing
 from energymargin.metrics import value_text
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 from energymargin.table_text import csv_text, markdown_table
 
 __all__ = ["Generation", "Improvement"]
@@ -23,6 +24,8 @@ START = "start"
 @dataclass(frozen=True, eq=False)
 class Generation:
     """Plans that were compared on the same draws."""
+
+    __repr__ = short_repr
 
     points: NDArray[np.float64]
     """Their parameters in the unit cube, shape (P, D)."""

@@ -34,6 +34,7 @@ from energymargin.divergence import too_many_diverged
 from energymargin.errors import DivergedError
 from energymargin.executors import Executor
 from energymargin.limits import Limit
+from energymargin.plans import in_steps
 from energymargin.scoring.settings import ALGORITHM, ALGORITHM_IMPROVED, Search
 
 __all__ = ["improve"]
@@ -82,7 +83,8 @@ def improve(
         parameters: by name (low, start, high), or (low, high), which starts in the middle.
         make_plan: a function of the values by name, which returns a Plan; or a whole Problem, where
             the start or the scene depends on them too; or None for values that cannot be.
-            All have the same horizon, unless success is asked: a shorter plan is no safer one.
+            All have the same horizon, unless success is asked: a shorter plan is no safer one. Rows
+            of a Plan begin at the steps of the scene that are nearest to their times.
         metric: what is to be large: "probability" of staying captured, "probability/success", or
             an effort of escape, "effort/est" or "effort/rrt".
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.
@@ -205,9 +207,10 @@ class _Maker:
             raise ValueError(
                 f"make_plan returned {shown(made)} for {values}, expected a Plan, a Problem or None"
             )
-        horizon = made.duration if self.problem.horizon is None else self.problem.horizon
         try:
-            changed: Problem = self.problem.replace(plan=made, horizon=horizon, effector="coast")
+            plan = in_steps(made, self.problem.scene.step)
+            horizon = plan.duration if self.problem.horizon is None else self.problem.horizon
+            changed: Problem = self.problem.replace(plan=plan, horizon=horizon, effector="coast")
         except ValueError as error:
             raise ValueError(f"make_plan, for {values}: {error}") from error
         return changed

@@ -23,6 +23,7 @@ from energymargin.executors import Executor
 from energymargin.limits import Limit
 from energymargin.metrics import unit, value_text
 from energymargin.notebook import shown_by
+from energymargin.reprs import short_repr
 from energymargin.scoring.settings import Search
 from energymargin.table_text import csv_text, markdown_table
 
@@ -41,6 +42,8 @@ OUT, AS_GOOD = "out", "as good"
 @dataclass(frozen=True, eq=False)
 class Standing:
     """Where one candidate stands."""
+
+    __repr__ = short_repr
 
     name: str
     values: NDArray[np.float64]

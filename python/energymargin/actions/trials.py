@@ -23,6 +23,7 @@ from energymargin.executors import Executor, Threads
 from energymargin.executors.pool import POLL, Outcome, Stopped
 from energymargin.executors.threads import chosen_executor
 from energymargin.limits import Limit
+from energymargin.reprs import short_repr
 from energymargin.results import collect
 from energymargin.scoring.metric_search import metric_search
 from energymargin.scoring.settings import SEARCHES, Search, SearchSettings
@@ -131,6 +132,8 @@ class Trial:
 @dataclass(frozen=True, eq=False)
 class Draws:
     """What came of a trial."""
+
+    __repr__ = short_repr
 
     values: NDArray[np.float64]
     """Of each draw, shape (N,): 1 or 0 of a probability, the effort [J]; NaN of a rollout that

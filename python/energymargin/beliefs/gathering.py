@@ -19,6 +19,7 @@ from energymargin.checks import whole_number
 from energymargin.executors import Row
 from energymargin.executors.session import Failed, Work
 from energymargin.metrics import TIMED
+from energymargin.reprs import short_repr
 from energymargin.scoring.settings import SearchSettings
 
 __all__ = ["Asked", "BeliefRow", "BeliefSource", "ParticleSource", "Sharing"]
@@ -91,6 +92,8 @@ class BeliefSource(Protocol):
 @dataclass(frozen=True, eq=False)
 class BeliefRow:
     """The scores of one belief, as a Row: their means."""
+
+    __repr__ = short_repr
 
     index: int
     scores: dict[str, float]

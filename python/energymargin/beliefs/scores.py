@@ -96,7 +96,7 @@ class BeliefScore:
         """(low, high) of the mean: Clopper and Pearson's of a probability, else Student's.
 
         Raises ValueError on a confidence that is not between 0 and 1, and where there is no
-        standard error.
+        standard error: of one particle, and of efforts of which some are inf; those have quantiles.
         """
         if not 0 < confidence < 1:
             raise ValueError(f"confidence is {confidence!r}, expected a number between 0 and 1")
@@ -107,11 +107,20 @@ class BeliefScore:
             found = stats.binomtest(inside, len(self.values)).proportion_ci(confidence)
             return float(found.low), float(found.high)
         if self.stderr is None:
-            raise ValueError(
-                "values are of one particle or not finite, expected several finite ones"
-            )
+            raise ValueError(f"values {self._without_interval()}")
         half = self.stderr * float(stats.t.ppf((1 + confidence) / 2, len(self.values) - 1))
         return self.mean - half, self.mean + half
+
+    def _without_interval(self) -> str:
+        """Why the mean has none, and what to ask for."""
+        count, infinite = len(self.values), int((~np.isfinite(self.values)).sum())
+        if count < 2:
+            return "are of one particle, expected several: particles=64"
+        return (
+            f"are inf in {infinite} of {count} particles, which have no escape, and so is the "
+            "mean; expected finite ones for its interval: quantile(0.5) is the median, "
+            "quantile(0.1) is exceeded by 9 particles of 10"
+        )
 
     @cached_property
     def shares(self) -> dict[str, Share]:

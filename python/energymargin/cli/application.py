@@ -30,6 +30,7 @@ from energymargin.cli.score import score
 from energymargin.cli.tasks import tasks
 from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, say_stopped
 from energymargin.cli.view import view_command
+from energymargin.cli.warned import shown_warnings
 from energymargin.deprecations import REMOVED_IN
 from energymargin.interrupts import interrupted, remembered_interrupts
 
@@ -68,7 +69,7 @@ class _Commands(TyperGroup):
         return super().get_command(ctx, cmd_name) or registered_command(cmd_name)
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        with remembered_interrupts(), bars_by(_bar):
+        with remembered_interrupts(), bars_by(_bar), shown_warnings():
             return self._invoke(ctx)
 
     def _invoke(self, ctx: typer.Context) -> Any:

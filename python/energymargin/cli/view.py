@@ -33,8 +33,20 @@ SIZE = "1400x1250"  # the whole panel is seen
 SubjectArgument = Annotated[
     str, typer.Argument(help="A problem file (.json), a dataset (.h5), or a task's name.")
 ]
-TrajectoryOption = Annotated[int, typer.Option(help="Which trajectory to begin with, from 0.")]
-FrameOption = Annotated[int, typer.Option(help="Which of its frames, from 0.")]
+TrajectoryOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Which trajectory to begin with, from 0; the first that ends outside of its capture "
+        "set if not given, or else the first."
+    ),
+]
+FrameOption = Annotated[
+    int | None,
+    typer.Option(
+        help="Which of its frames, from 0; one a quarter of all before its last loss if not given, "
+        "or else the middle one."
+    ),
+]
 TreeNodesOption = Annotated[
     int | None,
     typer.Option(help="Nodes of each search tree, at first: those of --scores, or else 1000."),
@@ -80,8 +92,8 @@ SizeOption = Annotated[str, typer.Option(help="Of the picture: WIDTHxHEIGHT in p
 def view_command(
     *,
     what: SubjectArgument,
-    trajectory: TrajectoryOption = 0,
-    frame: FrameOption = 0,
+    trajectory: TrajectoryOption = None,
+    frame: FrameOption = None,
     nodes: TreeNodesOption = None,
     seed: ViewSeedOption = None,
     parameter: ParameterOption = None,

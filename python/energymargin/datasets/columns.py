@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Contact
 from energymargin.checks import whole_number
+from energymargin.reprs import short_repr
 from energymargin.trajectories import Trajectory
 
 __all__ = [
@@ -83,6 +84,8 @@ BLOCK_STATES = 4096  # a few MB, beside which the overhead of a block is small
 @dataclass(frozen=True, eq=False)
 class Block:
     """Consecutive trajectories."""
+
+    __repr__ = short_repr
 
     rows: NDArray[np.void]
     """A row for each trajectory, shape (T,), type ROW."""

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem, World
-from energymargin.checks import one_of, positive_number, whole_number
+from energymargin.checks import one_of, positive_number
 from energymargin.gym.channels import CHANNELS, Channel, acted, action_of, planned
 from energymargin.gym.pictures import picture
+from energymargin.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks.base import Params
 from energymargin.tasks.object_sets import Regions
 from energymargin.tasks.scripted import Drive, ScriptedTask
@@ -56,6 +57,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     params: Params
     """What was drawn for this episode alone, such as the friction."""
     _done: int
+    _actions: int
     """Steps of the simulation."""
     _outside: float
     """Since an object was captured [s]."""
@@ -77,7 +79,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         Args:
             task: its name, or a task of your own.
             channels: what the agent drives; None takes CHANNELS of the task's name.
-            control_step: for how long an action is held [s], whole steps of the simulation.
+            control_step: for how long an action is held [s]. Each action begins at the step of the
+                simulation that is nearest to its time, so that 50 Hz are 50 actions a second.
             patience: for how long no object may be captured before the episode is lost [s].
             render_mode: None, or "rgb_array": a picture of bodies and sets, which needs the extra
                 `plots`.
@@ -87,7 +90,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """
         self.task = _scripted(task, parameters)
         self.channels = _channels(self.task.name, channels)
-        self._held = _whole_steps("control_step", control_step, self.task.step)
+        self._control_step = control_period("control_step", control_step, self.task.step)
         self.patience = positive_number("patience", patience)
         if render_mode is not None:
             one_of("render_mode", render_mode, self.metadata["render_modes"])
@@ -106,8 +109,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
     @property
     def control_step(self) -> float:
-        """For how long an action is held [s]."""
-        return float(self._held * self.task.step)
+        """For how long an action is held [s], in the mean."""
+        return self._control_step
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -123,14 +126,14 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         Raises ValueError on an action of another shape, or with a number that is not finite.
         """
         drive = acted(self._rows(), self.channels, self._checked(action))
-        steps = min(self._held, self.task.steps - self._done)
+        steps = min(self._held(), self.task.steps - self._done)
         if steps < 1:
             raise ValueError("the episode is over, expected reset() before the next step")
         moved = self._world.simulate(
             self.state, steps, drives=drive.wrenches, targets=drive.targets, record=[steps]
         )
         self.state = np.array(moved.states[-1])
-        self._done += steps
+        self._done, self._actions = self._done + steps, self._actions + 1
         self._outside = 0.0 if self._any_captured() else self._outside + steps * self.task.step
         info = self._info()
         terminated = info["success"] or info["lost"]
@@ -157,7 +160,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """
         plan = self.task.plan(self.state, self.time, self.params, horizon)
         if action is not None:
-            rows = self._held if hold is None else _whole_steps("hold", hold, self.task.step)
+            rows = self._held() if hold is None else whole_steps("hold", hold, self.task.step)
             plan = planned(plan, self.channels, self._checked(action), min(rows, plan.rows))
         return self.present().replace(
             captured=self._captured,
@@ -192,12 +195,17 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         self._captured: Regions = self.task.captured_throughout(self.params)
         self._succeeded: Regions = self.task.succeeded(self.params)
         self.state = self.start.copy()
-        self._done, self._outside, self._seen = 0, 0.0, None
+        self._done, self._actions, self._outside, self._seen = 0, 0, 0.0, None
 
     def _rows(self) -> Drive:
         """The script's rows of the next control step; the last one, once it is over."""
         first = min(self._done, self.task.steps - 1)
-        return self._script.between(first, min(first + self._held, self.task.steps))
+        return self._script.between(first, min(first + self._held(), self.task.steps))
+
+    def _held(self) -> int:
+        """For how many steps the next action is held."""
+        end = nearest_steps((self._actions + 1) * self._control_step, self.task.step)
+        return int(end) - self._done
 
     def _checked(self, action: Array) -> Array:
         numbers = np.asarray(action, dtype=float)
@@ -242,10 +250,3 @@ def _channels(name: str, channels: Sequence[Channel] | None) -> tuple[Channel, .
             "of its own"
         )
     return chosen
-
-
-def _whole_steps(name: str, duration: float, step: float) -> int:
-    steps = positive_number(name, duration) / step
-    if abs(steps - round(steps)) > 1e-6 * steps:
-        raise ValueError(f"{name} is {duration!r} s, expected whole steps of {step:g} s")
-    return whole_number(name, round(steps), 1)

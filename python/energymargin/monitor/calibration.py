@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin.checks import whole_number
 from energymargin.monitor.alarm import Alarm, values_of
 from energymargin.monitor.conditions import Conditions
+from energymargin.reprs import short_repr
 
 __all__ = ["Alarms", "Threshold", "alarms", "first_loss", "threshold"]
 
@@ -35,6 +36,8 @@ class Threshold:
     Over draws of the n calibration trajectories and of a new one that is drawn like them, the new
     one has a false alarm with a probability of at most `level`.
     """
+
+    __repr__ = short_repr
 
     value: float
     """An alarm goes on below it."""
@@ -76,6 +79,8 @@ class Threshold:
 @dataclass(frozen=True, eq=False)
 class Alarms:
     """What an alarm does on N trajectories."""
+
+    __repr__ = short_repr
 
     false: NDArray[np.bool_]
     """Whether it is on at a frame in which that is false, shape (N,)."""

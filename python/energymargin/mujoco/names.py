@@ -77,6 +77,13 @@ class Names:
             if parent is not None and child is not None:
                 yield joint, parent, child
 
+    def rigid(self) -> Iterator[tuple[Joint, int, int]]:
+        """Fixed joints of whose parent and child the model has both, with their numbers."""
+        for joint in self._scene.joints:
+            parent, child = self.body(joint.parent), self.body(joint.child)
+            if joint.type == "fixed" and parent is not None and child is not None:
+                yield joint, parent, child
+
     def missing(self) -> list[str]:
         """Free bodies and joints of the scene's states that the model does not have."""
         there = {body.name for body, _ in self.free()}

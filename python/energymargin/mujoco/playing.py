@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Cancelled, Problem, Region
 from energymargin.mujoco.simulation import Simulation
 from energymargin.mujoco.ticks import Ticks
+from energymargin.reprs import short_repr
 
 __all__ = ["Edge", "Played", "Player"]
 
@@ -34,6 +35,8 @@ class Edge(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Played:
     """What became of the edges."""
+
+    __repr__ = short_repr
 
     escaped: bool
     time: float

@@ -14,6 +14,7 @@ from energymargin.checks import one_of, positive_number
 from energymargin.mujoco.names import Names
 from energymargin.mujoco.playing import Edge, Player
 from energymargin.mujoco.servos import servos
+from energymargin.reprs import short_repr
 
 __all__ = ["Replay", "replay"]
 
@@ -26,6 +27,8 @@ SAME = 1e-6  # [m], [m/s], [rad], ...: data further off are at another state tha
 @dataclass(frozen=True, eq=False)
 class Replay:
     """What became of an escape, or of a plan, in MuJoCo."""
+
+    __repr__ = short_repr
 
     escaped: bool
     """Whether it leads out unchanged."""

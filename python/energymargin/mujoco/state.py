@@ -38,8 +38,9 @@ def state(
         others: a state of the scene, shape (n,), that says where the bodies and joints are that the
             model does not have. None refuses them.
 
-    Raises ValueError on bodies and joints that the model does not have, and on a fixed body that
-    is elsewhere in the model: then the scene's base has to be free. ImportError without MuJoCo.
+    Raises ValueError on bodies and joints that the model does not have, and on a body that is fixed
+    in the scene and elsewhere in the model, with what moves it there: the base, a ball joint or a
+    mocap body. ImportError without MuJoCo.
     """
     states = States(scene, model, prefix=prefix, others=others)
     own = _copy(model, data)

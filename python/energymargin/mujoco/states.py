@@ -18,7 +18,9 @@ __all__ = ["States"]
 Vector = NDArray[np.float64]
 
 PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else
-FIXED = "and it is fixed in the scene; base='free' makes a base that moves"
+FIXED = "and it is fixed in the scene"
+BASE = f"{FIXED}; base='free' makes a base that moves"
+START = "; from_mjcf(..., data=data) makes the scene with it where it is now"
 CANNOT = "whose joints do not reach it, and it is no mocap body: MuJoCo cannot place it"
 
 
@@ -100,10 +102,26 @@ class States:
         return number
 
     def require_fixed(self, data: Any) -> None:
-        """ValueError unless the model has the scene's fixed bodies where the scene has them."""
+        """ValueError unless the model has the scene's fixed bodies where the scene has them, and
+        links on fixed joints where their parents have them."""
         for body, number in self.names.fixed():
             there = {"position": body.position, "orientation": body.orientation}
-            self._require(data, body.name, number, there, FIXED)
+            self._require(data, body.name, number, there, self._moved_by(number, BASE))
+        for joint, parent, child in self.names.rigid():
+            there = _welded_at(data, joint, parent)
+            self._require(data, joint.child, child, there, self._moved_by(child, FIXED))
+
+    def _moved_by(self, number: int, otherwise: str) -> str:
+        """What moves a body in the model that is fixed in the scene."""
+        model, ball = self._model, self._mujoco.mjtJoint.mjJNT_BALL
+        while number:
+            first = int(model.body_jntadr[number])
+            if ball in model.jnt_type[first : first + int(model.body_jntnum[number])]:
+                return f"where a ball joint moves it, {FIXED}, which simulates none{START}"
+            if model.body_mocapid[number] >= 0:
+                return f"where it is a mocap body, {FIXED}{START}"
+            number = int(model.body_parentid[number])
+        return otherwise
 
     def _others(self, given: ArrayLike | None) -> Vector:
         """The numbers of what the model does not have."""
@@ -186,6 +204,17 @@ def _held_at(data: Any, joint: Joint, parent: int, child: int) -> float:
     end = data.xpos[child] + of_child.apply(np.array(joint.child_origin))
     start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
     return float((end - start) @ frame.apply(axis))
+
+
+def _welded_at(data: Any, joint: Joint, parent: int) -> dict[str, Any]:
+    """Where the scene has a body that a fixed joint holds."""
+    of_parent = _matrix(data, parent)
+    turn = of_parent * _turn(joint.orientation) * _turn(joint.child_orientation).inv()
+    start = data.xpos[parent] + of_parent.apply(np.array(joint.origin))
+    return {
+        "position": start - turn.apply(np.array(joint.child_origin)),
+        "orientation": turn.as_quat(),
+    }
 
 
 def _turn(orientation: Any) -> Rotation:

@@ -1,4 +1,5 @@
-"""What results look like in a notebook: a small table in HTML, for some beside a picture.
+"""What results look like in a notebook: a small table in HTML, for some beside a picture. And at a
+prompt, where the compiled module does not say it.
 
 A result that cannot be shown so is shown as text: no cell of a notebook fails for its picture.
 """
@@ -10,6 +11,7 @@ from html import escape
 from importlib import import_module
 from typing import Any
 
+import energymargin._core as compiled
 from energymargin._core import (
     CaptureProbability,
     CaptureScore,
@@ -25,6 +27,7 @@ from energymargin._core import (
 __all__ = ["attach", "shown_by"]
 
 METHOD = "_repr_html_"  # which a notebook asks for
+TEXT = "__repr__"  # which a prompt asks for
 VIEWS: dict[type, str] = {
     CaptureProbability: "capture_probability",
     CaptureScore: "capture_score",
@@ -39,9 +42,22 @@ VIEWS: dict[type, str] = {
 
 
 def attach() -> None:
-    """Lets notebooks show the classes of the compiled module."""
+    """Lets notebooks and prompts show the classes of the compiled module."""
     for kind, view in VIEWS.items():
         setattr(kind, METHOD, shown_by(view))
+    for kind in vars(compiled).values():
+        if isinstance(kind, type) and TEXT not in vars(kind) and _has_properties(kind):
+            setattr(kind, TEXT, _text)
+
+
+def _has_properties(kind: type) -> bool:
+    return any(isinstance(member, property) for member in vars(kind).values())
+
+
+def _text(self: Any) -> str:
+    """Name(property=value, ...)"""
+    text: str = import_module("energymargin.reprs").compiled_repr(self)
+    return text
 
 
 def shown_by(view: str) -> Callable[[Any], str]:

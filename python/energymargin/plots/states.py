@@ -91,10 +91,11 @@ def plot_state(
             result: of an `EscapeEffort` its own, of a `CaptureScore` the cheapest node of its
             first tree outside of the capture set.
         plane: the two axes of the picture, such as ("x", "z"). None takes the plane across the axis
-            along which nothing can move, else the two axes along which the objects of the tree move
-            most, or along which the moving bodies are longest. `tasks.base.plane_of(task)` is a
-            task's own.
-        limits: (low, high) of both axes [m]. None shows where the bodies move.
+            along which nothing can move, else, of the planes in which the robot covers little of
+            the objects, that of the two axes along which the objects of the tree move most, or
+            along which the moving bodies are longest. `tasks.base.plane_of(task)` is a task's own.
+        limits: (low, high) of both axes [m]. None shows where the bodies move; a fixed or jointed
+            effector that is far from them, such as a mast, is left out.
         most: the cost at the end of the colours [J]. None takes that of the costliest node in the
             capture set or, if it is more, the effort of the escape.
         path: whether the escape is drawn, and dashed outlines of the objects that leave at its end.

@@ -18,6 +18,7 @@ from energymargin.evaluation import LabelledScores
 from energymargin.published.folder import SIMULATED, Columns, of_part, read_columns, require_same
 from energymargin.published.recorded import CLEARANCE, HEIGHT, PublishedRecorded
 from energymargin.published.task import SimulatedTask, placed
+from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 from energymargin.store.file import add_scores as add_run
 from energymargin.tasks.base import Params
@@ -215,6 +216,8 @@ def _makes_problem(task: SimulatedTask, state: NDArray[np.float64], params: Para
 @dataclass(frozen=True, eq=False)
 class Track:
     """The poses of tool and object in the last K frames of one recording."""
+
+    __repr__ = short_repr
 
     number: int
     times: NDArray[np.float64]

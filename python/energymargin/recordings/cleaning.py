@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from energymargin.recordings.csv_files import FrameTable, of_body
 from energymargin.recordings.deviations import error_variance, unit_variances
 from energymargin.recordings.recording import Motion
+from energymargin.reprs import short_repr
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -74,6 +75,8 @@ LEAST_FRAMES = 7  # a spline needs 5, the search for outliers 7
 @dataclass(frozen=True, eq=False)
 class Clock:
     """Numbers and times [s] of all K frames, also of those that the file does not have."""
+
+    __repr__ = short_repr
 
     frames: NDArray[np.int64]
     times: NDArray[np.float64]

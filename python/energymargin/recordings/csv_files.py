@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.reprs import short_repr
+
 __all__ = [
     "BODIES",
     "FIELDS",
@@ -38,7 +40,7 @@ VELOCITY = ("vx", "vy", "yaw_rate")
 UNITS = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "angle": {"rad": 1.0, "deg": math.radians(1.0)},
-    "time": {"s": 1.0, "ms": 1e-3},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
 """By kind and unit: its size in SI units. Velocities are such a length or angle a second."""
 
@@ -98,8 +100,8 @@ class Columns:
     """By field: the name of its column, or its number from 0 on. Empty: the documented header.
     Columns of the file that are not named here are left alone."""
     units: Mapping[str, str] = field(default_factory=dict)
-    """By kind: "length" in "m", "cm" or "mm", "angle" in "rad" or "deg", "time" in "s" or "ms".
-    Velocities are such a length or angle a second."""
+    """By kind: "length" in "m", "cm" or "mm", "angle" in "rad" or "deg", "time" in "s", "ms", "us"
+    or "ns". Velocities are such a length or angle a second."""
     delimiter: str = ","
     header: bool | None = None
     """Whether the first line has names; None: unless `columns` has numbers alone."""
@@ -301,6 +303,8 @@ class SourceFile:
 @dataclass(frozen=True, eq=False)
 class FrameTable:
     """R rows of a file."""
+
+    __repr__ = short_repr
 
     source: SourceFile
     lines: NDArray[np.int64]

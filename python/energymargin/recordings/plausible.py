@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.recordings.csv_files import FrameTable, SourceFile, of_body
+from energymargin.recordings.csv_files import UNITS, FrameTable, SourceFile, of_body
 
 __all__ = ["require_agreement", "require_clock", "require_units"]
 
@@ -19,6 +19,7 @@ FASTEST_TURN = 20.0  # rad/s
 USUAL = 75.0  # percent of the frames, of which a rate is judged: outliers are fewer
 RESTARTED = 0.1  # of an episode: numbers that fall to its beginning start another
 STEPS = (5e-4, 0.5)  # s; a frame's
+TIME_UNITS = {"ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 
 DISAGREEMENT = 0.5  # of the larger velocity
 LEAST_DISAGREEMENT = (0.01, 0.2)  # m/s, rad/s; three times what noise makes of poses
@@ -33,10 +34,9 @@ def require_clock(table: FrameTable) -> None:
             _refuse_falls(table, name, falls + 1)
     step = float(np.median(np.diff(table.values["time"])))
     if not STEPS[0] <= step <= STEPS[1]:
-        unit = "milliseconds" if step > STEPS[1] else "seconds"
         raise table.source.error(
             f"its frames are {step:.3g} s apart, expected {STEPS[0]:g} to {STEPS[1]:g} s: "
-            f"is the time in {unit}? {table.source.of_units}"
+            f"is the time in {_likely_unit(step)}? {table.source.of_units}"
         )
 
 
@@ -52,6 +52,12 @@ def _refuse_falls(table: FrameTable, name: str, rows: NDArray[np.int64]) -> None
     raise table.source.error(text, int(table.lines[k]))
 
 
+def _likely_unit(step: float) -> str:
+    """The unit of a time whose steps, taken for seconds, are too long or too short."""
+    fits = [unit for unit, size in UNITS["time"].items() if step * size <= STEPS[1]]
+    return TIME_UNITS[fits[0]] if step > STEPS[1] and fits else "another unit"
+
+
 def require_units(table: FrameTable, body: str) -> None:
     """Raises ValueError unless positions, angles and their rates are plausible on a table."""
     poses, _ = of_body(body)
@@ -65,7 +71,7 @@ def require_units(table: FrameTable, body: str) -> None:
                 + (
                     f"expected at most {MOST_TURNED:.4g}: is it in degrees? "
                     if angle
-                    else f"expected at most {FARTHEST:g}: is it in millimetres? "
+                    else f"expected at most {FARTHEST:g}: is it in millimetres or centimetres? "
                 )
                 + table.source.of_units,
                 int(table.lines[k]),
@@ -76,7 +82,8 @@ def require_units(table: FrameTable, body: str) -> None:
     if speed > FASTEST:
         raise table.source.error(
             f"{poses[0]}, {poses[1]} change by {speed:.3g} m/s from frame to frame, expected at "
-            f"most {FASTEST:g}: are they in millimetres? {table.source.of_units}"
+            f"most {FASTEST:g}: are they in millimetres or centimetres? "
+            f"{table.source.of_units}"
         )
     if rate > FASTEST_TURN:
         raise table.source.error(

@@ -26,6 +26,7 @@ from energymargin.evaluation import Evaluation, LabelledScores
 from energymargin.evaluation.curves import SUCCESS, target_name
 from energymargin.evaluation.labelled import FORCE, SUCCESSES
 from energymargin.metrics import ANY, CLOCKLESS, METRICS, TIMED
+from energymargin.reprs import short_repr
 from energymargin.scoring.future_text import disturbance_in_words
 from energymargin.scoring.settings import SearchSettings, algorithm
 from energymargin.store import ScoreStore
@@ -59,6 +60,8 @@ OPTIONS = {"common_random_numbers": "--common"}
 @dataclass(frozen=True, eq=False)
 class Subject:
     """A run as it was when it was read: others may go on to score it."""
+
+    __repr__ = short_repr
 
     path: Path
     """The file of scores."""

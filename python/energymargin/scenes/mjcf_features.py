@@ -32,7 +32,7 @@ FEATURES = {
     "geom.adhesion": "adhesion and moving surfaces; left out",
     "geom.condim": "torsional and rolling friction; contacts slide with friction alone",
     "geom.margin": "contacts before geoms touch; they begin where these do",
-    "joint/ball": "the body is fixed to its parent",
+    "joint/ball": "the body is fixed to its parent, as it starts",
     "joint.armature": "rotor inertia of free joints; left out",
     "joint.damping": "of free joints, and polynomials; left out",
     "joint.frictionloss": "dry friction of a joint; left out",

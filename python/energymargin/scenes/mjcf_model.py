@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.reprs import short_repr
 from energymargin.scenes.mjcf_features import Features
 from energymargin.scenes.poses import Pose, pose
 
@@ -103,6 +104,8 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
 @dataclass(frozen=True, eq=False)
 class Start:
     """Where a model is when its scene begins."""
+
+    __repr__ = short_repr
 
     positions: NDArray[np.float64]
     """MuJoCo's qpos (nq,)."""
@@ -213,8 +216,13 @@ class Selection:
             self.offset[body] = self.offset[parent] @ self.at(body)
 
     def at(self, body: int) -> Pose:
-        """A body's frame in its parent's, before its joints."""
-        return local_pose(self.model.body_pos[body], self.model.body_quat[body])
+        """A body's frame in its parent's, before its joints; on a ball joint alone, which is not
+        simulated, as it starts."""
+        model = self.model
+        if body in self.joints and not self.joints[body] and model.body_jntnum[body]:
+            poses = self.start.poses
+            return np.linalg.inv(poses[int(model.body_parentid[body])]) @ poses[body]
+        return local_pose(model.body_pos[body], model.body_quat[body])
 
     def all_joints(self) -> list[int]:
         """Hinge and slide joints of the selected bodies."""

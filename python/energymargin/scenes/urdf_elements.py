@@ -16,6 +16,7 @@ from typing import BinaryIO
 from xml.parsers import expat
 
 from energymargin.limits import Limit
+from energymargin.plausibility import levels_to_user
 from energymargin.scenes.urdf_origins import warn_of_origins
 from energymargin.scenes.urdf_subtree import keep_subtree
 
@@ -139,7 +140,7 @@ def checked(
         warnings.warn(
             f"{path} leaves namespaces undeclared, and what is in them is left out: "
             f"{_counted(undeclared)}; ignore={tuple(undeclared)!r} says that this is meant",
-            stacklevel=4,  # of who calls from_urdf
+            stacklevel=levels_to_user(),
         )
     return root, loose if MIMIC in ignore else ()
 

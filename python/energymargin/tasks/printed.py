@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Box, Compound, ConvexHull, Cylinder, Part
+from energymargin.reprs import short_repr
 from energymargin.scenes.files import data_file
 
 __all__ = ["OBJECTS", "TOOLS", "Printed", "printed"]
@@ -23,6 +24,8 @@ FILE = "push_real/shapes.json"
 @dataclass(frozen=True, eq=False)
 class Printed:
     """One printed body, whose frame is at its centre of mass."""
+
+    __repr__ = short_repr
 
     mass: float
     """[kg]"""

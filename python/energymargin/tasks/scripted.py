@@ -23,6 +23,7 @@ from energymargin._core import (
 )
 from energymargin.checks import one_of, positive_number, whole_number
 from energymargin.limits import Limit
+from energymargin.reprs import short_repr
 from energymargin.tasks.base import PLANE, STEP, Params, constructor_keywords
 from energymargin.tasks.object_sets import Regions, all_inside, any_inside, set_of_object
 from energymargin.trajectories import Trajectory
@@ -41,6 +42,8 @@ EFFECTORS = ("coast", "drive")
 @dataclass(frozen=True, eq=False)
 class Drive:
     """What moves the robot along one trajectory, with a row for each simulation step."""
+
+    __repr__ = short_repr
 
     wrenches: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     """By body: force [N] and torque [N m] on it, shape (steps, 6)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import trimesh
@@ -10,6 +10,7 @@ import viser
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from trimesh.exchange.gltf import export_glb
 
 from energymargin._core import (
     Body,
@@ -25,7 +26,7 @@ from energymargin._core import (
 from energymargin.outlines import Pose, body_poses
 from energymargin.plots.styles import BODY_COLORS
 
-__all__ = ["DrawnBodies", "Triangles", "rgb", "shape_triangles"]
+__all__ = ["DrawnBodies", "Triangles", "add_translucent", "linear", "rgb", "shape_triangles"]
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": None, "none": 0.35}
@@ -119,15 +120,56 @@ class DrawnBodies:
 
 
 def _add_mesh(server: viser.ViserServer, name: str, body: Body, opacity: float | None) -> Any:
-    solid = shape_triangles(body.shape)
+    solid, color = shape_triangles(body.shape), BODY_COLORS[body.role]
+    if opacity is not None:
+        return add_translucent(server, name, solid, color, opacity, flat=True)
     return server.scene.add_mesh_simple(
         name,
         solid.vertices.astype(np.float32),
         solid.faces.astype(np.uint32),
-        color=rgb(BODY_COLORS[body.role]),
-        opacity=opacity,
+        color=rgb(color),
         flat_shading=True,
     )
+
+
+def add_translucent(
+    server: viser.ViserServer,
+    name: str,
+    surface: Triangles,
+    color: str,
+    opacity: float,
+    *,
+    flat: bool,
+    visible: bool = True,
+) -> Any:
+    """A surface that never hides what is within or behind it.
+
+    It is a glTF file, whose blended materials the browser draws without noting their depth. Viser's
+    own meshes note it: of a set within an object, or around one, the inner one would not be seen.
+    """
+    red, green, blue = linear(np.array(rgb(color), dtype=np.uint8))
+    visual: Any = trimesh.visual
+    material = visual.material.PBRMaterial(
+        baseColorFactor=[red, green, blue, round(255 * opacity)],
+        alphaMode="BLEND",
+        metallicFactor=0.0,
+        roughnessFactor=1.0,
+    )
+    mesh = trimesh.Trimesh(
+        surface.vertices,
+        surface.faces,
+        visual=visual.TextureVisuals(material=material),
+        process=False,
+    )
+    glb = cast(Any, export_glb)(mesh.scene(), include_normals=not flat)
+    return server.scene.add_glb(name, glb, cast_shadow=False, visible=visible)
+
+
+def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """glTF's colours are proportional to light, those of a screen are not (sRGB)."""
+    share = colors / 255.0
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.asarray(np.round(255.0 * light), dtype=np.uint8)
 
 
 def _add_ground(

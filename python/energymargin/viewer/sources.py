@@ -19,6 +19,7 @@ from energymargin.actions import Along
 from energymargin.actions.trials import Disturbance
 from energymargin.datasets import Dataset, Future
 from energymargin.metrics import is_likelihood
+from energymargin.reprs import short_repr
 from energymargin.scoring.settings import SETTINGS
 from energymargin.store import ScoreStore
 from energymargin.store.run import why_not_of
@@ -47,6 +48,8 @@ LOW = 0.1  # quantile of the particles of a belief that is shown beside their me
 @dataclass(frozen=True, eq=False)
 class Frames:
     """The frames of one trajectory."""
+
+    __repr__ = short_repr
 
     times: NDArray[np.float64]
     """Time of each [s], shape (K,)."""

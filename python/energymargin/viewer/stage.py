@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
 from energymargin._core import Plane, Problem, Scene
-from energymargin.outlines import AXES, body_poses, object_centers, placed, shape_parts
+from energymargin.outlines import AXES, object_centers, seen_corners
 from energymargin.plots.scenes import sets_of
 from energymargin.plots.styles import CAPTURED_COLOR, SUCCEEDED_COLOR
 from energymargin.regions import Region
 from energymargin.scoring.undisturbed import Undisturbed
-from energymargin.viewer.bodies import DrawnBodies, Triangles, rgb
+from energymargin.viewer.bodies import DrawnBodies, Triangles, add_translucent
 from energymargin.viewer.search import Scored
 from energymargin.viewer.sources import Frames
 from energymargin.viewer.trees import DrawnTree
@@ -160,17 +160,16 @@ class Stage:
     def _replace(self, name: str, surface: Triangles | None, color: str) -> None:
         if name in self._surfaces:
             self._surfaces.pop(name).remove()
-        if surface is None:
-            return
-        self._surfaces[name] = self._server.scene.add_mesh_simple(
-            f"/sets/{name.replace(' ', '_')}",
-            surface.vertices.astype(np.float32),
-            surface.faces.astype(np.uint32),
-            color=rgb(color),
-            opacity=OPACITY,
-            flat_shading=self._flat,
-            visible=self._shown[name],
-        )
+        if surface is not None:
+            self._surfaces[name] = add_translucent(
+                self._server,
+                f"/sets/{name.replace(' ', '_')}",
+                surface,
+                color,
+                OPACITY,
+                flat=self._flat,
+                visible=self._shown[name],
+            )
 
 
 def _look_at(server: viser.ViserServer, view: View, where: tuple[float, float, float]) -> None:
@@ -212,13 +211,8 @@ class View(NamedTuple):
 
 def view_around(scene: Scene, states: Iterable[NDArray[np.float64]]) -> View:
     """A view of objects and effector in these states."""
-    corners, states = [], list(states)
-    shown = [body for body in scene.bodies if body.role != "none"]
-    for state in states:
-        poses = body_poses(scene, state)
-        for body in shown:
-            corners += [placed(part, poses[body.name], AXES) for part in shape_parts(body.shape)]
-    points = np.concatenate(corners)
+    states = list(states)
+    points = seen_corners(scene, states, AXES)
     low, high = points.min(axis=0), points.max(axis=0)
     share = AROUND_STATES if len(states) > 1 else AROUND_ONE
     around = share * float((high - low).max())

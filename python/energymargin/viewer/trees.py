@@ -23,7 +23,7 @@ from energymargin.outlines import object_centers
 from energymargin.plots.scenes import leaving_objects
 from energymargin.plots.styles import COSTS, LOST_COLOR
 from energymargin.scoring.undisturbed import Undisturbed
-from energymargin.viewer.bodies import rgb
+from energymargin.viewer.bodies import linear, rgb
 from energymargin.viewer.search import Replay
 
 __all__ = ["FUTURE_COLOR", "DrawnTree", "lines_glb", "shown_edges", "shown_points"]
@@ -190,7 +190,7 @@ def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes
     """
     points = segments.reshape(-1, 3).astype("<f4")
     rgba = np.full((len(points), 4), 255, dtype=np.uint8)
-    rgba[:, :3] = np.repeat(_linear(colors), 2, axis=0)
+    rgba[:, :3] = np.repeat(linear(colors), 2, axis=0)
     binary = points.tobytes() + rgba.tobytes()
     accessor = {"count": len(points), "byteOffset": 0}
     document = {
@@ -227,13 +227,6 @@ def lines_glb(segments: NDArray[np.float64], colors: NDArray[np.uint8]) -> bytes
     chunks = struct.pack("<I4s", len(text), b"JSON") + text
     chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
-
-
-def _linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """glTF's colours of points are proportional to light, those of a screen are not (sRGB)."""
-    share = colors / 255.0
-    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
-    return np.asarray(np.round(255.0 * light), dtype=np.uint8)
 
 
 def shown_points(

@@ -17,6 +17,7 @@ from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
 from energymargin.deprecations import once_positional
 from energymargin.scoring.settings import MOST_NODES, SearchSettings
+from energymargin.viewer.first_frame import first_frame
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
 from energymargin.viewer.page import Page
 from energymargin.viewer.sources import (
@@ -101,8 +102,8 @@ def view(
     what: Problem | Dataset | Along | str | os.PathLike[str],
     *,
     parameters: Mapping[str, Any] | None = None,
-    trajectory: int = 0,
-    frame: int = 0,
+    trajectory: int | None = None,
+    frame: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
     future: Future | None = None,
@@ -122,8 +123,10 @@ def view(
         what: a problem, a dataset, a path to the file of one, the name of a task, of which
             trajectories are generated, or an Along, whose moments are the frames.
         parameters: of the task.
-        trajectory: the one that is shown first, from 0.
-        frame: of that trajectory, from 0.
+        trajectory: the one that is shown first, from 0. None takes the first one that ends outside
+            of its capture set, or else the first.
+        frame: of that trajectory, from 0. None takes one a quarter of all frames before its last
+            loss, the middle one without a loss, or the weakest moment of an Along.
         nodes: of each search tree. None takes those of `scores` or of an Along, or else 1000.
         seed: of searches and of a task's trajectories. None takes that of `scores`
             or of an Along, or else 0.
@@ -150,12 +153,14 @@ def view(
     if run is not None and scores is None:
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
-        whole_number(name, number, 0)
+        if number is not None:
+            whole_number(name, number, 0)
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = source_of(what, parameters, seed=seed or 0, future=future, progress=progress)
     try:
         source, stored, search = _scored(source, scores, run, future)
         settings = SearchSettings(**search | given)
+        trajectory, frame = first_frame(source, trajectory, frame)
     except BaseException:
         source.close()
         raise
