@@ -76,7 +76,8 @@ TEST(Shortening, BodyThatLeavesByItselfNeedsNoEffort) {
   Problem problem = drift();
   problem.state.segment<3>(7) = Vector3(0.3, 0.0, 0.0);  // its velocity
   for (const char* planner : {"est", "rrt"}) {
-    EXPECT_EQ(escape_effort(problem, {planner, 300, 0}).effort, 0.0) << planner;
+    EXPECT_EQ(escape_effort(problem, {planner, 300, 0, Captured::all, {}, energymargin::Search::improved}).effort, 0.0)
+        << planner;
   }
 }
 
@@ -112,6 +113,7 @@ TEST(Shortening, LeadsOutWithoutAPlanner) {
 TEST(Shortening, MakesTheEffortSmallerForTheSameNodes) {
   for (const char* planner : {"est", "rrt"}) {
     EffortOptions options{planner, 1000, 4};
+    options.search = energymargin::Search::improved;
     const double with = escape_effort(lift(0.2), options).effort;
     options.shorten = false;
     EXPECT_LT(with, escape_effort(lift(0.2), options).effort) << planner;

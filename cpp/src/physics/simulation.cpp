@@ -20,6 +20,9 @@ constexpr int most_tries = 4;
 constexpr double shortest_part = 1e-4;
 constexpr double blocked_share = 0.25;
 
+// What goes along with a kinematic body slides along others that it comes closer to by less than this share of its way.
+constexpr double along_share = 1e-3;
+
 }  // namespace
 
 Simulation::Simulation(const Scene& scene, Detection detection)
@@ -126,9 +129,18 @@ double Simulation::safe_share(double duration) {
   return continuous_->safe_share(pairs_, ways_, duration);
 }
 
-// A kinematic body loses no time. What it touches, or what touches that, goes along with it: it pushes, and never
-// passes.
+// A kinematic body loses no time. What it touches, or what touches that, goes along with it: it pushes, and passes only
+// what something else holds.
 void Simulation::carry(double lost) {
+  find_carriers();
+  for (std::size_t i = 0; i < carriers_.size(); ++i) {
+    if (carriers_[i] < 0 || scene_.bodies()[i].kinematic) continue;
+    const auto carrier = static_cast<std::size_t>(carriers_[i]);
+    bodies_.carry(i, ways_[carrier], bodies_.colliders()[carrier]->getWorldTransform().getOrigin(), lost);
+  }
+}
+
+void Simulation::find_carriers() {
   const std::vector<Body>& bodies = scene_.bodies();
   carriers_.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) carriers_[i] = bodies[i].kinematic ? static_cast<int>(i) : -1;
@@ -137,18 +149,33 @@ void Simulation::carry(double lost) {
     carriers_[to] = carriers_[from];
     return true;
   };
-  for (bool more = true; more;) {
-    more = false;
-    for (const ContactPoint& point : pairs_.points()) {
-      const std::size_t a = bodies_.base_of(point.a), b = bodies_.base_of(point.b);
-      more = join(a, b) || join(b, a) || more;
+  const auto velocity = [&](std::size_t base, const btVector3& point) -> btVector3 {
+    if (carriers_[base] < 0) return {0, 0, 0};
+    const auto carrier = static_cast<std::size_t>(carriers_[base]);
+    const btVector3 arm = point - bodies_.colliders()[carrier]->getWorldTransform().getOrigin();
+    return ways_[carrier].linear + ways_[carrier].angular.cross(arm);
+  };
+  const auto hold = [&](std::size_t base, bool approaches) {
+    if (!approaches || carriers_[base] < 0 || bodies[base].kinematic) return false;
+    carriers_[base] = -1;
+    return true;
+  };
+  const auto change = [&](const auto& of_point) {
+    for (bool more = true; more;) {
+      more = false;
+      for (const ContactPoint& point : pairs_.points()) {
+        more = of_point(point, bodies_.base_of(point.a), bodies_.base_of(point.b)) || more;
+      }
     }
-  }
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (carriers_[i] < 0 || bodies[i].kinematic) continue;
-    const auto carrier = static_cast<std::size_t>(carriers_[i]);
-    bodies_.carry(i, ways_[carrier], bodies_.colliders()[carrier]->getWorldTransform().getOrigin(), lost);
-  }
+  };
+  change([&](const ContactPoint&, std::size_t a, std::size_t b) { return join(a, b) || join(b, a); });
+  change([&](const ContactPoint& point, std::size_t a, std::size_t b) {
+    if (carriers_[a] == carriers_[b]) return false;
+    const btVector3 of_a = velocity(a, point.on_a), of_b = velocity(b, point.on_b);
+    const bool approaches = point.normal.dot(of_a - of_b) < -along_share * (of_a - of_b).length();
+    return hold(a, approaches && carriers_[b] != static_cast<int>(b)) ||
+           hold(b, approaches && carriers_[a] != static_cast<int>(a));
+  });
 }
 
 void Simulation::load(std::size_t body, const btVector3& force, const btVector3& torque) {

@@ -105,6 +105,7 @@ class Simulation {
   void load_bodies();
   double safe_share(double duration);
   void carry(double lost);
+  void find_carriers();
 
   Scene scene_;
   StateLayout layout_;

@@ -10,8 +10,8 @@
 namespace energymargin {
 namespace {
 
-// Faces that are not flat may miss the deepest point, by more than this share of the reach of contacts.
-constexpr double same_depth = 1e-3;
+// Faces that are not flat may miss the deepest point, by more than this share of the margins.
+constexpr double same_depth = 0.1;
 
 class Contacts : public PairContacts {
  public:
@@ -37,7 +37,7 @@ class Contacts : public PairContacts {
           found.add(closest->normal, point.on_b, point.distance, point.grip);
           least = std::min(least, point.distance);
         }
-        if (least <= closest->distance + same_depth * threshold) return;
+        if (least <= closest->distance + same_depth * (solids_.margin_a() + solids_.margin_b())) return;
       }
     }
     result->addContactPoint(closest->normal, closest->on_b, closest->distance);
