@@ -80,7 +80,7 @@ class Along:
     seed: int
     disturbance: Disturbance | None = None
     """None: Uniform()."""
-    search: Search = "improved"
+    search: Search | None = None
     """Of the efforts, as of `em.escape_effort`."""
     complete: bool = True
     """Whether every moment has its scores: False if the timeout or the cancel came first."""
@@ -147,7 +147,7 @@ def along(
     disturbance: Disturbance | None = None,
     effort: bool = True,
     nodes: int = 300,
-    search: Search = "improved",
+    search: Search | None = None,
     seed: int = 0,
     threads: int | None = None,
     executor: Executor | None = None,

@@ -68,7 +68,7 @@ def improve(
     harden: bool = True,
     seed: int = 0,
     nodes: int = 1000,
-    search: Search = "improved",
+    search: Search | None = None,
     file: str | Path | None = None,
     threads: int | None = None,
     executor: Executor | None = None,

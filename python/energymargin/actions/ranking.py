@@ -256,7 +256,7 @@ def rank(
     race: bool = True,
     seed: int = 0,
     nodes: int = 1000,
-    search: Search = "improved",
+    search: Search | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,

@@ -54,7 +54,7 @@ class Question:
     stream(seed, j)."""
     nodes: int = 1000
     """Of the efforts."""
-    search: Search = "improved"
+    search: Search | None = None
     """The same."""
 
     def __post_init__(self) -> None:
@@ -68,7 +68,8 @@ class Question:
             )
         whole_number("seed", self.seed, 0, 2**64 - 1)
         whole_number("nodes", self.nodes, 1)
-        one_of("search", self.search, SEARCHES)
+        if self.search is not None:
+            one_of("search", self.search, SEARCHES)
 
     @property
     def settings(self) -> SearchSettings:

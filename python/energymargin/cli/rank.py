@@ -73,8 +73,12 @@ def rank(
     seed: SeedOption = 0,
     nodes: NodesOption = 1000,
     search: Annotated[
-        str, typer.Option(help="Of the efforts.", metavar="improved|published")
-    ] = "improved",
+        str | None,
+        typer.Option(
+            help="Of the efforts; if not given improved with a horizon, published without.",
+            metavar="improved|published",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -115,7 +119,7 @@ def rank(
             race=race,
             seed=seed,
             nodes=nodes,
-            search=cast("Search", search),
+            search=cast("Search | None", search),
             executor=chosen_executor(threads, processes, scheduler),
             progress=progress,
             timeout=timeout,

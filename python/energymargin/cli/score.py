@@ -56,9 +56,10 @@ LeastLikelihoodOption = Annotated[
     ),
 ]
 SearchOption = Annotated[
-    str,
+    str | None,
     typer.Option(
-        help="Of the efforts: improved finds cheaper escapes, published is the paper's search.",
+        help="Of the efforts: improved finds cheaper escapes, published is the paper's search. If "
+        "not given improved with a horizon, published without, where it alone ranks.",
         metavar="improved|published",
     ),
 ]
@@ -147,7 +148,7 @@ def score(
     nodes: NodesOption = 1000,
     nodes_per_edge: NodesPerEdgeOption = 1,
     least_likelihood: LeastLikelihoodOption = 0.0,
-    search: SearchOption = "improved",
+    search: SearchOption = None,
     stop_at_escape: StopAtEscapeOption = False,
     horizon: HorizonOption = None,
     plan: PlanOption = None,
@@ -181,7 +182,7 @@ def score(
 
     settings = SearchSettings(
         *(nodes, seed, nodes_per_edge, least_likelihood, stop_at_escape),
-        search=cast("Search", search),  # SearchSettings refuses other words
+        search=cast("Search | None", search),  # SearchSettings refuses other words
         **probability_settings(horizon, rollouts, strength, objects, common),
     )
     future = chosen_future(horizon, plan, check, dwell)

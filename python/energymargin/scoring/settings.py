@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
@@ -73,8 +73,9 @@ class SearchSettings:
     common_random_numbers: bool = False
     """Of the probabilities: every problem draws from the seed itself, and not from its own stream,
     so that problems are compared under the same disturbances."""
-    search: Search = "improved"
-    """Of the efforts, as of `escape_effort`: "improved", or "published", which is the paper's."""
+    search: Search | None = None
+    """Of the efforts, as of `escape_effort`: "improved", or "published", which is the paper's;
+    None: that which ranks, "improved" of problems with a horizon and "published" of others."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
@@ -83,7 +84,7 @@ class SearchSettings:
             "seed": whole_number("seed", self.seed, 0, 2**64 - 1),
             "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
             "least_likelihood": _share("least_likelihood", self.least_likelihood),
-            "search": one_of("search", self.search, SEARCHES),
+            "search": None if self.search is None else one_of("search", self.search, SEARCHES),
             "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
             "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
             "strength": not_negative_number("strength", self.strength),
@@ -109,6 +110,12 @@ class SearchSettings:
         """The disturbance of the probabilities."""
         return Uniform(self.strength, self.objects)
 
+    def of_clock(self, *, timed: bool) -> SearchSettings:
+        """The same of problems with a horizon or of others, with a word for the search."""
+        search = self.search or ("improved" if timed else "published")
+        changed: SearchSettings = replace(self, search=search)
+        return changed
+
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
@@ -130,7 +137,7 @@ class LooseSettings(TypedDict, total=False):
     strength: float
     objects: int | None
     common_random_numbers: bool
-    search: Search
+    search: Search | None
 
 
 def chosen_settings(

@@ -125,6 +125,7 @@ def begin_run(
 ) -> Run:
     """The run of a dataset with these metrics and settings; its states have the problems that they
     make now."""
+    settings = settings.of_clock(timed=_has_clock(dataset, future))
     questions = {metric: settings.of(metric) for metric in metrics}
     named = settings.all()
     if sampling is not None:
@@ -228,6 +229,17 @@ def dataset_metrics(
         for problem in problems.values():
             Belief(problem, uncertainty=sampling.uncertainty)
     return chosen
+
+
+def _has_clock(dataset: Dataset, future: Future | None) -> bool:
+    """Whether its problems have a horizon; those of one dataset are alike in that."""
+    if future is not None:
+        return True
+    for number in range(dataset.size):
+        problems, _ = dataset.possible_problems([number])
+        if problems:
+            return problems[number].horizon is not None
+    return False
 
 
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
