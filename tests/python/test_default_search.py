@@ -28,7 +28,7 @@ def problems(dataset):
 @pytest.mark.parametrize("search", ["published", "improved"])
 def test_a_horizon_chooses_the_search_everywhere(problems, search, tmp_path):
     problem = problems[search]
-    asked = dict(nodes=NODES, seed=3)
+    asked = {"nodes": NODES, "seed": 3}
     one = em.escape_effort(problem, **asked)
     named = em.escape_effort(problem, **asked, search=search)
     assert np.array_equal(one.tree.states, named.tree.states)
