@@ -14,7 +14,7 @@ constexpr const char* plan_doc =
     R"(The robot's actions from a problem's state on: K rows in time, each for `step` [s].
 
 Args:
-    step: duration of a row [s].
+    step: duration of a row [s], at least a step of the scene. Each row begins at the step that is nearest to its time.
     wrenches: by free or jointed body, shape (K, 6): force [N] and torque [N m] at its centre of mass, along the world's
         axes.
     targets: by joint under position control, shape (K,) [rad] or [m].

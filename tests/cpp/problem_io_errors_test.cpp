@@ -272,7 +272,7 @@ TEST(ProblemIoErrors, PlansThatCannotBeAreRejectedByTheirPlace) {
   EXPECT_TRUE(rejects(reading_plan("", 3), {"plan is 3", "an object"}));
   EXPECT_TRUE(rejects(reading_plan("", Json{{"step", 1.0}}), {"plan is empty", "at least one row"}));
   EXPECT_TRUE(rejects(reading_plan("/stepp", 3), {"plan has an unknown \"stepp\"", "step, wrenches"}));
-  EXPECT_TRUE(rejects(reading_plan("/step", 0.001), {"plan: step of the plan is 0.001", "whole steps"}));
+  EXPECT_TRUE(rejects(reading_plan("/step", 0.001), {"plan: step of the plan is 0.001", "at least a step"}));
   EXPECT_TRUE(rejects(reading_plan("/step", 1e300), {"plan is 7e+300 s", "at most 1000000 steps"}));
   EXPECT_TRUE(rejects(reading_plan("/wrenches", "none"), {"plan.wrenches is \"none\"", "a list"}));
   EXPECT_TRUE(rejects(reading_plan("/wrenches/0/body", "cup"), {"plan.wrenches[0].body is \"cup\"", "'palm'"}));

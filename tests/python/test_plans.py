@@ -85,6 +85,9 @@ def test_a_scene_takes_a_plan_of_50_hz_in_its_steps():
     scene = em.Scene(gravity=(0, 0, 0))
     scene.add_body("a", em.Sphere(0.1), mass=2.0, role="object")
     push = em.Plan(0.02, wrenches={"a": np.tile([1.0, 0, 0, 0, 0, 0], (50, 1))})
-    world = em.World(scene, in_steps(push, scene.step))
-    moved = world.rollout(scene.pack(), np.zeros(6), 1.0).state
+    moved, same = (
+        em.World(scene, plan).rollout(scene.pack(), np.zeros(6), 1.0).state
+        for plan in (push, in_steps(push, scene.step))
+    )
     assert scene.unpack(moved)["a"]["velocity"][0] == pytest.approx(0.5)
+    assert np.array_equal(moved, same)

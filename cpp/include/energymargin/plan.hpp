@@ -36,7 +36,7 @@ struct Servo {
 
 //! What a robot does from a problem's state on: rows in time, each held for `step`.
 struct Plan {
-  double step = 0.0;  //!< of a row [s]; whole steps of the scene
+  double step = 0.0;  //!< of a row [s]; at least a step of the scene
   std::vector<Drive> wrenches{};
   std::vector<Targets> targets{};
   std::vector<Servo> velocities{};
@@ -47,8 +47,8 @@ struct Plan {
   double duration() const { return rows() * step; }
 };
 
-//! Throws std::invalid_argument on rows of unequal number or that are not finite, a step that is not whole steps of the
-//! scene, wrenches on fixed or kinematic bodies, targets of joints without position control, and motors of bodies that
+//! Throws std::invalid_argument on rows of unequal number or that are not finite, a step below that of the scene,
+//! wrenches on fixed or kinematic bodies, targets of joints without position control, and motors of bodies that
 //! are fixed or on a joint, or with limits that are negative or not finite, or of a kinematic body.
 void validate(const Plan& plan, const Scene& scene);
 
@@ -59,7 +59,8 @@ void validate(const Plan& plan);
 //! radius [N m]. A kinematic body has none.
 Servo with_default_limits(const Scene& scene, Servo servo);
 
-//! The same plan with a row for each step of the scene.
+//! The same plan with a row for each step of the scene. Each row begins at the step that is nearest to its time, so a
+//! rate that is not one of whole steps is kept in the mean: rows of 50 Hz begin at steps 0, 5, 10, 14, ... of 1/240 s.
 Plan fine_rows(const Plan& plan, const Scene& scene);
 
 //! Everything goes on as it moves at a state: the free bodies of role "effector", or those at the root of one, keep

@@ -1,7 +1,6 @@
 #include "physics/robot.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace energymargin {
@@ -11,8 +10,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();  // force 
 
 }  // namespace
 
-Robot::Robot(const Scene& scene, const Plan& plan)
-    : plan_(plan), steps_per_row_(static_cast<int>(std::lround(plan.step / scene.stepping().step))) {
+Robot::Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene)) {
   for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
   for (const Targets& targets : plan.targets) joints_.push_back(scene.joint_index(targets.joint));
   for (Servo& servo : plan_.velocities) {
@@ -22,19 +20,18 @@ Robot::Robot(const Scene& scene, const Plan& plan)
 }
 
 void Robot::act(Simulation& simulation, int step) const {
-  const int row = step / steps_per_row_;
   const int last = plan_.rows() - 1;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    simulation.set_target(joints_[i], plan_.targets[i].positions[std::min(row, last)]);
+    simulation.set_target(joints_[i], plan_.targets[i].positions[std::min(step, last)]);
   }
-  if (row > last) return;
+  if (step > last) return;
   for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
-    const auto wrench = plan_.wrenches[i].wrenches.row(row);
+    const auto wrench = plan_.wrenches[i].wrenches.row(step);
     simulation.actuate(wrench_bodies_[i], to_bullet(Vector3(wrench.head<3>())), to_bullet(Vector3(wrench.tail<3>())));
   }
   for (std::size_t i = 0; i < servo_bodies_.size(); ++i) {
     const Servo& servo = plan_.velocities[i];
-    const auto velocity = servo.velocities.row(row);
+    const auto velocity = servo.velocities.row(step);
     simulation.add_motor(servo_bodies_[i], velocity.head<3>(), velocity.tail<3>(), servo.force.value_or(unlimited),
                          servo.torque.value_or(unlimited));
   }

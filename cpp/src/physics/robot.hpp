@@ -21,7 +21,6 @@ class Robot {
 
  private:
   Plan plan_;
-  int steps_per_row_;
   std::vector<std::size_t> wrench_bodies_, servo_bodies_;
   std::vector<std::size_t> joints_;
 };

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double standard_gravity = 9.81;  // m/s^2
 constexpr double share_of_weight = 2.0;
+constexpr double rounding = 1e-6;  // of a step
 
 std::string named(const std::string& part, const std::string& name) { return part + "['" + name + "']"; }
 
@@ -35,8 +36,9 @@ void require_new(const std::string& name, bool is_new) {
 
 void require_step(const Plan& plan, const Scene& scene) {
   const double steps = plan.step / scene.stepping().step;
-  if (!(std::isfinite(steps) && steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6 * steps)) {
-    reject("step of the plan", text(plan.step), "whole steps of the scene, of " + text(scene.stepping().step) + " s");
+  if (!(std::isfinite(steps) && steps > 1.0 - rounding)) {
+    reject("step of the plan", text(plan.step),
+           "at least a step of the scene, of " + text(scene.stepping().step) + " s");
   }
   if (!(plan.rows() * steps <= most_steps)) {
     reject("plan", text(plan.duration()) + " s", "at most " + std::to_string(most_steps) + " steps of the scene");
@@ -141,10 +143,15 @@ Servo with_default_limits(const Scene& scene, Servo servo) {
 }
 
 Plan fine_rows(const Plan& plan, const Scene& scene) {
-  const auto steps = static_cast<Eigen::Index>(std::lround(plan.step / scene.stepping().step));
-  const auto fine = [steps](const auto& rows) {
-    std::decay_t<decltype(rows)> result(rows.rows() * steps, rows.cols());
-    for (Eigen::Index i = 0; i < result.rows(); ++i) result.row(i) = rows.row(i / steps);
+  const double steps = plan.step / scene.stepping().step;
+  const auto first = [steps](Eigen::Index row) {
+    return static_cast<Eigen::Index>(std::floor(static_cast<double>(row) * steps + 0.5 + rounding));
+  };
+  const auto fine = [first](const auto& rows) {
+    std::decay_t<decltype(rows)> result(first(rows.rows()), rows.cols());
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+      for (Eigen::Index i = first(row); i < first(row + 1); ++i) result.row(i) = rows.row(row);
+    }
     return result;
   };
   Plan result = plan;
