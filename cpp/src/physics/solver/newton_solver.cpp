@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+
+#include "physics/solver/kernels.hpp"
 
 namespace energymargin {
 namespace {
@@ -28,73 +29,6 @@ constexpr double least_turnover = 1e-3;
 constexpr double most_given = 0.01;
 constexpr double most_harder = 20.0;
 
-double dot(const double* a, const double* b, int count) {
-  if (count == usual_count) {
-    return ((a[0] * b[0] + a[2] * b[2]) + a[4] * b[4]) + ((a[1] * b[1] + a[3] * b[3]) + a[5] * b[5]);
-  }
-  double sum = 0.0;
-  for (int i = 0; i < count; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-// entries += factor * row
-template <int known>
-void add_multiple(double factor, const double* __restrict row, int count, double* __restrict entries) {
-  const int length = known > 0 ? known : count;
-  for (int j = 0; j < length; ++j) entries[j] += factor * row[j];
-}
-
-void add_multiple(double factor, const double* row, int count, double* entries) {
-  if (count == usual_count) return add_multiple<usual_count>(factor, row, count, entries);
-  add_multiple<0>(factor, row, count, entries);
-}
-
-// Of a contact on a free body, the three rows of a Jacobian.
-constexpr int contact_size = 3 * usual_count;
-
-// Speeds along the rows.
-void add_speeds(const double* jacobian, const double* velocities, ContactVector& speeds) {
-  for (std::size_t row = 0; row < 3; ++row) speeds[row] += dot(jacobian + row * usual_count, velocities, usual_count);
-}
-
-// Impulses along the rows.
-void take_contact(const double* __restrict jacobian, const double* __restrict impulse, double* __restrict residual,
-                  double* __restrict turnover) {
-  for (int j = 0; j < usual_count; ++j) {
-    const double sum =
-        impulse[0] * jacobian[j] + impulse[1] * jacobian[usual_count + j] + impulse[2] * jacobian[2 * usual_count + j];
-    residual[j] -= sum;
-    turnover[j] += std::abs(sum);
-  }
-}
-
-// slope x rows: nothing that friction does presses.
-void answer_contact(const ContactResponse& response, const double* __restrict rows, double* __restrict answer) {
-  const auto& [x, y, normal] = response.slope;
-  if (response.regime == Regime::sticks) {
-    for (int j = 0; j < usual_count; ++j) {
-      answer[j] = x[0] * rows[j];
-      answer[usual_count + j] = y[1] * rows[usual_count + j];
-      answer[2 * usual_count + j] = normal[2] * rows[2 * usual_count + j];
-    }
-    return;
-  }
-  for (int j = 0; j < usual_count; ++j) {
-    const double along_x = rows[j], along_y = rows[usual_count + j], along_normal = rows[2 * usual_count + j];
-    answer[j] = x[0] * along_x + x[1] * along_y + x[2] * along_normal;
-    answer[usual_count + j] = y[0] * along_x + y[1] * along_y + y[2] * along_normal;
-    answer[2 * usual_count + j] = normal[2] * along_normal;
-  }
-}
-
-// entries += along' x rows
-void add_contact_row(const double* __restrict along, const double* __restrict rows, double* __restrict entries) {
-  const double x = along[0], y = along[usual_count], normal = along[2 * usual_count];
-  for (int j = 0; j < usual_count; ++j) {
-    entries[j] += x * rows[j] + y * rows[usual_count + j] + normal * rows[2 * usual_count + j];
-  }
-}
-
 double limited_impulse(const LimitedRow& row, double miss) {
   return std::min(std::max(miss / row.softness, row.low), row.high);
 }
@@ -106,225 +40,8 @@ double limited_slope(const LimitedRow& row, double miss) {
 
 }  // namespace
 
-void NewtonSolver::clear() {
-  movers_.clear();
-  inertias_.clear();
-  inverse_diagonal_.clear();
-  kept_ = 0;
-  free_.clear();
-  velocities_.clear();
-  recovery_.clear();
-  numbers_.clear();
-  contacts_.clear();
-  limited_.clear();
-}
-
-int NewtonSolver::add_mover(int count) {
-  const int begin = static_cast<int>(velocities_.size());
-  movers_.push_back({begin, count, inertias_.size(), 0, 0});
-  const auto size = static_cast<std::size_t>(begin + count);
-  inertias_.resize(inertias_.size() + static_cast<std::size_t>(count * count), 0.0);
-  free_.resize(size, 0.0);
-  velocities_.resize(size, 0.0);
-  recovery_.resize(size, 0.0);
-  return static_cast<int>(movers_.size()) - 1;
-}
-
-// Of movers that are new.
-void NewtonSolver::keep_diagonals() {
-  for (; kept_ < movers_.size(); ++kept_) {
-    const Mover& mover = movers_[kept_];
-    for (int i = 0; i < mover.count; ++i) {
-      inverse_diagonal_.push_back(1.0 / inertias_[mover.inertia + static_cast<std::size_t>(i * mover.count + i)]);
-    }
-  }
-}
-
-void NewtonSolver::add_sides(RowSides& sides, int a, int b, int rows) {
-  keep_diagonals();
-  sides.a = a;
-  sides.b = b == a ? -1 : b;
-  const auto add = [&](int mover, std::size_t& begin) {
-    begin = numbers_.size();
-    if (mover >= 0) numbers_.resize(begin + static_cast<std::size_t>(rows * count(mover)), 0.0);
-  };
-  add(sides.a, sides.of_a);
-  add(sides.b, sides.of_b);
-}
-
-ContactRows& NewtonSolver::add_contact(int a, int b) {
-  contacts_.emplace_back();
-  add_sides(contacts_.back(), a, b, 3);
-  return contacts_.back();
-}
-
-LimitedRow& NewtonSolver::add_limited(int a, int b) {
-  limited_.emplace_back();
-  add_sides(limited_.back(), a, b, 1);
-  return limited_.back();
-}
-
-double NewtonSolver::inverse_mass(const RowSides& sides, int row) const {
-  double sum = 0.0;
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* jacobian = numbers_.data() + begin + row * mover.count;
-    const double* inverses = inverse_diagonal_.data() + mover.begin;
-    for (int i = 0; i < mover.count; ++i) {
-      sum += jacobian[i] * jacobian[i] * inverses[i];
-    }
-  };
-  add(sides.a, sides.of_a);
-  add(sides.b, sides.of_b);
-  return sum;
-}
-
-double NewtonSolver::speed(const RowSides& sides, int row, const std::vector<double>& velocities) const {
-  double sum = 0.0;
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    sum += dot(numbers_.data() + begin + row * mover.count, velocities.data() + mover.begin, mover.count);
-  };
-  add(sides.a, sides.of_a);
-  add(sides.b, sides.of_b);
-  return sum;
-}
-
-ContactVector NewtonSolver::speeds(const ContactRows& rows, const std::vector<double>& velocities) const {
-  ContactVector sums{};
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* const jacobian = numbers_.data() + begin;
-    const double* const of_mover = velocities.data() + mover.begin;
-    if (mover.count == usual_count) return add_speeds(jacobian, of_mover, sums);
-    for (std::size_t row = 0; row < 3; ++row) {
-      sums[row] += dot(jacobian + row * static_cast<std::size_t>(mover.count), of_mover, mover.count);
-    }
-  };
-  add(rows.a, rows.of_a);
-  add(rows.b, rows.of_b);
-  return sums;
-}
-
-int NewtonSolver::root(int mover) {
-  while (parents_[static_cast<std::size_t>(mover)] != mover) {
-    int& parent = parents_[static_cast<std::size_t>(mover)];
-    parent = parents_[static_cast<std::size_t>(parent)];
-    mover = parent;
-  }
-  return mover;
-}
-
-// The root is the first mover of an island.
-void NewtonSolver::join(const RowSides& sides) {
-  if (sides.a < 0 || sides.b < 0) return;
-  const int a = root(sides.a);
-  const int b = root(sides.b);
-  parents_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-}
-
-void NewtonSolver::find_islands() {
-  parents_.resize(movers_.size());
-  std::iota(parents_.begin(), parents_.end(), 0);
-  for (const ContactRows& rows : contacts_) join(rows);
-  for (const LimitedRow& row : limited_) join(row);
-  island_count_ = 0;
-  for (std::size_t i = 0; i < movers_.size(); ++i) {
-    const int first = root(static_cast<int>(i));
-    if (first == static_cast<int>(i)) {
-      movers_[i].island = static_cast<int>(island_count_++);
-      if (islands_.size() < island_count_) islands_.emplace_back();
-      Island& island = islands_[island_count_ - 1];
-      island.movers.clear();
-      island.contacts.clear();
-      island.limited.clear();
-    } else {
-      movers_[i].island = movers_[static_cast<std::size_t>(first)].island;
-    }
-    islands_[static_cast<std::size_t>(movers_[i].island)].movers.push_back(static_cast<int>(i));
-  }
-  const auto island_of = [&](const RowSides& sides) -> Island& {
-    const auto mover = static_cast<std::size_t>(sides.a >= 0 ? sides.a : sides.b);
-    return islands_[static_cast<std::size_t>(movers_[mover].island)];
-  };
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (contacts_[i].a < 0 && contacts_[i].b < 0) continue;
-    island_of(contacts_[i]).contacts.push_back(static_cast<int>(i));
-  }
-  for (std::size_t i = 0; i < limited_.size(); ++i) {
-    island_of(limited_[i]).limited.push_back(static_cast<int>(i));
-  }
-}
-
-// Rows of the matrix. Many movers are taken in the order of Cuthill and McKee (1969), for a narrow envelope.
-void NewtonSolver::order(Island& island) {
-  const std::size_t count = island.movers.size();
-  constexpr std::size_t few = 4;
-  if (count > few) {
-    std::vector<std::vector<int>> neighbours(movers_.size());
-    const auto connect = [&](const RowSides& sides) {
-      if (sides.a < 0 || sides.b < 0) return;
-      neighbours[static_cast<std::size_t>(sides.a)].push_back(sides.b);
-      neighbours[static_cast<std::size_t>(sides.b)].push_back(sides.a);
-    };
-    for (const int i : island.contacts) connect(contacts_[static_cast<std::size_t>(i)]);
-    for (const int i : island.limited) connect(limited_[static_cast<std::size_t>(i)]);
-    for (const int i : island.movers) {
-      auto& of = neighbours[static_cast<std::size_t>(i)];
-      std::sort(of.begin(), of.end());
-      of.erase(std::unique(of.begin(), of.end()), of.end());
-    }
-    const auto fewer = [&](int a, int b) {
-      return neighbours[static_cast<std::size_t>(a)].size() < neighbours[static_cast<std::size_t>(b)].size();
-    };
-    std::vector<bool> seen(movers_.size(), false);
-    std::vector<int> ordered;
-    const int start = *std::min_element(island.movers.begin(), island.movers.end(), fewer);
-    ordered.push_back(start);
-    seen[static_cast<std::size_t>(start)] = true;
-    for (std::size_t next = 0; next < ordered.size(); ++next) {
-      auto& of = neighbours[static_cast<std::size_t>(ordered[next])];
-      std::stable_sort(of.begin(), of.end(), fewer);
-      for (const int other : of) {
-        if (seen[static_cast<std::size_t>(other)]) continue;
-        seen[static_cast<std::size_t>(other)] = true;
-        ordered.push_back(other);
-      }
-    }
-    island.movers = ordered;
-  }
-  int size = 0;
-  for (const int i : island.movers) {
-    movers_[static_cast<std::size_t>(i)].local = size;
-    size += movers_[static_cast<std::size_t>(i)].count;
-  }
-  island.first.resize(static_cast<std::size_t>(size));
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    std::fill_n(island.first.begin() + mover.local, mover.count, mover.local);
-  }
-  const auto widen = [&](const RowSides& sides) {
-    if (sides.a < 0 || sides.b < 0) return;
-    const Mover* low = &movers_[static_cast<std::size_t>(sides.a)];
-    const Mover* high = &movers_[static_cast<std::size_t>(sides.b)];
-    if (low->local > high->local) std::swap(low, high);
-    for (int i = 0; i < high->count; ++i) {
-      int& first = island.first[static_cast<std::size_t>(high->local + i)];
-      first = std::min(first, low->local);
-    }
-  };
-  for (const int i : island.contacts) widen(contacts_[static_cast<std::size_t>(i)]);
-  for (const int i : island.limited) widen(limited_[static_cast<std::size_t>(i)]);
-}
-
 bool NewtonSolver::solve(int iterations, double tolerance) {
-  find_islands();
-  for (std::size_t i = 0; i < island_count_; ++i) {
-    if (!islands_[i].free()) order(islands_[i]);
-  }
+  islands_.find(*this);
   return solve_again(iterations, tolerance);
 }
 
@@ -338,8 +55,8 @@ bool NewtonSolver::solve_again(int iterations, double tolerance) {
   limited_slopes_.resize(limited_.size());
   iterations_ = 0;
   bool converged = true;
-  for (std::size_t i = 0; i < island_count_; ++i) {
-    Island& island = islands_[i];
+  for (std::size_t i = 0; i < islands_.count(); ++i) {
+    const Island& island = islands_[i];
     if (island.free()) {
       for (const int mover : island.movers) std::copy_n(free(mover), count(mover), velocities(mover));
       continue;
@@ -381,7 +98,7 @@ bool NewtonSolver::harden(const Island& island) {
   return any;
 }
 
-bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
+bool NewtonSolver::solve(const Island& island, int iterations, double tolerance) {
   int left = iterations;
   int sweeps = 0;
   double error = coulomb_error(island, false);
@@ -417,8 +134,8 @@ bool NewtonSolver::solve(Island& island, int iterations, double tolerance) {
   iterations_ += iterations - left;
   if (error <= tolerance) return true;
   if (sweeps == 0) {
-    start_sweeps(island);
-    sweep(island, first_sweeps);
+    sweeps_.start(island);
+    sweeps_.run(island, first_sweeps);
   }
   take_swept(island);
   return false;
@@ -523,143 +240,16 @@ void NewtonSolver::keep_directions(const Island& island) {
   }
 }
 
-// What velocities answer to impulses along the rows: products with the inverse of each mover's inertia.
-void NewtonSolver::prepare_sweeps(const Island& island) {
-  inverses_.resize(inertias_.size());
-  for (const int i : island.movers) {
-    const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    const int count = mover.count;
-    double* const m = inverses_.data() + mover.inertia;
-    std::copy_n(inertias_.data() + mover.inertia, count * count, m);
-    for (int k = 0; k < count; ++k) {  // Gauss and Jordan's way; an inertia needs no pivots
-      const double inverse = 1.0 / m[k * count + k];
-      m[k * count + k] = 1.0;
-      for (int j = 0; j < count; ++j) m[k * count + j] *= inverse;
-      for (int l = 0; l < count; ++l) {
-        const double factor = m[l * count + k];
-        if (l == k || factor == 0.0) continue;
-        m[l * count + k] = 0.0;
-        for (int j = 0; j < count; ++j) m[l * count + j] -= factor * m[k * count + j];
-      }
-    }
-  }
-  answers_.clear();
-  const auto answer = [&](int index, std::size_t begin, int rows, double* inverse_masses) {
-    const std::size_t at = answers_.size();
-    if (index < 0) return at;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    answers_.resize(at + static_cast<std::size_t>(rows * mover.count));
-    for (int row = 0; row < rows; ++row) {
-      const double* jacobian = numbers_.data() + begin + row * mover.count;
-      double* const of_row = answers_.data() + at + row * mover.count;
-      for (int j = 0; j < mover.count; ++j) {
-        of_row[j] = dot(inverses_.data() + mover.inertia + j * mover.count, jacobian, mover.count);
-      }
-      inverse_masses[row] += dot(jacobian, of_row, mover.count);
-    }
-    return at;
-  };
-  for (const int i : island.contacts) {
-    const ContactRows& rows = contacts_[static_cast<std::size_t>(i)];
-    Swept& swept = swept_[static_cast<std::size_t>(i)];
-    swept = {};
-    swept.of_a = answer(rows.a, rows.of_a, 3, swept.inverse_masses.data());
-    swept.of_b = answer(rows.b, rows.of_b, 3, swept.inverse_masses.data());
-  }
-  for (const int i : island.limited) {
-    const LimitedRow& row = limited_[static_cast<std::size_t>(i)];
-    SweptRow& swept = swept_rows_[static_cast<std::size_t>(i)];
-    swept = {};
-    swept.of_a = answer(row.a, row.of_a, 1, &swept.inverse_mass);
-    swept.of_b = answer(row.b, row.of_b, 1, &swept.inverse_mass);
-  }
-}
-
-// With no impulses.
-void NewtonSolver::start_sweeps(const Island& island) {
-  swept_.resize(contacts_.size());
-  swept_rows_.resize(limited_.size());
-  predicted_.resize(contacts_.size());
-  prepare_sweeps(island);
-  swept_velocities_ = velocities_;
-  for (const int i : island.movers) std::copy_n(free(i), count(i), swept_velocities_.data() + begin(i));
-}
-
-// Sequential impulses from one contact to the next, and every other time the other way round.
-void NewtonSolver::sweep(const Island& island, int sweeps) {
-  velocities_.swap(swept_velocities_);
-  for (int i = 0; i < sweeps; ++i) {
-    for (const int k : island.limited) resolve_limited(static_cast<std::size_t>(k));
-    if (i % 2 == 0) {
-      for (const int k : island.contacts) resolve_contact(static_cast<std::size_t>(k));
-    } else {
-      for (auto k = island.contacts.rbegin(); k != island.contacts.rend(); ++k) {
-        resolve_contact(static_cast<std::size_t>(*k));
-      }
-    }
-  }
-  velocities_.swap(swept_velocities_);
-}
-
-void NewtonSolver::push(const RowSides& sides, int row, std::size_t of_a, std::size_t of_b, double impulse) {
-  const auto add = [&](int index, std::size_t begin) {
-    if (index < 0) return;
-    const Mover& mover = movers_[static_cast<std::size_t>(index)];
-    const double* answer = answers_.data() + begin + row * mover.count;
-    double* const velocities = velocities_.data() + mover.begin;
-    for (int j = 0; j < mover.count; ++j) velocities[j] += answer[j] * impulse;
-  };
-  add(sides.a, of_a);
-  add(sides.b, of_b);
-}
-
-void NewtonSolver::resolve_contact(std::size_t k) {
-  const ContactRows& rows = contacts_[k];
-  Swept& swept = swept_[k];
-  const auto set = [&](int row, double impulse) {
-    const double change = impulse - swept.impulse[static_cast<std::size_t>(row)];
-    if (change == 0.0) return;
-    swept.impulse[static_cast<std::size_t>(row)] = impulse;
-    push(rows, row, swept.of_a, swept.of_b, change);
-  };
-  const auto asked = [&](int row, double softness) {
-    const auto i = static_cast<std::size_t>(row);
-    const double miss = rows.target[i] - speed(rows, row, velocities_) - softness * swept.impulse[i];
-    return swept.impulse[i] + miss / (swept.inverse_masses[i] + softness);
-  };
-  set(2, std::max(0.0, asked(2, rows.law.normal_softness)));
-  if (rows.law.friction == 0.0) return;
-  double x = asked(0, rows.law.tangential_softness);
-  double y = asked(1, rows.law.tangential_softness);
-  const double most = rows.law.friction * swept.impulse[2];
-  const double length = std::sqrt(x * x + y * y);
-  if (length > most) {
-    x *= most / length;
-    y *= most / length;
-  }
-  set(0, x);
-  set(1, y);
-}
-
-void NewtonSolver::resolve_limited(std::size_t k) {
-  const LimitedRow& row = limited_[k];
-  SweptRow& swept = swept_rows_[k];
-  const double miss = row.target - speed(row, 0, velocities_) - row.softness * swept.impulse;
-  const double asked = swept.impulse + miss / (swept.inverse_mass + row.softness);
-  const double impulse = std::min(std::max(asked, row.low), row.high);
-  push(row, 0, swept.of_a, swept.of_b, impulse - swept.impulse);
-  swept.impulse = impulse;
-}
-
 // Newton's method from the impulses that the sweeps found. Each step predicts those that the next one starts from.
 double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& left, double tolerance) {
-  if (sweeps == first_sweeps) start_sweeps(island);
-  sweep(island, sweeps);
+  if (sweeps == first_sweeps) sweeps_.start(island);
+  sweeps_.run(island, sweeps);
+  predicted_.resize(contacts_.size());
   for (const int i : island.movers) {
-    std::copy_n(swept_velocities_.data() + begin(i), count(i), velocities(i));
+    std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
   }
   for (const int i : island.contacts) {
-    predicted_[static_cast<std::size_t>(i)] = swept_[static_cast<std::size_t>(i)].impulse;
+    predicted_[static_cast<std::size_t>(i)] = sweeps_.impulse(static_cast<std::size_t>(i));
   }
   double error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
@@ -689,14 +279,14 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
 // Impulses and velocities that belong together, where nothing better was found.
 void NewtonSolver::take_swept(const Island& island) {
   for (const int i : island.movers) {
-    std::copy_n(swept_velocities_.data() + begin(i), count(i), velocities(i));
+    std::copy_n(sweeps_.velocities().data() + begin(i), count(i), velocities(i));
   }
   for (const int i : island.contacts) {
-    responses_[static_cast<std::size_t>(i)].impulse = swept_[static_cast<std::size_t>(i)].impulse;
+    responses_[static_cast<std::size_t>(i)].impulse = sweeps_.impulse(static_cast<std::size_t>(i));
   }
   for (const int i : island.limited) {
     const auto k = static_cast<std::size_t>(i);
-    limited_misses_[k] = swept_rows_[k].impulse * limited_[k].softness;
+    limited_misses_[k] = sweeps_.limited_impulse(k) * limited_[k].softness;
   }
 }
 
@@ -709,12 +299,12 @@ bool NewtonSolver::find_direction(const Island& island) {
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
     for (int j = 0; j < mover.count; ++j)
-      local[mover.local + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
+      local[islands_.row(i) + j] = -residual_[static_cast<std::size_t>(mover.begin + j)];
   }
   matrix_.solve(local);
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
-    std::copy_n(local + mover.local, mover.count, direction.begin() + mover.begin);
+    std::copy_n(local + islands_.row(i), mover.count, direction.begin() + mover.begin);
   }
   return true;
 }
@@ -725,7 +315,7 @@ void NewtonSolver::assemble(const Island& island) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
     const double* inertia = inertias_.data() + mover.inertia;
     for (int j = 0; j < mover.count; ++j) {
-      std::copy_n(inertia + j * mover.count, mover.count, matrix_.row(mover.local + j) + mover.local);
+      std::copy_n(inertia + j * mover.count, mover.count, matrix_.row(islands_.row(i) + j) + islands_.row(i));
     }
   }
   for (const int i : island.contacts) {
@@ -759,7 +349,7 @@ void NewtonSolver::add_contact_block(const RowSides& sides, const ContactRespons
       double answer[contact_size];
       answer_contact(response, jacobian, answer);
       for (int i = 0; i < usual_count; ++i) {
-        add_contact_row(along + i, answer, matrix_.row(from.local + i) + to.local);
+        add_contact_row(along + i, answer, matrix_.row(islands_.row(left) + i) + islands_.row(right));
       }
       return;
     }
@@ -772,7 +362,8 @@ void NewtonSolver::add_contact_block(const RowSides& sides, const ContactRespons
       }
       for (int i = 0; i < from.count; ++i) {
         const double factor = along[row * static_cast<std::size_t>(from.count) + static_cast<std::size_t>(i)];
-        if (factor != 0.0) add_multiple(factor, changes_.data(), to.count, matrix_.row(from.local + i) + to.local);
+        if (factor != 0.0)
+          add_multiple(factor, changes_.data(), to.count, matrix_.row(islands_.row(left) + i) + islands_.row(right));
       }
     }
   });
@@ -785,7 +376,8 @@ void NewtonSolver::add_limited_block(const RowSides& sides, double slope) {
     const double* const along = numbers_.data() + of_left;
     for (int i = 0; i < from.count; ++i) {
       if (along[i] == 0.0) continue;
-      add_multiple(slope * along[i], numbers_.data() + of_right, to.count, matrix_.row(from.local + i) + to.local);
+      add_multiple(slope * along[i], numbers_.data() + of_right, to.count,
+                   matrix_.row(islands_.row(left) + i) + islands_.row(right));
     }
   });
 }

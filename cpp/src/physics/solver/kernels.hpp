@@ -1,0 +1,79 @@
+#pragma once
+// Sums over the rows of Jacobians. Most movers are free bodies, for which loops of a known length are twice as fast.
+
+#include <cmath>
+#include <cstddef>
+
+#include "physics/solver/envelope_lu.hpp"
+#include "physics/solver/friction_law.hpp"
+
+namespace energymargin {
+
+inline double dot(const double* a, const double* b, int count) {
+  if (count == usual_count) {
+    return ((a[0] * b[0] + a[2] * b[2]) + a[4] * b[4]) + ((a[1] * b[1] + a[3] * b[3]) + a[5] * b[5]);
+  }
+  double sum = 0.0;
+  for (int i = 0; i < count; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+//! entries += factor * row
+template <int known>
+void add_multiple(double factor, const double* __restrict row, int count, double* __restrict entries) {
+  const int length = known > 0 ? known : count;
+  for (int j = 0; j < length; ++j) entries[j] += factor * row[j];
+}
+
+inline void add_multiple(double factor, const double* row, int count, double* entries) {
+  if (count == usual_count) return add_multiple<usual_count>(factor, row, count, entries);
+  add_multiple<0>(factor, row, count, entries);
+}
+
+//! Of a contact on a free body, numbers in the three rows of a Jacobian.
+inline constexpr int contact_size = 3 * usual_count;
+
+//! Speeds along the rows.
+inline void add_speeds(const double* jacobian, const double* velocities, ContactVector& speeds) {
+  for (std::size_t row = 0; row < 3; ++row) speeds[row] += dot(jacobian + row * usual_count, velocities, usual_count);
+}
+
+//! Impulses along the rows.
+inline void take_contact(const double* __restrict jacobian, const double* __restrict impulse,
+                         double* __restrict residual, double* __restrict turnover) {
+  for (int j = 0; j < usual_count; ++j) {
+    const double sum =
+        impulse[0] * jacobian[j] + impulse[1] * jacobian[usual_count + j] + impulse[2] * jacobian[2 * usual_count + j];
+    residual[j] -= sum;
+    turnover[j] += std::abs(sum);
+  }
+}
+
+//! slope x rows: nothing that friction does presses.
+inline void answer_contact(const ContactResponse& response, const double* __restrict rows, double* __restrict answer) {
+  const auto& [x, y, normal] = response.slope;
+  if (response.regime == Regime::sticks) {
+    for (int j = 0; j < usual_count; ++j) {
+      answer[j] = x[0] * rows[j];
+      answer[usual_count + j] = y[1] * rows[usual_count + j];
+      answer[2 * usual_count + j] = normal[2] * rows[2 * usual_count + j];
+    }
+    return;
+  }
+  for (int j = 0; j < usual_count; ++j) {
+    const double along_x = rows[j], along_y = rows[usual_count + j], along_normal = rows[2 * usual_count + j];
+    answer[j] = x[0] * along_x + x[1] * along_y + x[2] * along_normal;
+    answer[usual_count + j] = y[0] * along_x + y[1] * along_y + y[2] * along_normal;
+    answer[2 * usual_count + j] = normal[2] * along_normal;
+  }
+}
+
+//! entries += along' x rows
+inline void add_contact_row(const double* __restrict along, const double* __restrict rows, double* __restrict entries) {
+  const double x = along[0], y = along[usual_count], normal = along[2 * usual_count];
+  for (int j = 0; j < usual_count; ++j) {
+    entries[j] += x * rows[j] + y * rows[usual_count + j] + normal * rows[2 * usual_count + j];
+  }
+}
+
+}  // namespace energymargin

@@ -1,0 +1,102 @@
+#pragma once
+// Bodies and trees as velocities with an inertia, and the rows of contacts and limits over them.
+
+#include <cstddef>
+#include <vector>
+
+#include "physics/solver/friction_law.hpp"
+
+namespace energymargin {
+
+//! Some of all velocities, and what acts on them: `a` and `b` are movers, -1: none. Jacobians are in the solver's
+//! numbers, row by row, as many columns as the mover has velocities.
+struct RowSides {
+  int a = -1, b = -1;
+  std::size_t of_a = 0, of_b = 0;
+};
+
+//! A contact point: three rows, two along the plane of contact and one along its normal.
+struct ContactRows : RowSides {
+  FrictionLaw law;
+  ContactVector target{};  // of the velocities along the rows [m/s]
+  double recovery = 0.0;   // by how much more the bodies are to be moved apart, and not sped up [m/s]
+  ContactVector impulse{};
+};
+
+//! A row whose impulse is (target - velocity) / softness within its limits: a stop, a drive, a mimic, a servo.
+struct LimitedRow : RowSides {
+  double target = 0.0;
+  double softness = 0.0;
+  double low = 0.0, high = 0.0;
+  double recovery = 0.0;
+  double impulse = 0.0;
+};
+
+//! Velocities v, their inertia A, and the rows that act on them. Movers are groups of velocities with an inertia of
+//! their own.
+class VelocitySystem {
+ public:
+  //! Some velocities in a row, with their inertia.
+  struct Mover {
+    int begin, count;
+    std::size_t inertia;  // where it begins among all inertias
+  };
+
+  //! No movers, no rows.
+  void clear();
+
+  //! A mover of so many velocities. Its inertia is zero, and it starts at rest.
+  int add_mover(int count);
+  int begin(int mover) const { return movers_[static_cast<std::size_t>(mover)].begin; }
+  int count(int mover) const { return movers_[static_cast<std::size_t>(mover)].count; }
+  double* inertia(int mover) { return inertias_.data() + movers_[static_cast<std::size_t>(mover)].inertia; }
+  double* free(int mover) { return free_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
+
+  //! The guess before `solve`, and what it found.
+  double* velocities(int mover) { return velocities_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
+  const double* velocities(int mover) const {
+    return velocities_.data() + movers_[static_cast<std::size_t>(mover)].begin;
+  }
+
+  //! Velocities that move bodies apart beside the velocities, and are gone after the step; zero where nothing overlaps.
+  const double* recovery(int mover) const { return recovery_.data() + movers_[static_cast<std::size_t>(mover)].begin; }
+
+  //! Rows between two movers, with Jacobians of zero. These movers have their inertias by then. References hold until
+  //! the next one.
+  ContactRows& add_contact(int a, int b);
+  void drop_contact() { contacts_.pop_back(); }
+  LimitedRow& add_limited(int a, int b);
+  double* numbers(std::size_t begin) { return numbers_.data() + begin; }
+  const double* numbers(std::size_t begin) const { return numbers_.data() + begin; }
+
+  //! 1 / inverse effective mass along a row, but for what the inertia has beside its diagonal.
+  double inverse_mass(const RowSides& sides, int row) const;
+
+  //! Velocity along a row if these were all velocities, in the movers' order.
+  double speed(const RowSides& sides, int row, const std::vector<double>& velocities) const;
+
+  ContactVector speeds(const ContactRows& rows, const std::vector<double>& velocities) const;
+
+  const std::vector<Mover>& movers() const { return movers_; }
+  const Mover& mover(int index) const { return movers_[static_cast<std::size_t>(index)]; }
+  std::vector<ContactRows>& contacts() { return contacts_; }
+  const std::vector<ContactRows>& contacts() const { return contacts_; }
+  const std::vector<LimitedRow>& limited() const { return limited_; }
+  const std::vector<double>& inertias() const { return inertias_; }
+  const std::vector<double>& all_free() const { return free_; }
+  const std::vector<double>& all_velocities() const { return velocities_; }
+
+ protected:
+  std::vector<Mover> movers_;
+  std::vector<double> inertias_, inverse_diagonal_, free_, velocities_, recovery_, numbers_;
+  std::vector<ContactRows> contacts_;
+  std::vector<LimitedRow> limited_;
+
+ private:
+  void keep_diagonals();
+  void add_sides(RowSides& sides, int a, int b, int rows);
+
+  std::size_t kept_ = 0;  // movers whose diagonals are kept
+};
+
+}  // namespace energymargin
