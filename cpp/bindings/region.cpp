@@ -64,6 +64,32 @@ py::object contains(const Region& region, const Scene& scene, const ArrayLike& s
   return py::cast(member(matrix("states", states, -1, dimension)));
 }
 
+// As one writes it, with the bodies alone: numbers would hide what it is made of.
+struct Text {
+  std::string of(const Region& region) const { return std::visit(*this, region.expression()); }
+  std::string all(const std::vector<Region>& parts, const char* sign) const {
+    std::string text;
+    for (const Region& part : parts) text += (text.empty() ? "" : sign) + of(part);
+    return "(" + text + ")";
+  }
+  static std::string primitive(const char* name, const std::string& body) {
+    return std::string(name) + "('" + body + "')";
+  }
+
+  std::string operator()(const regions::Ball& set) const { return primitive("Ball", set.body); }
+  std::string operator()(const regions::Box& set) const { return primitive("Box", set.body); }
+  std::string operator()(const regions::Disc& set) const { return primitive("Disc", set.body); }
+  std::string operator()(const regions::AnnularSector& set) const { return primitive("AnnularSector", set.body); }
+  std::string operator()(const regions::Swept& set) const { return primitive("Swept", set.body); }
+  std::string operator()(const regions::HalfSpace& set) const { return primitive("HalfSpace", set.body); }
+  std::string operator()(const regions::Speed& set) const { return primitive("Speed", set.body); }
+  std::string operator()(const regions::Tilt& set) const { return primitive("Tilt", set.body); }
+  std::string operator()(const regions::Predicate&) const { return "Predicate"; }
+  std::string operator()(const regions::Intersection& set) const { return all(set.of, " & "); }
+  std::string operator()(const regions::Union& set) const { return all(set.of, " | "); }
+  std::string operator()(const regions::Complement& set) const { return "~" + of(set.of.front()); }
+};
+
 void bind_region(py::module_& module) {
   py::class_<Region>(module, "Region", "A set of states; combine with & | ~. Built by the functions of em.regions.")
       .def("contains", &contains, py::arg("scene"), py::arg("states"),
@@ -73,6 +99,7 @@ void bind_region(py::module_& module) {
           "__and__", [](const Region& a, const Region& b) { return a & b; }, py::is_operator())
       .def(
           "__or__", [](const Region& a, const Region& b) { return a | b; }, py::is_operator())
+      .def("__repr__", [](const Region& region) { return "Region(" + Text{}.of(region) + ")"; })
       .def("__invert__", [](const Region& a) { return ~a; })
       .def("__bool__", [](const Region&) -> bool {
         throw py::type_error(

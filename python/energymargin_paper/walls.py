@@ -216,7 +216,12 @@ def run(job: Job, cancel: Cancel | None = None) -> Outcome:
         cage = cages.random_cage(job.seed)
         about = ("cage", cage.walls, cage.object, cage.thickness, cage.weights)
         search = escape_effort(
-            cage.problem, planner=job.kind, nodes=job.nodes, seed=job.seed, cancel=cancel
+            cage.problem,
+            planner=job.kind,
+            nodes=job.nodes,
+            seed=job.seed,
+            search="improved",
+            cancel=cancel,
         )
         result = search.effort
     return Outcome(job.kind, job.seed, job.nodes, *about, result, time.perf_counter() - begun)

@@ -68,6 +68,7 @@ def on_the_page(dataset, path):
 @pytest.mark.parametrize(("metrics", "future"), [(CLOCKLESS, None), (TIMED, LATER)])
 def test_store_viewer_report_and_gym_give_the_same_bits(dataset, tmp_path, metrics, future):
     stored = in_a_store(dataset, tmp_path / "s.db", metrics, future)
+    assert np.isfinite(list(stored.values())).all()
     problem = dataset.problems([0], future=future)[0]
     repeater = SearchRepeater(dataset, SETTINGS.all(), future)
     assert {m: repeater.repeat(0, m).score for m in metrics} == stored

@@ -27,7 +27,7 @@ def at_start(problem):
 
 def test_an_escape_without_contacts_leads_out_at_the_same_work():
     problem = ball()
-    escape = em.escape_effort(problem, nodes=200)
+    escape = em.escape_effort(problem, nodes=200, search="improved")
     found = em.mujoco.replay(*at_start(problem), problem, escape)
     assert found.escaped and found.least_scale == 1.0
     assert found.effort == pytest.approx(escape.effort, rel=1e-6)
@@ -38,7 +38,7 @@ def test_an_escape_without_contacts_leads_out_at_the_same_work():
 def test_the_data_that_are_handed_in_stay_as_they_are():
     problem = ball()
     model, data = at_start(problem)
-    em.mujoco.replay(model, data, problem, em.escape_effort(problem, nodes=100))
+    em.mujoco.replay(model, data, problem, em.escape_effort(problem, nodes=100, search="improved"))
     assert data.time == 0.0 and not data.xfrc_applied.any()
 
 
@@ -69,7 +69,7 @@ def test_a_heavier_object_takes_stronger_wrenches_and_the_least_scale_is_told():
     inside = em.regions.Ball("box", (0, 0, 0.05), 0.02)
     bounds = {"force": (2.3, 0, 0), "torque": (0, 0, 0), "duration": 1.0, "captured": inside}
     problem = em.Problem(scene, scene.pack(), **bounds)
-    escape = em.escape_effort(problem, nodes=300)
+    escape = em.escape_effort(problem, nodes=300, search="improved")
     model, data = at_start(problem)
     same = em.mujoco.replay(model, data, problem, escape, largest_scale=1.3)
     model.pair_friction[:, :2] *= 1.05
@@ -83,12 +83,12 @@ def test_a_heavier_object_takes_stronger_wrenches_and_the_least_scale_is_told():
 def test_data_at_another_state_and_escapes_that_are_none_are_refused():
     problem = ball()
     model, data = at_start(problem)
-    none = em.escape_effort(ball().replace(force=(1e-9, 0, 0)), nodes=5)
+    none = em.escape_effort(ball().replace(force=(1e-9, 0, 0)), nodes=5, search="improved")
     with pytest.raises(ValueError, match="escape has no path"):
         em.mujoco.replay(model, data, problem, none)
     with pytest.raises(ValueError, match="escape is None"):
         em.mujoco.replay(model, data, problem)
-    escape = em.escape_effort(problem, nodes=200)
+    escape = em.escape_effort(problem, nodes=200, search="improved")
     data.qpos[0] += 0.1
     with pytest.raises(ValueError, match="data has 'ball' off the problem's state by"):
         em.mujoco.replay(model, data, problem, escape)
@@ -96,7 +96,7 @@ def test_data_at_another_state_and_escapes_that_are_none_are_refused():
 
 def test_a_cancel_ends_a_replay():
     problem, cancel = ball(), em.Cancel()
-    escape = em.escape_effort(problem, nodes=200)
+    escape = em.escape_effort(problem, nodes=200, search="improved")
     cancel.set()
     with pytest.raises(em.Cancelled):
         em.mujoco.replay(*at_start(problem), problem, escape, cancel=cancel)
@@ -105,7 +105,7 @@ def test_a_cancel_ends_a_replay():
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.0025, 0.004, 0.005, 0.01])
 def test_an_escape_leads_out_at_the_same_work_at_any_timestep(timestep):
     problem = ball()
-    escape = em.escape_effort(problem, nodes=200)
+    escape = em.escape_effort(problem, nodes=200, search="improved")
     model, data = at_start(problem)
     model.opt.timestep = timestep
     found = em.mujoco.replay(model, data, problem, escape, largest_scale=1.05)

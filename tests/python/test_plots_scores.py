@@ -355,7 +355,7 @@ def test_the_effort_is_drawn_as_the_steps_of_its_history_up_to_the_last_node(pus
 
 
 def test_no_two_of_49_searches_differ_in_colour_alone(push, ax):
-    result = escape_effort(push, nodes=20, seed=0)
+    result = escape_effort(push, nodes=20, seed=0, search="improved")
     plots.plot_effort({str(number): result for number in range(49)}, ax=ax, legend=False)
     looks = {(str(line._unscaled_dash_pattern), line.get_marker()) for line in ax.lines}
     assert len(ax.lines) == len(looks) == 49

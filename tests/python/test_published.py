@@ -150,7 +150,7 @@ def test_the_command_makes_datasets_that_are_scored_evaluated_and_shown(folder, 
     again = run("import", "--published", folder, "-o", "out", cwd=tmp_path)
     assert again.returncode == 2 and "push.h5 exists" in again.stderr
     for options, words in (
-        (["--published", folder, "--task", "push"], "so no files, --task or --labels"),
+        (["--published", folder, "--task", "push"], "so no files, --task, --problem or --labels"),
         ([], "or --published DIR"),
         (["--published", tmp_path / "none"], "has no published data"),
     ):

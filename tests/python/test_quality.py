@@ -139,5 +139,5 @@ def test_an_effort_above_0_of_what_falls_out_by_itself_is_contradicted() -> None
     assert escape.warnings[0][1:] in escape._repr_html_()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        waits = em.escape_effort(problem, nodes=50)
+        waits = em.escape_effort(problem, nodes=50, search="improved")
     assert waits.effort == 0.0 and waits.warnings == ()

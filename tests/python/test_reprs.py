@@ -127,3 +127,8 @@ def test_every_dataclass_with_arrays_is_short():
     assert len(large) > 20
     # What `dataclass` makes itself is wrapped against recursion, and prints every number.
     assert [kind.__qualname__ for kind in large if hasattr(kind.__repr__, "__wrapped__")] == []
+
+
+def test_a_set_shows_what_it_is_made_of():
+    ball, slow = em.regions.Ball("a", radius=1.0), em.regions.Speed("b", 0.1)
+    assert repr(ball & ~(slow | ball)) == "Region((Ball('a') & ~(Speed('b') | Ball('a'))))"

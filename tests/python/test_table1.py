@@ -44,7 +44,7 @@ def rows(folder):
 def test_the_files_are_there(folder):
     assert {path.name for path in (folder / "t").iterdir()} == {
         *("push.h5", "push-ceiling.db", "push-coast-scores.db", "push-drive-scores.db"),
-        *("table1.csv", "table1.md", "push.png"),
+        *("table1.csv", "table1.md", "push.png", ".energymargin"),
     }
 
 

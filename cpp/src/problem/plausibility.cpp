@@ -71,7 +71,8 @@ void check_density(Warnings& warnings, const Scene& scene, std::size_t index) {
 // they are read, with the way out of their file.
 void check_inertial(Warnings& warnings, const Scene& scene, std::size_t index) {
   const Body& body = scene.bodies()[index];
-  if (!body.inertial || !body.dynamic() || scene.jointed(index)) return;
+  const bool robot = body.role == Role::effector || scene.jointed(index);
+  if (!body.inertial || !body.dynamic() || robot) return;
   const double reach = reach_from(body.shape, body.inertial->center);
   const double gyration = std::sqrt(0.5 * body.inertial->moments.sum() / body.mass);
   if (!std::isfinite(reach) ||

@@ -176,7 +176,7 @@ class Part:
         """
 class MassProperties:
     """
-    Volume, centre of mass and inertia of a solid of even density.
+    Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg by default. The inertia of another mass is in proportion.
     """
     def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
         ...
@@ -681,7 +681,7 @@ class Plan:
     The robot's actions from a problem's state on: K rows in time, each for `step` [s].
     
     Args:
-        step: duration of a row [s].
+        step: duration of a row [s], at least a step of the scene. Each row begins at the step that is nearest to its time.
         wrenches: by free or jointed body, shape (K, 6): force [N] and torque [N m] at its centre of mass, along the world's
             axes.
         targets: by joint under position control, shape (K,) [rad] or [m].
@@ -993,8 +993,8 @@ class World:
         """
         One unbroken simulation of a number of steps.
         
-        drives: wrenches by body, shape (steps, 6). targets: targets of joints under position control, shape (steps,) [rad] or [m].
-        Without both the robot follows the world's plan. record: the steps after which a frame is recorded, ascending, from 0, the
+        The robot follows the world's plan. On top of it: drives, wrenches by body, shape (steps, 6), which add to the plan's; targets,
+        of joints under position control, shape (steps,) [rad] or [m], which replace the plan's. record: the steps after which a frame is recorded, ascending, from 0, the
         start, to steps; by default all but 0. timeout [s], cancel: when the simulation ends early. Warns of a joint that starts
         beyond its limits, and of bodies deep in each other. Raises TimeoutError, or Cancelled.
         """
@@ -1014,6 +1014,8 @@ class Region:
     def __invert__(self) -> Region:
         ...
     def __or__(self, arg0: Region) -> Region:
+        ...
+    def __repr__(self) -> str:
         ...
     def contains(self, scene: Scene, states: numpy.typing.ArrayLike) -> typing.Any:
         """
@@ -1698,7 +1700,7 @@ class ScoreRun:
     """
     A running batch on a pool of threads. Problems can be added to it.
     """
-    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, search: str = 'improved', stop_at_escape: bool = False, rollouts: int = 30, strength: float = 1.0, objects: int | None = None, common_random_numbers: bool = False) -> None:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, *, nodes_per_edge: int = 1, least_likelihood: float = 0.0, search: str | None = None, stop_at_escape: bool = False, rollouts: int = 30, strength: float = 1.0, objects: int | None = None, common_random_numbers: bool = False) -> None:
         """
         Starts without problems.
         """
@@ -1901,7 +1903,8 @@ def capture_probability(problem: Problem, *, disturbance: disturbances.Uniform |
             `rollouts`, by default 10000.
         success: also the probability of being in the success set at the horizon. Rollouts go on after an exit.
         undisturbed: also one rollout without a disturbance, before the others.
-        most_diverged: share of the rollouts that may diverge. Those that do, do not count.
+        most_diverged: share of the rollouts that may diverge; one always may, if others are left and it is not 0. Those that
+            do, do not count: `diverged` is their number. 1: any number, and where none is left the probability is NaN.
         by_object: of several objects also the probability of any, and of each.
         rare: for losses that are rare, down to 1e-6 and below, by adaptive multilevel splitting (Brehier et al. 2016).
             `rollouts` are replicas, by default 1000. `lost` is what it is for. For the loss of all objects alone, without
@@ -1971,7 +1974,7 @@ def effort_lower_bound(problem: Problem, *, cells: int = 100000, tolerance: floa
     timeout or a cancel the bound is what is certain so far, and `complete` is False. Raises ValueError on a bad problem or
     argument.
     """
-def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str = 'improved', sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> EscapeEffort:
+def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, seed: int = 0, captured: str = 'all', search: str | None = None, sampling: str | None = None, shorten: bool | None = None, stop_at_escape: bool = False, lower_bound: bool = False, bound_cells: int = 100000, bound_tolerance: float = 0.05, timeout: float | None = None, cancel: Cancel | None = None, progress: collections.abc.Callable[[int], None] | None = None, warn: bool = True) -> EscapeEffort:
     """
     The least effort of an escape from the capture set, Algorithm 1: an upper bound that falls with the nodes.
     
@@ -1982,6 +1985,8 @@ def escape_effort(problem: Problem, *, planner: str = 'est', nodes: int = 1000, 
         seed: the same seed gives the same bits.
         captured: of several objects, 'all' asks for the effort until one has left, 'any' until the last one has.
         search: 'improved', or 'published', which is the paper's. It chooses `sampling` and `shorten` unless they are given.
+            By default a problem with a horizon or a plan has the improved one, and one without has the published one: since
+            a wait of any length is free there, the cheapest escapes of two states hardly differ.
         sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved): nearly half of them uniform,
             the others at their bounds, along one axis, zero, or that of the edge before.
         shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are dropped, shortened,
