@@ -305,9 +305,9 @@ def _effort(
 
 
 def _search(known: KnownAnswer, job: Job, cancel: Cancel | None = None) -> EscapeEffort:
-    options = SEARCHES[job.search]
+    options = {"search": "improved"} | SEARCHES[job.search]
     return escape_effort(
-        known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **{"search": "improved"} | options
+        known.problem, planner=job.planner, nodes=job.nodes, seed=job.seed, cancel=cancel, **options
     )
 
 

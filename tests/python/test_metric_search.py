@@ -50,7 +50,7 @@ def in_a_store(dataset, path, metrics, future):
 
 def on_the_page(dataset, path):
     """Of the viewer, which is told of the file of scores alone."""
-    with view(dataset, scores=path) as viewer:
+    with view(dataset, scores=path, trajectory=0, frame=0) as viewer:
         viewer.page.score()
         viewer.page.wait()
         scored = viewer.page.scored
@@ -94,7 +94,7 @@ def test_a_monitor_gives_the_bits_of_the_store(dataset, tmp_path):
         ("capture", {"nodes_per_edge": 1}),
         ("capture", {"least_likelihood": 0.0}),
         ("effort/est", {"stop_at_escape": False}),
-        ("effort/est", {"search": "published"}),
+        ("effort/est", {"search": "improved"}),
         ("capture", {"seed": 6}),
     ],
 )

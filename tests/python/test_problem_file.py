@@ -59,9 +59,10 @@ def test_the_executable_has_pythons_numbers_of_each_metric_to_the_last_bit(
     assert printed.pop("warnings") == list(capture.warnings)
     assert printed == fields(capture, CAPTURE)
     for planner, captured in itertools.product(("est", "rrt"), ("all", "any")):
-        effort = em.escape_effort(problem, planner=planner, nodes=240, seed=7, captured=captured)
-        asked = ("--metric", "effort", "--planner", planner, "--captured", captured)
-        printed = scored(file, *SEARCH, *asked)
+        asked = {"planner": planner, "captured": captured, "search": "improved"}
+        effort = em.escape_effort(problem, nodes=240, seed=7, **asked)
+        words = [word for name, value in asked.items() for word in (f"--{name}", value)]
+        printed = scored(file, *SEARCH, "--metric", "effort", *words)
         assert printed["effort"] == (effort.effort if np.isfinite(effort.effort) else None)
         assert [(at["nodes"], at["effort"]) for at in printed["history"]] == effort.history
     assert scored(file, "--metric", "force")["force"] == em.force_score(problem).force
@@ -89,7 +90,9 @@ def test_the_executable_has_pythons_escape_energy_to_the_last_bit(tmp_path):
 
 
 def test_the_effort_that_is_compared_is_one(problem):
-    assert np.isfinite(em.escape_effort(problem, nodes=240, seed=7, captured="any").effort)
+    assert np.isfinite(
+        em.escape_effort(problem, nodes=240, seed=7, captured="any", search="improved").effort
+    )
 
 
 def bits(rows):

@@ -130,5 +130,5 @@ def test_every_dataclass_with_arrays_is_short():
 
 
 def test_a_set_shows_what_it_is_made_of():
-    ball, slow = em.regions.Ball("a", radius=1.0), em.regions.Speed("b", 0.1)
+    ball, slow = em.regions.Ball("a", (0, 0, 0), radius=1.0), em.regions.Speed("b", 0.1)
     assert repr(ball & ~(slow | ball)) == "Region((Ball('a') & ~(Speed('b') | Ball('a'))))"

@@ -35,7 +35,9 @@ def test_no_search_gets_out_of_a_closed_cage(kind: str) -> None:
             continue
         problem = cages.random_cage(seed, made_of, object_kind).problem
         for planner in walls.PLANNERS if seed < len(ROOMS) else walls.PLANNERS[:1]:
-            effort = em.escape_effort(problem, planner=planner, nodes=NODES, seed=seed, search="improved").effort
+            effort = em.escape_effort(
+                problem, planner=planner, nodes=NODES, seed=seed, search="improved"
+            ).effort
             if effort < math.inf:
                 out.append((seed, planner, object_kind, effort))
     assert out == []
@@ -90,7 +92,10 @@ def test_a_box_without_a_lid_takes_the_weight_over_its_rim(kind: str) -> None:
         pytest.importorskip("trimesh")
     problem, answer = cages.open_box(kind)
     assert answer == pytest.approx(0.03 * 9.81 * (0.03 + 0.9 * 0.002))
-    efforts = [em.escape_effort(problem, nodes=3000, seed=seed, search="improved").effort for seed in range(2)]
+    efforts = [
+        em.escape_effort(problem, nodes=3000, seed=seed, search="improved").effort
+        for seed in range(2)
+    ]
     assert 0.99 * answer < min(efforts) < 1.6 * answer
 
 
