@@ -20,9 +20,6 @@ constexpr int most_tries = 4;
 constexpr double shortest_part = 1e-4;
 constexpr double blocked_share = 0.25;
 
-// What goes along with a kinematic body slides along others that it comes closer to by less than this share of its way.
-constexpr double along_share = 1e-3;
-
 }  // namespace
 
 Simulation::Simulation(const Scene& scene, Detection detection)
@@ -36,6 +33,7 @@ Simulation::Simulation(const Scene& scene, Detection detection)
       equations_(scene_, bodies_, impulses_),
       pairs_(dispatcher_.bullet(), filter_, bodies_.colliders()),
       springs_(scene_, bodies_),
+      carriers_(scene_, bodies_),
       ways_(scene.bodies().size()) {
   for (const Body& body : scene.bodies()) inertials_.push_back(body.principal_inertial());
   if (detection == Detection::continuous) continuous_.emplace(shapes_, bodies_.colliders());
@@ -111,7 +109,7 @@ PartResult Simulation::advance_safely(double duration, int parts) {
     }
     equations_.commit(part, share);
     bodies_.move(duration, share);
-    if (share < 1.0) carry((1.0 - share) * duration);
+    if (share < 1.0) carriers_.carry(pairs_.points(), ways_, (1.0 - share) * duration);
     last_duration_ = duration;
     return {duration, (1.0 - share) * duration, converged};
   }
@@ -127,55 +125,6 @@ void Simulation::load_bodies() {
 double Simulation::safe_share(double duration) {
   bodies_.read_ways(ways_);
   return continuous_->safe_share(pairs_, ways_, duration);
-}
-
-// A kinematic body loses no time. What it touches, or what touches that, goes along with it: it pushes, and passes only
-// what something else holds.
-void Simulation::carry(double lost) {
-  find_carriers();
-  for (std::size_t i = 0; i < carriers_.size(); ++i) {
-    if (carriers_[i] < 0 || scene_.bodies()[i].kinematic) continue;
-    const auto carrier = static_cast<std::size_t>(carriers_[i]);
-    bodies_.carry(i, ways_[carrier], bodies_.colliders()[carrier]->getWorldTransform().getOrigin(), lost);
-  }
-}
-
-void Simulation::find_carriers() {
-  const std::vector<Body>& bodies = scene_.bodies();
-  carriers_.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) carriers_[i] = bodies[i].kinematic ? static_cast<int>(i) : -1;
-  const auto join = [&](std::size_t from, std::size_t to) {
-    if (carriers_[from] < 0 || carriers_[to] >= 0 || bodies[to].fixed()) return false;
-    carriers_[to] = carriers_[from];
-    return true;
-  };
-  const auto velocity = [&](std::size_t base, const btVector3& point) -> btVector3 {
-    if (carriers_[base] < 0) return {0, 0, 0};
-    const auto carrier = static_cast<std::size_t>(carriers_[base]);
-    const btVector3 arm = point - bodies_.colliders()[carrier]->getWorldTransform().getOrigin();
-    return ways_[carrier].linear + ways_[carrier].angular.cross(arm);
-  };
-  const auto hold = [&](std::size_t base, bool approaches) {
-    if (!approaches || carriers_[base] < 0 || bodies[base].kinematic) return false;
-    carriers_[base] = -1;
-    return true;
-  };
-  const auto change = [&](const auto& of_point) {
-    for (bool more = true; more;) {
-      more = false;
-      for (const ContactPoint& point : pairs_.points()) {
-        more = of_point(point, bodies_.base_of(point.a), bodies_.base_of(point.b)) || more;
-      }
-    }
-  };
-  change([&](const ContactPoint&, std::size_t a, std::size_t b) { return join(a, b) || join(b, a); });
-  change([&](const ContactPoint& point, std::size_t a, std::size_t b) {
-    if (carriers_[a] == carriers_[b]) return false;
-    const btVector3 of_a = velocity(a, point.on_a), of_b = velocity(b, point.on_b);
-    const bool approaches = point.normal.dot(of_a - of_b) < -along_share * (of_a - of_b).length();
-    return hold(a, approaches && carriers_[b] != static_cast<int>(b)) ||
-           hold(b, approaches && carriers_[a] != static_cast<int>(a));
-  });
 }
 
 void Simulation::load(std::size_t body, const btVector3& force, const btVector3& torque) {

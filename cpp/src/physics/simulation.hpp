@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "energymargin/world.hpp"
+#include "physics/carriers.hpp"
 #include "physics/contacts/collision_filter.hpp"
 #include "physics/contacts/collision_pairs.hpp"
 #include "physics/contacts/continuous_collision.hpp"
@@ -104,8 +105,6 @@ class Simulation {
   PartResult advance_safely(double duration, int parts);
   void load_bodies();
   double safe_share(double duration);
-  void carry(double lost);
-  void find_carriers();
 
   Scene scene_;
   StateLayout layout_;
@@ -121,11 +120,11 @@ class Simulation {
   CollisionPairs pairs_;
   std::optional<ContinuousCollision> continuous_;
   Springs springs_;
+  Carriers carriers_;
   std::vector<Load> loads_;
   std::vector<Load> actuations_;
   std::vector<Motor> motors_;
   std::vector<Velocity> ways_;  // of all bodies
-  std::vector<int> carriers_;   // of all bodies, the kinematic one that each goes along with; -1: none
   double last_duration_ = 0.0;  // of the part before; 0: none since `restore` [s]
 };
 
