@@ -108,6 +108,11 @@ void bind_plan(py::module_& module) {
       .def_property_readonly("velocities", &velocities_of, "By body, shape (K, 6) [m/s, rad/s].")
       .def_property_readonly("limits", &limits_of,
                              "Of motors, where the plan has them: by body, (force [N], torque [N m]).")
+      .def(
+          "fine_rows", [](const Plan& plan, const Number& step) { return fine_rows(plan, real("step", step)); },
+          py::arg("step"),
+          "The same plan with a row for each step [s] of a scene, at most the plan's own. Each row begins at the step "
+          "that is nearest to its time.")
       .def("__repr__",
            [](const Plan& plan) {
              py::list names;

@@ -54,18 +54,8 @@ def in_steps(plan: Plan, step: float) -> Plan:
     count = control_period("step of the plan", plan.step, step) / step
     if abs(count - round(count)) <= ROUNDING * count:
         return plan
-    lasts = np.diff(nearest_steps(np.arange(plan.rows + 1) * plan.step, step))
-
-    def held(rows: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
-        return {name: np.repeat(all_of, lasts, axis=0) for name, all_of in rows.items()}
-
-    return Plan(
-        step,
-        wrenches=held(plan.wrenches),
-        targets=held(plan.targets),
-        velocities=held(plan.velocities),
-        limits=plan.limits,
-    )
+    fine: Plan = plan.fine_rows(step)
+    return fine
 
 
 def rest_of(plan: Plan, done: int, step: float) -> Plan:

@@ -59,9 +59,9 @@ void validate(const Plan& plan);
 //! radius [N m]. A kinematic body has none.
 Servo with_default_limits(const Scene& scene, Servo servo);
 
-//! The same plan with a row for each step of the scene. Each row begins at the step that is nearest to its time, so a
+//! The same plan with a row for each step [s] of a scene. Each row begins at the step that is nearest to its time, so a
 //! rate that is not one of whole steps is kept in the mean: rows of 50 Hz begin at steps 0, 5, 10, 14, ... of 1/240 s.
-Plan fine_rows(const Plan& plan, const Scene& scene);
+Plan fine_rows(const Plan& plan, double step);
 
 //! Everything goes on as it moves at a state: the free bodies of role "effector", or those at the root of one, keep
 //! their twist in their own frames, by motors of the default limits; joints keep their targets. Its rows have the

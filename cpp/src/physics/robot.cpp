@@ -10,7 +10,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();  // force 
 
 }  // namespace
 
-Robot::Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene)) {
+Robot::Robot(const Scene& scene, const Plan& plan) : plan_(fine_rows(plan, scene.stepping().step)) {
   for (const Drive& drive : plan.wrenches) wrench_bodies_.push_back(scene.index(drive.body));
   for (const Targets& targets : plan.targets) joints_.push_back(scene.joint_index(targets.joint));
   for (Servo& servo : plan_.velocities) {

@@ -119,7 +119,7 @@ std::vector<Push> pushes(const Wrenches& rows, const Problem& problem, int steps
 
 // The problem's plan, a row a step, with wrenches on each body that it drives by a force.
 Plan rows_for_noise(const Problem& problem) {
-  Plan plan = fine_rows(*problem.plan, problem.scene);
+  Plan plan = fine_rows(*problem.plan, problem.scene.stepping().step);
   for (const Servo& servo : problem.plan->velocities) {
     const auto has_it = [&servo](const Drive& drive) { return drive.body == servo.body; };
     if (problem.scene.body(servo.body).kinematic) continue;

@@ -142,8 +142,8 @@ Servo with_default_limits(const Scene& scene, Servo servo) {
   return servo;
 }
 
-Plan fine_rows(const Plan& plan, const Scene& scene) {
-  const double steps = plan.step / scene.stepping().step;
+Plan fine_rows(const Plan& plan, double step) {
+  const double steps = plan.step / step;
   const auto first = [steps](Eigen::Index row) {
     return static_cast<Eigen::Index>(std::floor(static_cast<double>(row) * steps + 0.5 + rounding));
   };
@@ -155,7 +155,7 @@ Plan fine_rows(const Plan& plan, const Scene& scene) {
     return result;
   };
   Plan result = plan;
-  result.step = scene.stepping().step;
+  result.step = step;
   for (Drive& drive : result.wrenches) drive.wrenches = fine(drive.wrenches);
   for (Targets& targets : result.targets) targets.positions = fine(targets.positions);
   for (Servo& servo : result.velocities) servo.velocities = fine(servo.velocities);
