@@ -10,9 +10,9 @@
 namespace energymargin::bounds {
 namespace {
 
-constexpr int most_corners = 64;       // of a hull that are looked at
-constexpr int projections = 8;         // onto all faces of a hull
-constexpr double same_face = 1e-9;     // of two normals, and of offsets as a share of the size
+constexpr int most_corners = 64;    // of a hull that are looked at
+constexpr int projections = 8;      // onto all faces of a hull
+constexpr double same_face = 1e-9;  // of two normals, and of offsets as a share of the size
 
 // How far a point is beyond a range about 0 that reaches to `half`; negative inside.
 Vector3 beyond(const Vector3& local, const Vector3& half) { return local.cwiseAbs() - half; }

@@ -45,7 +45,8 @@ Obstacles::Obstacles(const Problem& problem, std::size_t object, const std::vect
     for (const ConvexPiece& obstacle : convex_pieces(scene.bodies()[body].shape, pose, scene.stepping().margin)) {
       for (std::size_t i = 0; i < space.pieces().size(); ++i) {
         const ConvexPiece& whole = space.pieces()[i].whole;
-        const double allowed = allowed_overlap(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
+        const double allowed =
+            allowed_overlap(whole.margin() + obstacle.margin(), whole.half_extent(), obstacle.half_extent());
         if (find_overlap(whole, start, obstacle, {whole.center(), 0.0}, any_depth).middle <= allowed)
           pairs_.push_back({i, obstacle, allowed});
       }

@@ -13,7 +13,7 @@ PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, con
     : space_(space),
       center_(problem.scene.bodies()[object].principal_inertial().center),
       step_(problem.scene.stepping().step),
-      mobility_(1.0 / problem.scene.bodies()[object].mass) {
+      inverse_mass_(1.0 / problem.scene.bodies()[object].mass) {
   const Scene& scene = problem.scene;
   const Body& body = scene.bodies()[object];
   load_ = body.linear_factor.cwiseProduct(body.mass * scene.gravity() + body.force);
@@ -26,8 +26,8 @@ PotentialBounds::PotentialBounds(const Problem& problem, std::size_t object, con
     const BodyState at = kinematics(problem.state.data(), other);
     const Vector3 anchor = at.position + at.orientation * (first ? spring.point_b : spring.point_a);
     const Vector3 point = first ? spring.point_a : spring.point_b;
-    const double mobility = mobility_ + turning * (point - center_).squaredNorm();
-    springs_.push_back({point, anchor, spring.stiffness, spring.rest_length, mobility});
+    const double inverse_mass = inverse_mass_ + turning * (point - center_).squaredNorm();
+    springs_.push_back({point, anchor, spring.stiffness, spring.rest_length, inverse_mass});
   }
   // The start itself, whose turn is known.
   const Pose pose = space.pose(space.start());
@@ -48,14 +48,14 @@ EnergyRange PotentialBounds::operator()(const PoseCell& cell) const {
   const Coordinates half = cell.half();
   const double middle = -load_.dot(pose.position + pose.orientation * center_);
   const double slack = load_.cwiseAbs().dot(space_.slack(half, center_));
-  EnergyRange range{middle - slack, middle + slack, lag(load_.norm(), mobility_)};
+  EnergyRange range{middle - slack, middle + slack, lag(load_.norm(), inverse_mass_)};
   for (const Spring& spring : springs_) {
     const double length = (pose.position + pose.orientation * spring.point - spring.anchor).norm();
     const double stretch = std::abs(length - spring.rest_length);
     const double change = space_.slack(half, spring.point).norm();
     range.low += 0.5 * spring.stiffness * std::pow(std::max(stretch - change, 0.0), 2);
     range.high += 0.5 * spring.stiffness * std::pow(stretch + change, 2);
-    range.lag += lag(spring.stiffness * (stretch + change), spring.mobility);
+    range.lag += lag(spring.stiffness * (stretch + change), spring.inverse_mass);
   }
   return range;
 }
@@ -69,10 +69,10 @@ double PotentialBounds::beyond(int axis, bool upper, double face) const {
   const Vector3 slack = space_.slack(Coordinates::Zero(), center_);
   // What springs have there is more than what they lag by, but for stiff ones.
   double stiffness = 0.0;
-  for (const Spring& spring : springs_) stiffness += spring.stiffness * spring.mobility * step_ * step_;
+  for (const Spring& spring : springs_) stiffness += spring.stiffness * spring.inverse_mass * step_ * step_;
   if (stiffness > 2.0) return -infinity;
   const double low = -load_[axis] * face - std::abs(load_[axis]) * slack[axis];
-  return EnergyRange{low, low, std::sqrt(2.0) * lag(load_.norm(), mobility_)}.passed();
+  return EnergyRange{low, low, std::sqrt(2.0) * lag(load_.norm(), inverse_mass_)}.passed();
 }
 
 }  // namespace energymargin::bounds

@@ -45,14 +45,14 @@ class PotentialBounds {
     Vector3 point;   // in the object's frame
     Vector3 anchor;  // in the world
     double stiffness, rest_length;
-    double mobility;  // at most: by how much a unit impulse at the point changes its velocity [1/kg]
+    double inverse_mass;  // effective, of the point: at most [1/kg]
   };
 
-  double lag(double force, double mobility) const { return std::sqrt(0.5 * mobility) * step_ * force; }
+  double lag(double force, double inverse_mass) const { return std::sqrt(0.5 * inverse_mass) * step_ * force; }
 
   const ObjectSpace& space_;
-  Vector3 load_, center_;  // of mass, in the object's frame
-  double step_, mobility_;  // of the centre of mass [1/kg]
+  Vector3 load_, center_;       // of mass, in the object's frame
+  double step_, inverse_mass_;  // of the centre of mass [1/kg]
   std::vector<Spring> springs_;
   double start_ = 0.0;
 };
