@@ -1,6 +1,7 @@
 // Bodies for Python.
 
 #include "convert.hpp"
+#include "energymargin/plausible.hpp"
 #include "energymargin/scene.hpp"
 #include "problem/words.hpp"
 #include "records.hpp"
@@ -103,6 +104,8 @@ void bind_body(py::module_& module) {
   inertial.def(py::init(&inertial_of), py::arg("center") = py::make_tuple(0.0, 0.0, 0.0), py::kw_only(),
                py::arg("inertia"), py::arg("axes") = py::none());
   def_fields(inertial, Record<Inertial>::fields());
+  module.attr("LEAST_GYRATION") = plausible::least_gyration;
+  module.attr("MOST_GYRATION") = plausible::most_gyration;
   py::class_<Body> body(module, "Body", "One body of a scene.");
   def_fields(body, Record<Body>::fields());
   body.def_property_readonly("fixed", &Body::fixed, "Whether it has no mass, and never moves.");

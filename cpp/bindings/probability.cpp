@@ -7,6 +7,7 @@
 #include "bindings.hpp"
 #include "energymargin/metrics/rare.hpp"
 #include "interrupt.hpp"
+#include "metrics/looks.hpp"
 #include "metrics/words.hpp"
 #include "problem/words.hpp"
 #include "repr.hpp"
@@ -321,6 +322,13 @@ void bind_probability(py::module_& module) {
                      keyword("most_diverged", &ProbabilityCall::most_diverged), keyword("rare", &ProbabilityCall::rare),
                      keyword("level", &ProbabilityCall::level), keyword("ahead", &ProbabilityCall::ahead)},
           progress_keywords(), std::tuple{keyword("warn", &ProbabilityCall::warn)}));
+  module.def(
+      "too_many_diverged",
+      [](int diverged, int rollouts) {
+        return too_many_diverged(diverged, rollouts, ProbabilityOptions{}.most_diverged);
+      },
+      py::arg("diverged"), py::arg("rollouts"),
+      "Whether more of so many rollouts have diverged than a probability may have by default.");
 }
 
 }  // namespace energymargin::binding

@@ -65,6 +65,44 @@ TEST_P(HullOfSize, NoContactIsMuchDeeperThanTwoHullsOverlap) {
   }
 }
 
+// As smooth as a fingertip: what two of its faces share is not where it is deepest.
+TEST_P(HullOfSize, TouchesAsDeepAsTwoHullsOverlap) {
+  const double size = GetParam();
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  const auto random_turn = [&] {
+    return Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized();
+  };
+  ConvexHull smooth;
+  for (int i = 0; i < 150; ++i) {
+    const Vector3 direction = Vector3(normal(random), normal(random), normal(random)).normalized();
+    smooth.points.push_back(size * direction.cwiseProduct(Vector3(1.0, 0.7, 0.4)));
+  }
+  Scene scene(Vector3::Zero());
+  scene.add_body(body("object", smooth, 1.0, Vector3::Zero(), Role::object));
+  scene.add_body(body("other", smooth, 1.0, Vector3(3.0 * size, 0.0, 0.0)));
+  World world(scene);
+  const double margin = 0.05 * smallest_half_extent(smooth);
+  for (int i = 0; i < 200; ++i) {
+    const Vector3 way = Vector3(normal(random), normal(random), normal(random)).normalized();
+    const Quaternion turns[] = {random_turn(), random_turn()};
+    const auto apart = [&](double distance) {
+      BodyState states[2];
+      for (int k = 0; k < 2; ++k) states[k].orientation = turns[k];
+      states[1].position = distance * way;
+      return pack(scene, {{"object", states[0]}, {"other", states[1]}});
+    };
+    double near = 0.5 * size, far = 3.0 * size;
+    while (far - near > 1e-9 * size) {
+      const double middle = 0.5 * (near + far);
+      (world.distance(apart(middle), "object", "other") < -margin ? near : far) = middle;
+    }
+    double deepest = infinity;
+    for (const Contact& contact : world.contacts(apart(far))) deepest = std::min(deepest, contact.distance);
+    EXPECT_LT(deepest, -0.6 * margin) << i;  // faces may leave a tenth of both margins, round edges as much again
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Hull, HullOfSize, ::testing::Values(0.01, 0.06, 1.0),
                          [](const auto& of) { return std::to_string(std::lround(1000.0 * of.param)) + "mm"; });
 

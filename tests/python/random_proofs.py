@@ -44,7 +44,7 @@ def _add_object(scene, random, size, mass, free):
         (em.Sphere(size), size),
         (em.Box((2 * size, size, size)), size / 2),
         (em.Cylinder(size, size), size / 2),
-        (em.ConvexHull(size * random.uniform(-1.0, 1.0, (8, 3))), size),
+        (em.ConvexHull(size * random.uniform(-1.0, 1.0, (8, 3))).centered(), size),
     ][random.integers(4)]
     linear, angular = free
     scene.add_body(

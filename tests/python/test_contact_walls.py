@@ -13,7 +13,9 @@ from energymargin_paper.contact_problems import balls_outside, plate_effort
 
 
 def test_no_ball_leaves_a_shaken_cup() -> None:
-    assert [balls_outside(seed) for seed in range(20)] == [0] * 20
+    lost_once = (20, 31, 43, 51, 71, 85)  # where steps lose time, which the cup does not
+    seeds = (*range(20), *lost_once)
+    assert [balls_outside(seed) for seed in seeds] == [0] * len(seeds)
 
 
 @pytest.mark.parametrize("excess", [1.005, 1.01, 1.02])

@@ -183,7 +183,10 @@ def test_a_plan_survives_pickling():
         ),
         (lambda s: em.Plan(STEP, wrenches={"effector": np.full((2, 6), np.nan)}), "finite"),
         (lambda s: em.Plan(STEP, velocities={"a": np.zeros((2, 6))}, limits={"b": (1, 1)}), "'b'"),
-        (lambda s: em.World(s, em.Plan(0.003, wrenches={"effector": np.zeros((2, 6))})), "at least a step"),
+        (
+            lambda s: em.World(s, em.Plan(0.003, wrenches={"effector": np.zeros((2, 6))})),
+            "at least a step",
+        ),
         (lambda s: em.World(s, em.Plan(STEP, wrenches={"floor": np.zeros((2, 6))})), "fixed body"),
         (lambda s: em.World(s, em.Plan(STEP, wrenches={"ghost": np.zeros((2, 6))})), "ghost"),
         (lambda s: em.Plan.hold(s, s.pack(), 0.0), "duration is 0"),

@@ -28,7 +28,8 @@ constexpr double robot_density = 1e6;  //!< of effectors and links [kg/m^3]
 constexpr double least_density = 5.0;  //!< that is given [kg/m^3]
 // A mass may be that of a hollow body; air has 1.2.
 constexpr double least_implied_density = 0.1;  //!< [kg/m^3]
-// All of a body's mass in its farthest point makes 1; wrong units make it a thousandth.
+// All of a body's mass in its farthest point makes 1; wrong units make it a thousandth. Shapes may be those of a
+// fingertip alone, so that a link reaches farther than they do.
 constexpr double most_gyration = 2.0;    //!< of its reach, a body's radius of gyration
 constexpr double least_gyration = 0.01;  //!< the same
 // Contacts and springs between such bodies need many more iterations than the solver makes.

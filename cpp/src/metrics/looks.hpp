@@ -25,11 +25,16 @@ inline Eigen::VectorXd times_of(const std::vector<int>& steps, double step) {
   return times;
 }
 
-//! Throws std::runtime_error if more than one and more than this share have diverged, any if it is 0, or all below 1.
+//! Whether more rollouts have diverged than a result may have: one and this share, if others are left; none if it is 0,
+//! any number if it is 1.
+inline bool too_many_diverged(int diverged, int rollouts, double most) {
+  if (most >= 1.0 || diverged == 0) return false;
+  return diverged == rollouts || diverged > (most > 0.0 ? std::max(1.0, most * rollouts) : 0.0);
+}
+
+//! Throws std::runtime_error on too many.
 inline void require_few_diverged(int diverged, int rollouts, double most) {
-  if (most >= 1.0) return;
-  const double allowed = most > 0.0 ? std::max(1.0, most * rollouts) : 0.0;
-  if (diverged == 0 || (diverged <= allowed && diverged < rollouts)) return;
+  if (!too_many_diverged(diverged, rollouts, most)) return;
   throw std::runtime_error(std::to_string(diverged) + " of " + std::to_string(rollouts) +
                            " rollouts diverged, which is too many for a probability: a shorter step of the scene, "
                            "or a weaker disturbance");

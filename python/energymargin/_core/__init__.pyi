@@ -8,7 +8,7 @@ import numpy.typing
 import typing
 from . import regions
 from . import disturbances
-__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LowerBound', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'warn_of_steps']
+__all__: list[str] = ['Audit', 'Body', 'Box', 'Cancel', 'Cancelled', 'Capsule', 'CaptureProbability', 'CaptureScore', 'Compound', 'Contact', 'ContactMargins', 'ConvexHull', 'Cylinder', 'EscapeEffort', 'EscapeEnergy', 'FEWEST_TREES', 'ForceScore', 'ForceWeights', 'Inertial', 'Joint', 'LEAST_GYRATION', 'LowerBound', 'MOST_GYRATION', 'MassProperties', 'Mimic', 'Part', 'Plan', 'Plane', 'Problem', 'Region', 'Rollout', 'Scene', 'ScoreRow', 'ScoreRun', 'Simulation', 'Sphere', 'Spring', 'Survival', 'Tree', 'World', 'capture_probability', 'capture_score', 'disturbances', 'effort_lower_bound', 'escape_effort', 'escape_energy', 'force_score', 'interval', 'mass_properties', 'regions', 'stream', 'too_many_diverged', 'warn_of_steps']
 class Cancelled(RuntimeError):
     """
     A Cancel ended a long call that had no result yet.
@@ -714,6 +714,10 @@ class Plan:
         ...
     def _repr_html_(self) -> str:
         ...
+    def fine_rows(self, step: float) -> Plan:
+        """
+        The same plan with a row for each step [s] of a scene, at most the plan's own. Each row begins at the step that is nearest to its time.
+        """
     def to_json(self) -> str:
         """
         The plan as JSON text, as it stands in a problem file.
@@ -2050,8 +2054,14 @@ def stream(seed: int, number: int) -> int:
     """
     The seed of one of a seed's own streams.
     """
+def too_many_diverged(diverged: typing.SupportsInt | typing.SupportsIndex, rollouts: typing.SupportsInt | typing.SupportsIndex) -> bool:
+    """
+    Whether more of so many rollouts have diverged than a probability may have by default.
+    """
 def warn_of_steps(steps: typing.SupportsInt | typing.SupportsIndex, unconverged: typing.SupportsInt | typing.SupportsIndex, lost_time: typing.SupportsFloat | typing.SupportsIndex, scene: Scene) -> None:
     """
     Warns if too many steps of a scene did not converge, or too much of their time is lost.
     """
 FEWEST_TREES: int = 8
+LEAST_GYRATION: float = 0.01
+MOST_GYRATION: float = 2.0

@@ -19,6 +19,7 @@ from energymargin._core import Cancel, Cancelled, CaptureProbability, EscapeEffo
 from energymargin.arguments import shown
 from energymargin.checks import one_of, whole_number
 from energymargin.closing import Closing
+from energymargin.divergence import ANY
 from energymargin.executors import Executor, Threads
 from energymargin.executors.pool import POLL, Outcome, Stopped
 from energymargin.executors.threads import chosen_executor
@@ -334,7 +335,7 @@ def _rollouts(
         disturbance=question.disturbance,
         first=first,
         undisturbed=False,
-        most_diverged=1.0,  # of a few draws; all of them are counted where they are gathered
+        most_diverged=ANY,  # of a few draws; all of them are counted where they are gathered
         cancel=cancel,
     )
     if not p.complete:

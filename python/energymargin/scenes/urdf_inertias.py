@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import (
+    LEAST_GYRATION,
+    MOST_GYRATION,
     Box,
     Capsule,
     Compound,
@@ -25,10 +27,6 @@ from energymargin.scenes.urdf_model import Robot
 
 __all__ = ["warn_of_links"]
 
-# A body with all its mass in its farthest point has a radius of gyration of its reach. Shapes may
-# be those of a fingertip alone, so that a link reaches farther than they do.
-LARGEST_GYRATION = 2.0  # of the reach of the shapes from the centre of mass
-LEAST_GYRATION = 0.01  # a ten thousandth of the inertia; wrong units make it a millionth
 OUTSIDE = 1.0  # of the shapes' extent, by which a centre of mass may be outside of their box
 APART = 10.0  # of the larger of two links, by which a joint may hold them apart
 # An inertia that differs by the first is that of the shapes, and from the second on another one.
@@ -100,7 +98,7 @@ def _of_masses(
             yield _Warning("outside", name, f"{away:.3g} m away from shapes of {extent:.3g} m")
         gyration = float(np.sqrt(0.5 * np.sum(inertial.moments) / mass))
         reach = float(np.linalg.norm(points[name] - center, axis=1).max())
-        if gyration > LARGEST_GYRATION * reach:
+        if gyration > MOST_GYRATION * reach:
             yield _Warning("too large", name, _radius(gyration, reach))
         elif gyration < LEAST_GYRATION * reach:
             yield _Warning("too small", name, _radius(gyration, reach))
