@@ -50,6 +50,21 @@ TEST_F(WorldPurity, RolloutsAfterEveryOtherQuestionGiveTheSameBits) {
   }
 }
 
+TEST_F(WorldPurity, AnotherPlanIsFollowedForOneRollout) {
+  Plan plan{scene.stepping().step};
+  plan.wrenches.push_back({"effector", Wrenches::Constant(100, 6, 1.0)});
+  Watch watch;
+  watch.plan = &plan;
+  World follows(scene, plan);
+  for (std::size_t i = 0; i < asked.size(); i += 10) {
+    const auto& [state, wrenches, steps] = asked[i];
+    const Rollout other = world.rollout_unchecked(state, wrenches, steps, {}, watch);
+    EXPECT_TRUE(same_bits(other.state, follows.rollout_unchecked(state, wrenches, steps).state)) << "rollout " << i;
+    EXPECT_FALSE(same_bits(other.state, expected[i].state)) << "rollout " << i;
+    EXPECT_TRUE(same_bits(world.rollout_unchecked(state, wrenches, steps).state, expected[i].state)) << "rollout " << i;
+  }
+}
+
 // ---- compounds, hulls and several objects
 
 class CompoundPurity : public Answered {

@@ -71,6 +71,7 @@ struct Watch {
   std::function<bool(const State&)> ends{};                //!< if set: whether it ends with a state
   int look_every = 1;                                      //!< steps from one state that `ends` is asked to the next
   int first = 0;                                           //!< steps of the plan, and of `look_every`, that are over
+  const Plan* plan = nullptr;                              //!< if set: in place of the world's; it fits the scene
 };
 
 //! Wrenches that act for a while, one an object.
@@ -118,9 +119,6 @@ class World {
   World(const Scene& scene, const Plan& plan);
   ~World();
   World(World&&) noexcept;
-
-  //! The robot follows another plan from now on, which fits the scene.
-  void follow(const Plan& plan);
 
   World& operator=(World&&) noexcept;
 

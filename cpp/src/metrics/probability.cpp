@@ -102,8 +102,7 @@ class Estimator {
     std::unique_ptr<World> world = take();
     Future future;
     try {
-      if (plan) world->follow(*plan);
-      future = follow(*world, pushes, options_.limit);
+      future = follow(*world, pushes, plan);
     } catch (const Diverged&) {
       future.diverged = true;
     }
@@ -120,7 +119,7 @@ class Estimator {
     return world;
   }
 
-  Future follow(World& world, const std::vector<Push>& pushes, const Limit& limit) const {
+  Future follow(World& world, const std::vector<Push>& pushes, const Plan* plan) const {
     std::vector<search::Exit> exits(sets_.size(), search::Exit(timing_.dwell));
     const auto look = [&](const State& state, int step) {
       bool all_left = true;
@@ -136,8 +135,9 @@ class Estimator {
       int step = 0;
       Watch watch;
       watch.look_every = timing_.check;
+      watch.plan = plan;
       watch.ends = [&](const State& state) { return look(state, step += timing_.check) && !runs_to_horizon; };
-      const Rollout rollout = world.rollout_unchecked(problem_.state, pushes, limit, watch);
+      const Rollout rollout = world.rollout_unchecked(problem_.state, pushes, options_.limit, watch);
       future.complete = rollout.complete;
       future.counts = rollout;
       future.effort = rollout.effort;

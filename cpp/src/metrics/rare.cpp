@@ -133,10 +133,10 @@ class ReplicaSimulator {
     ++simulated_;
     if (options_.rollout_counter) ++*options_.rollout_counter;
     if (exit.left()) return;
-    if (replica.plan) world_.follow(*replica.plan);
     int step = 0;
     Watch watch;
     watch.look_every = timing_.check;
+    if (replica.plan) watch.plan = &*replica.plan;
     watch.ends = [&](const State& state) { return look(state, step += timing_.check, exit, replica); };
     try {
       const Rollout rollout = world_.rollout_unchecked(problem_.state, replica.pushes, options_.limit, watch);

@@ -57,6 +57,10 @@ Rollout Engine::audited_rollout(const State& state, const std::vector<Push>& pus
 Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor) {
   Rollout result;
   std::vector<ObjectWrench> wrenches;
+  std::optional<Robot> other;
+  if (watch.plan) other.emplace(simulation_.scene(), *watch.plan);
+  const std::optional<Robot>& followed = other ? other : robot_;
+  const Robot* const robot = followed ? &*followed : nullptr;
   auto next = watch.record.begin();
   bool over = false;
   for (auto push = pushes.begin(); push != pushes.end() && !over; ++push) {
@@ -66,7 +70,7 @@ Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const W
       result.complete = result.steps % steps_between_looks != 0 || !limit.reached();
       over = !result.complete;
       if (over) break;
-      if (i == 0 || robot_) load(wrenches, watch.first + result.steps);
+      if (i == 0 || robot) load(wrenches, robot, watch.first + result.steps);
       step(wrenches, result, auditor);
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
@@ -86,10 +90,10 @@ Rollout Engine::run(const std::vector<Push>& pushes, const Limit& limit, const W
 }
 
 // For the next step, and for those after it if there is no robot.
-void Engine::load(const std::vector<ObjectWrench>& wrenches, int step) {
+void Engine::load(const std::vector<ObjectWrench>& wrenches, const Robot* robot, int step) {
   simulation_.unload();
   for (const ObjectWrench& wrench : wrenches) wrench.load(simulation_);
-  if (robot_) robot_->act(simulation_, step);
+  if (robot) robot->act(simulation_, step);
 }
 
 void Engine::step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor) {

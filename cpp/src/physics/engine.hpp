@@ -15,10 +15,10 @@ namespace energymargin {
 //! What a World answers with, once its arguments are valid.
 class Engine {
  public:
-  explicit Engine(const Scene& scene) : simulation_(scene), energy_(scene) {}
-
-  //! The robot follows `plan`, which fits the scene, in rollouts and simulations from now on.
-  void follow(const Plan& plan) { robot_.emplace(simulation_.scene(), plan); }
+  //! The robot follows `plan`, which fits the scene, in rollouts and simulations, unless it is null.
+  Engine(const Scene& scene, const Plan* plan) : simulation_(scene), energy_(scene) {
+    if (plan) robot_.emplace(simulation_.scene(), *plan);
+  }
 
   Simulation& simulation() { return simulation_; }
   const Simulation& simulation() const { return simulation_; }
@@ -41,7 +41,7 @@ class Engine {
   class ObjectWrench;
 
   Rollout run(const std::vector<Push>& pushes, const Limit& limit, const Watch& watch, Auditor* auditor);
-  void load(const std::vector<ObjectWrench>& wrenches, int step);
+  void load(const std::vector<ObjectWrench>& wrenches, const Robot* robot, int step);
   void step(std::vector<ObjectWrench>& wrenches, Rollout& result, Auditor* auditor);
 
   Simulation simulation_;

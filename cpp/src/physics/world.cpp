@@ -32,17 +32,14 @@ void require_steps(int steps) {
 
 }  // namespace
 
-World::World(const Scene& scene) : engine_(std::make_unique<Engine>(scene)) {}
+World::World(const Scene& scene) : engine_(std::make_unique<Engine>(scene, nullptr)) {}
 World::World(const Scene& scene, const Plan& plan) {
   validate(plan, scene);
-  engine_ = std::make_unique<Engine>(scene);
-  engine_->follow(plan);
+  engine_ = std::make_unique<Engine>(scene, &plan);
 }
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
-
-void World::follow(const Plan& plan) { engine_->follow(plan); }
 
 const Scene& World::scene() const { return engine_->simulation().scene(); }
 const StateLayout& World::layout() const { return engine_->simulation().layout(); }
