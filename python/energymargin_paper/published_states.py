@@ -70,7 +70,9 @@ class Asked:
     """The questions about one state."""
 
     now: Problem
-    """As the authors ask it, without a clock."""
+    """As the authors' search asks it, without a clock."""
+    defined: Problem
+    """The same as the paper defines it: with the set of the labels, where it was recorded."""
     ahead: Problem | None
     """With a clock and what the robot does; None at the last frame."""
     later: NDArray[np.float64]
@@ -128,18 +130,20 @@ class Simulated(Source):
         t, k = self.places[index]
         trajectory, task, later = self.dataset.trajectories[t], self._task, self.later(index)
         state, params = trajectory.states[k], trajectory.params
-        now = task.problem(state, params, trajectory.contacts[k])
+        contacts = trajectory.contacts[k]
+        now = task.problem(state, params, contacts)
+        defined = task.recorded_problem(state, params, contacts)
         if not len(later):
-            return Asked(now, None, later)
+            return Asked(now, defined, None, later)
         horizon = round(float(later[-1]) / now.scene.step) * now.scene.step
-        ahead = now.replace(
+        ahead = defined.replace(
             horizon=horizon,
             plan=task.plan(state, float(trajectory.times[k]), params, horizon),
             effector="coast",
             captured=task.captured_throughout(params),
             check=float(later[0]),  # the labels look at the frames alone
         )
-        return Asked(now, ahead, later)
+        return Asked(now, defined, ahead, later)
 
 
 class Recorded(Source):
@@ -172,8 +176,10 @@ class Recorded(Source):
         t, k = self.places[index]
         measured, later = self._measured[t][k], self.later(index)
         state = self.dataset.trajectories[t].states[k]
-        now = self._task.problem(state, {}).replace(captured=self._task.captured(measured, {}))
-        return Asked(now, self._ahead(self._held(t, k), later), later)
+        task = self._task
+        now = task.problem(state, {}).replace(captured=task.search_set(measured, {}))
+        defined = now.replace(captured=task.captured(measured, {}))
+        return Asked(now, defined, self._ahead(self._held(t, k), later), later)
 
     def early(self, index: int, rollouts: int, seed: int, cancel: Cancel) -> float | None:
         """Probability of success at the last frame, of every tenth frame."""
@@ -196,7 +202,7 @@ class Recorded(Source):
             return None
         step = self._scene.step
         horizon = max(1, round(float(later[-1]) / step)) * step
-        ahead: Problem = self._task.problem(state, {}).replace(
+        ahead: Problem = self._task.recorded_problem(state, {}).replace(
             horizon=horizon,
             plan=Plan.hold(self._scene, state, horizon),
             effector="coast",

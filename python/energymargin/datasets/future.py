@@ -91,7 +91,9 @@ class Future:
 
         A ScriptedTask poses it by `future`. Of another task it is that of `problem`, with a clock;
         a script is what its `plan(state, time, params, horizon)` says, and the capture set what its
-        `captured_throughout(params)` says, or else that of the frame. Raises ValueError on a task,
+        `captured_throughout(params)` says, or else that of the frame. A task whose scores without a
+        clock are about another scene has a `recorded_problem`, which is asked in place of
+        `problem`. Raises ValueError on a task,
         or a recording, that has no script.
         """
         seconds = self.seconds(trajectory, frame)
@@ -114,7 +116,8 @@ class Future:
     def _posed(self, task: Task, trajectory: Trajectory, frame: int, seconds: float) -> Problem:
         """The question about a frame of a task that is no ScriptedTask."""
         state, params = trajectory.states[frame], trajectory.params
-        problem = task.problem(state, params, trajectory.contacts[frame])
+        pose = getattr(task, "recorded_problem", task.problem)
+        problem = pose(state, params, trajectory.contacts[frame])
         horizon = _whole_steps(seconds, problem.scene.step)
         robot = None
         if self.plan == "hold":

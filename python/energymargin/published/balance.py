@@ -41,6 +41,7 @@ class PublishedBalance(SweptTask, SimulatedTask):
     interval = 0.3
     duration, rate = 0.5, 0.5
     sweep = Sweep(half_width=0.6, ahead=1.0, ends=0.0, least_speed=0.3, disc_radius=1.2)
+    search_sweep = Sweep(half_width=0.6, ahead=1.5, ends=0.6, least_speed=0.03, disc_radius=0.9)
 
     def scene(self, params: Params) -> Scene:
         """Floor, square and support, which is held against its weight and the square's."""

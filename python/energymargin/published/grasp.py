@@ -22,6 +22,7 @@ OBJECT_EDGE = 0.6  # m
 TABLE_MASS, TABLE_SIZE = 100.0, (4.0, 4.0, 0.2)  # kg, m
 TABLE_TOP = 0.3087  # m, above the recorded height of the table: boxes rest there
 SINKING = 0.7  # m/s^2, of the table
+SUNK = 1e-4  # m, from which on it sinks
 HAND = (-1.1, 0.0, 1.9)  # m
 ROLL, PITCH = -math.pi / 2, -0.3  # rad, of the hand
 FINGERS = ("1", "2", "middle")
@@ -70,21 +71,31 @@ class PublishedGrasp(SimulatedTask):
     def scene(self, params: Params) -> Scene:
         """Table, box and hand, with the friction coefficient of all and the mass of the box."""
         if self._last is None or self._last[0] != params:
-            self._last = (dict(params), self._made(params))
+            self._last = (dict(params), self._made(params, TARGETS * len(FINGERS), held=True))
         return self._last[1]
 
-    def _made(self, params: Params) -> Scene:
+    def search_scene(self, state: NDArray[np.float64], params: Params) -> Scene:
+        """The same with fingers that hold their angles, and a table that falls freely once it has
+        begun to sink."""
+        scene = self.scene(params)
+        joints = scene.unpack(state)["joints"]
+        targets = tuple(float(joints[joint]["position"]) for joint in BENDING)
+        table = state[scene.slice("table").start + 2] + TABLE_SIZE[2] / 2 - TABLE_TOP
+        return self._made(params, targets, held=bool(table >= -SUNK))
+
+    def _made(self, params: Params, targets: tuple[float, ...], *, held: bool) -> Scene:
+        """`targets`: of the joints in BENDING [rad]; `held`: whether the table's weight is."""
         from energymargin.scenes import from_urdf
 
         friction = drawn("friction", params, None)
         with_hand = from_urdf(
             Path(self.data) / "robotiq" / "robotiq10.urdf",
-            _table_and_box(friction, drawn("mass", params, None)),
+            _table_and_box(friction, drawn("mass", params, None), held),
             position=HAND,
             orientation=_orientation(ROLL, PITCH, 0.0),
             friction=friction,
             role="effector",
-            joints=_finger_control(),
+            joints=_finger_control(targets),
             inertia="shapes",
             self_collision=False,
             decompose=False,  # the authors' simulator takes the hull of each link's mesh
@@ -152,7 +163,7 @@ class PublishedGrasp(SimulatedTask):
         return (force, 0.0, force), (0.0, 0.0, 0.0)
 
 
-def _table_and_box(friction: float, mass: float) -> Scene:
+def _table_and_box(friction: float, mass: float, held: bool) -> Scene:
     made = Scene(gravity=GRAVITY, step=STEP)
     made.add_body(
         "table",
@@ -162,7 +173,7 @@ def _table_and_box(friction: float, mass: float) -> Scene:
         friction=friction,
         linear_factor=(0.0, 0.0, 1.0),
         angular_factor=(0.0, 0.0, 0.0),
-        force=(0.0, 0.0, -TABLE_MASS * GRAVITY[2]),
+        force=(0.0, 0.0, -TABLE_MASS * GRAVITY[2] if held else 0.0),
     )
     made.add_body(
         "object",
@@ -175,12 +186,12 @@ def _table_and_box(friction: float, mass: float) -> Scene:
     return made
 
 
-def _finger_control() -> dict[str, dict[str, Any]]:
+def _finger_control(targets: tuple[float, ...]) -> dict[str, dict[str, Any]]:
     """By joint, as `from_urdf` takes it: drives close the fingers, which do not spread."""
     control: dict[str, dict[str, Any]] = {joint: {"held": True} for joint in SPREADING}
-    for number, joint in enumerate(BENDING):
+    for joint, target in zip(BENDING, targets, strict=True):
         control[joint] = {
-            "target": TARGETS[number % 3],
+            "target": target,
             "stiffness": STIFFNESS,
             "damping": DAMPING,
             "torque_limit": TORQUE,

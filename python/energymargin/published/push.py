@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,6 +46,8 @@ class PublishedPush(SweptTask, SimulatedTask):
     interval = 0.25
     duration, rate = 0.5, 3.0
     sweep = Sweep(half_width=0.57, ahead=1.5, ends=0.057, least_speed=0.3, disc_radius=1.14)
+    # Not recorded: of all discs that were tried it gives their scores back best.
+    search_sweep = replace(sweep, disc_radius=0.855)
 
     def scene(self, params: Params) -> Scene:
         """Table, wall, box and pusher."""

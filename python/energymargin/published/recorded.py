@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import operator
+from dataclasses import replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,7 @@ class PublishedRecorded(SweptTask):
     duration = 0.3
     rate = 500.0  # 0.05 at ten times the length, where energies are ten thousand times as large
     sweep = Sweep(half_width=0.057, ahead=1.5, ends=0.0057, least_speed=0.03, disc_radius=0.0855)
+    search_sweep = replace(sweep, half_width=0.05, disc_radius=0.1)
 
     def __init__(self, data: str = ".", object: str = "rectangle", tool: str = "jaw") -> None:
         """A combination; raises ValueError on words that are none, OSError on a missing shape.

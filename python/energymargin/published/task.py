@@ -64,6 +64,10 @@ class PublishedTask(ABC):
         """The scene in which a trajectory was recorded; ValueError on params that lack what was
         drawn for it."""
 
+    def search_scene(self, state: NDArray[np.float64], params: Params) -> Scene:
+        """The scene of the authors' search at a state, shape (n,); by default `scene`."""
+        return self.scene(params)
+
     @abstractmethod
     def bounds(self, params: Params) -> tuple[Vector, Vector]:
         """The largest force [N] and torque [N m] on the object, on each axis."""
@@ -71,6 +75,10 @@ class PublishedTask(ABC):
     @abstractmethod
     def captured(self, state: NDArray[np.float64], params: Params) -> Region:
         """Z_cap(z) of a state, shape (n,), as the authors' labels have it."""
+
+    def search_set(self, state: NDArray[np.float64], params: Params) -> Region:
+        """Z_cap(z) as the authors' search has it; by default that of the labels."""
+        return self.captured(state, params)
 
     @abstractmethod
     def captured_throughout(self, params: Params) -> Region:
@@ -86,10 +94,32 @@ class PublishedTask(ABC):
         params: Params | None = None,
         contacts: Sequence[Contact] | None = None,
     ) -> Problem:
-        """The problem P of Section V-A at a state, shape (n,), of these params: wrenches act on
-        the object. Raises ValueError on params that lack what was drawn for the trajectory."""
+        """The problem P of Section V-A at a state, shape (n,), of these params, as the authors'
+        search poses it: in `search_scene`, with `search_set`. Wrenches act on the object. Raises
+        ValueError on params that lack what was drawn for the trajectory."""
         drawn = params or {}
-        scene = self.scene(drawn)
+        scene, captured = self.search_scene(state, drawn), self.search_set(state, drawn)
+        return self._posed(scene, captured, state, drawn, contacts)
+
+    def recorded_problem(
+        self,
+        state: NDArray[np.float64],
+        params: Params | None = None,
+        contacts: Sequence[Contact] | None = None,
+    ) -> Problem:
+        """The same in the scene in which the trajectory was recorded and with the set of the
+        labels, which is how the paper defines it; of what is to come it is asked so."""
+        drawn = params or {}
+        return self._posed(self.scene(drawn), self.captured(state, drawn), state, drawn, contacts)
+
+    def _posed(
+        self,
+        scene: Scene,
+        captured: Region,
+        state: NDArray[np.float64],
+        drawn: Params,
+        contacts: Sequence[Contact] | None,
+    ) -> Problem:
         force, torque = self.bounds(drawn)
         return Problem(
             scene,
@@ -97,7 +127,7 @@ class PublishedTask(ABC):
             force=force,
             torque=torque,
             duration=self.duration,
-            captured=self.captured(state, drawn),
+            captured=captured,
             succeeded=self.succeeded(drawn),
             effector=self.effector,
             rate=self.rate,
@@ -187,11 +217,20 @@ class SweptTask(PublishedTask):
     """The object is captured in what the effector is about to sweep."""
 
     sweep: ClassVar[Sweep]
+    search_sweep: ClassVar[Sweep]
+    """The same in the authors' search, whose settings are others than those of their labels."""
 
     def captured(self, state: NDArray[np.float64], params: Params) -> Region:
         """What the effector is about to sweep from where it is at this state, shape (26,)."""
+        return self._swept(self.sweep, state, params)
+
+    def search_set(self, state: NDArray[np.float64], params: Params) -> Region:
+        """The same by `search_sweep`."""
+        return self._swept(self.search_sweep, state, params)
+
+    def _swept(self, sweep: Sweep, state: NDArray[np.float64], params: Params) -> Region:
         effector = self.scene(params).unpack(state)["effector"]
-        return self.sweep.region(
+        return sweep.region(
             {
                 "position": effector["position"][:2],
                 "velocity": effector["velocity"][:2],

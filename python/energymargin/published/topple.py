@@ -46,32 +46,11 @@ class PublishedTopple(SimulatedTask):
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction coefficient of ground and box."""
-        friction = drawn("friction", params, None)
-        made = Scene(gravity=GRAVITY, step=STEP)
-        made.add_plane("ground", friction=friction)
-        made.add_body(
-            "object",
-            Box((OBJECT_EDGE,) * 3),
-            mass=OBJECT_MASS,
-            position=(6.0, 0.0, OBJECT_EDGE / 2),
-            friction=friction,
-            role="object",
-            linear_factor=(1.0, 0.0, 1.0),
-            angular_factor=(0.0, 1.0, 0.0),
-        )
-        for name, x, own in (("base", 2.0, BASE_FRICTION), ("fingertip", 3.5, TIP_FRICTION)):
-            made.add_body(
-                name,
-                Sphere(FINGER_RADIUS),
-                mass=FINGER_MASS,
-                position=(x, 0.0, FINGER_HEIGHT),
-                friction=own,
-                role="effector",
-                linear_factor=(1.0, 0.0, 0.0),
-                angular_factor=(0.0, 0.0, 0.0),
-            )
-        made.add_spring("base", "fingertip", stiffness=STIFFNESS, rest_length=REST_LENGTH)
-        return made
+        return _scene(drawn("friction", params, None), GRAVITY)
+
+    def search_scene(self, state: NDArray[np.float64], params: Params) -> Scene:
+        """The same without gravity, which their search leaves out."""
+        return _scene(drawn("friction", params, None), (0.0, 0.0, 0.0))
 
     def state(self, scene: Scene, row: NDArray[np.float64]) -> NDArray[np.float64]:
         """The state, shape (39,), of a row of `columns`."""
@@ -115,3 +94,31 @@ class PublishedTopple(SimulatedTask):
     def bounds(self, params: Params) -> tuple[Vector, Vector]:
         """On x, and about y."""
         return (ACCELERATION * OBJECT_MASS, 0.0, 0.0), (0.0, TORQUE_BOUND, 0.0)
+
+
+def _scene(friction: float, gravity: Vector) -> Scene:
+    made = Scene(gravity=gravity, step=STEP)
+    made.add_plane("ground", friction=friction)
+    made.add_body(
+        "object",
+        Box((OBJECT_EDGE,) * 3),
+        mass=OBJECT_MASS,
+        position=(6.0, 0.0, OBJECT_EDGE / 2),
+        friction=friction,
+        role="object",
+        linear_factor=(1.0, 0.0, 1.0),
+        angular_factor=(0.0, 1.0, 0.0),
+    )
+    for name, x, own in (("base", 2.0, BASE_FRICTION), ("fingertip", 3.5, TIP_FRICTION)):
+        made.add_body(
+            name,
+            Sphere(FINGER_RADIUS),
+            mass=FINGER_MASS,
+            position=(x, 0.0, FINGER_HEIGHT),
+            friction=own,
+            role="effector",
+            linear_factor=(1.0, 0.0, 0.0),
+            angular_factor=(0.0, 0.0, 0.0),
+        )
+    made.add_spring("base", "fingertip", stiffness=STIFFNESS, rest_length=REST_LENGTH)
+    return made
