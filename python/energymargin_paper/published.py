@@ -28,6 +28,7 @@ from energymargin.published.folder import SIMULATED
 from energymargin.table_text import csv_text, markdown_table, short
 from energymargin_paper.jobs import pairs, resumed
 from energymargin_paper.probabilities import learned
+from energymargin_paper.published_agreement import DEFINED, agreement, agreement_table
 from energymargin_paper.published_states import (
     EARLY,
     OBJECTS,
@@ -51,18 +52,23 @@ __all__ = ["PROBABILITY", "STUDY", "Early", "Part", "Published", "Settings", "fi
 RUNS_FILE = "runs.jsonl"
 SIMULATED_HORIZONS = (0, 1, 2, 3, 4, 5)  # frames
 RECORDED_HORIZONS = (0, 1, 2, 5, 10, 20)
-PROBABILITY, LEARNED = "probability", "learned"
+PROBABILITY, REPLAY, LEARNED = "probability", "replay", "learned"
 CONFIDENCE = 0.95
 # Rows of the tables: side and score.
 TREES = ("capture", "effort/est", "effort/rrt")
 SIMULATED_ROWS = (
-    *((side, score) for score in TREES for side in ("theirs", "ours")),
-    *(("ours", "force"), ("ours", PROBABILITY)),
+    *(("theirs", "capture"), ("ours", "capture"), ("ours", DEFINED)),
+    *((side, score) for score in TREES[1:] for side in ("theirs", "ours")),
+    *(("ours", "force"), ("ours", PROBABILITY), ("ours", REPLAY)),
 )
 RECORDED_ROWS = (
-    *(("theirs", "capture"), ("ours", "capture"), ("ours", "force")),
+    *(("theirs", "capture"), ("ours", "capture"), ("ours", DEFINED), ("ours", "force")),
     *(("ours", PROBABILITY), ("ours", LEARNED)),
 )
+TITLES = {
+    DEFINED: "capture as the paper defines it",
+    REPLAY: "undisturbed replay",
+}
 
 Cell = tuple[float, float]
 """AUC and AP."""
@@ -79,7 +85,7 @@ class Settings:
         (), "Parts, separated by commas, as push,jaw-pushes-convex.", shown="all"
     )
     """As of `energymargin.published.parts`; none: all that there are."""
-    nodes: int = setting(100, "Nodes of our trees.")
+    nodes: int = setting(200, "Nodes of our trees.")
     rollouts: int = setting(30, "Rollouts of each probability.")
     every: int = setting(
         5, "Frames of a recording from one scored state to the next: 1, 2, 5 or 10."
@@ -134,6 +140,8 @@ class Part:
     ours: dict[str, NDArray[np.float64]]
     probability: dict[int, NDArray[np.float64]]
     """By horizon."""
+    replay: dict[int, NDArray[np.float64]]
+    """The same without a disturbance, 0 or 1: no probability along that motion ranks better."""
     labels: dict[str, LabelledScores]
     """"recorded", and of recordings also "smoothed"; their scores do not count."""
     learned: dict[str, dict[int, NDArray[np.float64]]]
@@ -153,6 +161,8 @@ class Part:
         """The scores of a side, "theirs" or "ours"; None if it has none."""
         if score == PROBABILITY:
             return self.probability.get(horizon) if side == "ours" else None
+        if score == REPLAY:
+            return self.replay.get(horizon) if side == "ours" else None
         if score == LEARNED:
             return self.learned[kind].get(horizon) if side == "ours" else None
         return (self.ours if side == "ours" else self.theirs).get(score)
@@ -167,13 +177,15 @@ class Part:
         compared = compared_states(self._with(values, kind), "one", horizon, among=among)
         return auc_ap(compared.scores, compared.labels) if compared.of_both_kinds else None
 
-    def difference(self, horizon: int, among: Among, kind: str, seed: int) -> NDArray[np.float64]:
-        """AUC of our probability less that of their capture score, over draws of whole
+    def difference(
+        self, score: str, horizon: int, among: Among, kind: str, seed: int
+    ) -> NDArray[np.float64]:
+        """AUC of a score of ours less that of their capture score, over draws of whole
         trajectories, shape (DRAWS,)."""
         weights = bootstrap_weights(len(self.complete.by_trajectory()), DRAWS, seed)
         each = []
-        for side, score in (("ours", PROBABILITY), ("theirs", "capture")):
-            values = self.column(side, score, horizon, kind)
+        for side, own in (("ours", score), ("theirs", "capture")):
+            values = self.column(side, own, horizon, kind)
             if values is None:
                 return np.full(DRAWS, np.nan)
             compared = compared_states(self._with(values, kind), "one", horizon, among=among)
@@ -205,7 +217,7 @@ class Published:
         """All tables."""
         parts = ["# The authors' data", self._caption()]
         if self.simulated:
-            parts += [self._simulated_table(among) for among in AMONG]
+            parts += [self._agreement(), *(self._simulated_table(among) for among in AMONG)]
         if self.recorded:
             parts += [self._recorded_table(k, a) for k in ("recorded", "smoothed") for a in AMONG]
             parts.append(self._early_table())
@@ -249,9 +261,15 @@ class Published:
         for part in self.simulated:
             for side, score in SIMULATED_ROWS:
                 cells = [_shown(part.cell(side, score, h, among)) for h in horizons]
-                rows.append([f"{part.name} {score}, {side}", *cells])
-            ahead = [self._ahead([part], h, among, "recorded") if h else DASH for h in horizons]
-            rows.append([f"{part.name}, {AHEAD}", *ahead])
+                rows.append([f"{part.name} {TITLES.get(score, score)}, {side}", *cells])
+            for score in ("capture", PROBABILITY):
+                ahead = [
+                    self._ahead([part], score, h, among, "recorded")
+                    if h or score == "capture"
+                    else DASH
+                    for h in horizons
+                ]
+                rows.append([f"{part.name}, {AHEAD.format(score)}", *ahead])
         return f"## Simulated, {_AMONG[among]}\n\n{_by_horizon(horizons, rows)}"
 
     def _recorded_table(self, kind: str, among: Among) -> str:
@@ -262,9 +280,11 @@ class Published:
                 _mean([part.cell(side, score, h, among, kind) for part in self.recorded])
                 for h in horizons
             ]
-            rows.append([f"{score}, {side}", *means])
-        ahead = [self._ahead(self.recorded, h, among, kind) if h else DASH for h in horizons]
-        rows.append([AHEAD, *ahead])
+            rows.append([f"{TITLES.get(score, score)}, {side}", *means])
+        ahead = [
+            self._ahead(self.recorded, PROBABILITY, h, among, kind) if h else DASH for h in horizons
+        ]
+        rows.append([AHEAD.format(PROBABILITY), *ahead])
         title = f"## Recordings, {_AMONG[among]}, {kind} labels: mean of {len(self.recorded)}"
         return f"{title}\n\n{_by_horizon(horizons, rows)}"
 
@@ -326,17 +346,30 @@ class Published:
             tables.append(_by_horizon(RECORDED_HORIZONS, means))
         return "\n\n".join(["## The authors' scores on all of their states", *tables])
 
-    def _ahead(self, parts: Sequence[Part], horizon: int, among: Among, kind: str) -> str:
-        each = [part.difference(horizon, among, kind, number) for number, part in enumerate(parts)]
+    def _ahead(
+        self, parts: Sequence[Part], score: str, horizon: int, among: Among, kind: str
+    ) -> str:
+        each = [
+            part.difference(score, horizon, among, kind, number)
+            for number, part in enumerate(parts)
+        ]
         return _difference(np.array(each))
 
+    def _agreement(self) -> str:
+        rows = [
+            row
+            for part in self.simulated
+            for row in agreement(part.name, part.theirs, part.ours, part.complete.captured)
+        ]
+        return f"## Simulated: the same scores, state by state\n\n{agreement_table(rows)}"
 
-AHEAD = "AUC of our probability less their capture"
+
+AHEAD = "AUC of our {} less their capture"
 _AMONG = {"all": "all states", "captured": "captured now"}
 
 
 def _cells(part: Part) -> Iterator[tuple[str, str, str, Among, int]]:
-    scores = (*TREES, "force", PROBABILITY, LEARNED)
+    scores = (*TREES, DEFINED, "force", PROBABILITY, REPLAY, LEARNED)
     for kind in part.labels:
         for among in AMONG:
             for side in ("theirs", "ours"):
@@ -440,13 +473,13 @@ def _part(source: Source, settings: Settings, rows: Mapping[Job, StateScores]) -
     horizons = settings.horizons(source.simulated)
     states = source.dataset.size
     ours: dict[str, NDArray[np.float64]] = {}
-    shares = {h: np.full(states, np.nan) for h in horizons if h > 0}
+    shares, replayed = ({h: np.full(states, np.nan) for h in horizons if h > 0} for _ in range(2))
     for index, row in own.items():
         for name, value in row.scores.items():
             ours.setdefault(name, np.full(states, np.nan))[index] = value
         for h, of_horizon in shares.items():
             if len(row.shares) >= h:
-                of_horizon[index] = row.shares[h - 1]
+                of_horizon[index], replayed[h][index] = row.shares[h - 1], row.replayed[h - 1]
     lacking = np.ones(states, dtype=bool)
     lacking[[index for index, row in own.items() if row.error is None]] = False
     theirs = {n: np.where(lacking, np.nan, own) for n, own in source.theirs.scores.items()}
@@ -460,6 +493,7 @@ def _part(source: Source, settings: Settings, rows: Mapping[Job, StateScores]) -
         theirs=theirs,
         ours=ours,
         probability=shares,
+        replay=replayed,
         labels=labels,
         learned={
             kind: _learned(source, own_labels, lacking, horizons)

@@ -3,6 +3,7 @@ the next frames, and, long before the end of a recorded push, whether it will su
 
 from __future__ import annotations
 
+import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from energymargin import published
 from energymargin._core import (
     Cancel,
+    CaptureScore,
     Plan,
     Problem,
     Scene,
@@ -40,6 +42,7 @@ from energymargin.published.reading import (
 )
 from energymargin.published.recorded import PublishedRecorded
 from energymargin_paper.probabilities import share_by_frame
+from energymargin_paper.published_agreement import AGAIN, DEFINED
 
 __all__ = [
     "EARLY",
@@ -73,6 +76,8 @@ class Asked:
     """As the authors' search asks it, without a clock."""
     defined: Problem
     """The same as the paper defines it: with the set of the labels, where it was recorded."""
+    effort: Problem
+    """Of which the efforts are asked."""
     ahead: Problem | None
     """With a clock and what the robot does; None at the last frame."""
     later: NDArray[np.float64]
@@ -133,8 +138,10 @@ class Simulated(Source):
         contacts = trajectory.contacts[k]
         now = task.problem(state, params, contacts)
         defined = task.recorded_problem(state, params, contacts)
+        force, torque = task.effort_bounds(params)
+        effort = now.replace(force=force, torque=torque)
         if not len(later):
-            return Asked(now, defined, None, later)
+            return Asked(now, defined, effort, None, later)
         horizon = round(float(later[-1]) / now.scene.step) * now.scene.step
         ahead = defined.replace(
             horizon=horizon,
@@ -143,7 +150,7 @@ class Simulated(Source):
             captured=task.captured_throughout(params),
             check=float(later[0]),  # the labels look at the frames alone
         )
-        return Asked(now, defined, ahead, later)
+        return Asked(now, defined, effort, ahead, later)
 
 
 class Recorded(Source):
@@ -179,7 +186,7 @@ class Recorded(Source):
         task = self._task
         now = task.problem(state, {}).replace(captured=task.search_set(measured, {}))
         defined = now.replace(captured=task.captured(measured, {}))
-        return Asked(now, defined, self._ahead(self._held(t, k), later), later)
+        return Asked(now, defined, now, self._ahead(self._held(t, k), later), later)
 
     def early(self, index: int, rollouts: int, seed: int, cancel: Cancel) -> float | None:
         """Probability of success at the last frame, of every tenth frame."""
@@ -294,6 +301,8 @@ class StateScores:
     scores: dict[str, float]
     shares: list[float]
     """Captured throughout until h = 1, 2, ... frames later, as far as the trajectory goes."""
+    replayed: list[float]
+    """The same of what the robot does without a disturbance, 0 or 1."""
     early: float | None
     """Probability of success at the last frame; of every tenth frame of a recording."""
     seconds: float
@@ -307,8 +316,8 @@ def run(sources: Mapping[str, Source], job: Job, cancel: Cancel) -> StateScores:
     seed = stream(job.seed, job.index)
     try:
         asked = source.asked(job.index)
-        scores = _clockless(asked.now, job.nodes, seed, cancel)
-        shares = []
+        scores = _clockless(asked, job.nodes, seed, cancel)
+        shares, replayed = [], []
         if asked.ahead is not None:
             p = capture_probability(
                 asked.ahead,
@@ -318,24 +327,32 @@ def run(sources: Mapping[str, Source], job: Job, cancel: Cancel) -> StateScores:
                 cancel=cancel,
             )
             shares = share_by_frame(p.times, p.curve, asked.later)
+            stays = p.undisturbed_time if not p.undisturbed else math.inf
+            replayed = [float(stays > time) for time in asked.later]
         early = source.early(job.index, job.rollouts, job.seed, cancel)
     except (ValueError, RuntimeError) as error:
-        return StateScores({}, [], None, time.perf_counter() - begun, str(error))
-    return StateScores(scores, shares, early, time.perf_counter() - begun)
+        return StateScores({}, [], [], None, time.perf_counter() - begun, str(error))
+    return StateScores(scores, shares, replayed, early, time.perf_counter() - begun)
 
 
-def _clockless(problem: Problem, nodes: int, seed: int, cancel: Cancel) -> dict[str, float]:
+def _clockless(asked: Asked, nodes: int, seed: int, cancel: Cancel) -> dict[str, float]:
     """The scores of the paper, as published."""
-    found = capture_score(problem, nodes=nodes, seed=seed, cancel=cancel, warn=False)
+
+    def field(problem: Problem, seed: int) -> CaptureScore:
+        return capture_score(problem, nodes=nodes, seed=seed, cancel=cancel, warn=False)
+
+    found = field(asked.now, seed)
     scores = {"capture": found.capture, "success": found.success}
+    scores[AGAIN] = field(asked.now, stream(seed, 1)).capture
+    scores[DEFINED] = field(asked.defined, seed).capture
     for planner in ("est", "rrt"):
         scores[f"effort/{planner}"] = escape_effort(
-            problem,
+            asked.effort,
             planner=planner,
             nodes=nodes,
             seed=seed,
             search="published",
             cancel=cancel,
         ).effort
-    scores["force"] = force_score(problem).force
+    scores["force"] = force_score(asked.now).force
     return {name: float(value) for name, value in scores.items() if value is not None}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_line import run
 from published_data import write_data
+from scipy import stats
 
 import energymargin as em
 from energymargin import datasets, published
@@ -19,6 +20,7 @@ from energymargin.published.reading import recorded_dataset, recorded_task, stea
 from energymargin.published.recorded import SLACK, PublishedRecorded
 from energymargin.store import ScoreStore
 from energymargin.viewer.sources import StoredScores
+from energymargin_paper.published_agreement import AGAIN, agreement
 
 pytest.importorskip("trimesh")
 COMBINATION = "jaw-pushes-rectangle"
@@ -52,8 +54,7 @@ def test_a_simulated_part_is_a_dataset_of_a_task_at_the_authors_parameters(folde
     assert bodies["effector"]["velocity"] == pytest.approx([0, 0.4, 0])
     assert (problem.rate, problem.effector) == (3.0, "drive")
     # what the labels say of our own numbers is what the capture set says
-    agree = [p.captured.contains(p.scene, p.state) for p in dataset.problems()]
-    assert agree == [True] * 6 + [False] * 2
+    assert _inside_the_sets_of_the_labels(dataset) == [True] * 6 + [False] * 2
     ahead = datasets.Future(2).problem(em.tasks.make("published-push"), first, 0)
     assert ahead.plan.wrenches["effector"][0, 1] > 5 and ahead.horizon == pytest.approx(0.5)
 
@@ -198,6 +199,34 @@ def test_a_problem_asks_for_what_was_drawn(folder):
         task.problem(dataset.trajectories[0].states[0])
 
 
+def test_the_authors_search_has_sets_and_scenes_of_its_own(folder):
+    dataset, task = published.dataset(folder, "topple"), em.tasks.make("published-topple")
+    first = dataset.trajectories[0]
+    assert dataset.problems([0])[0].scene.gravity.tolist() == [0, 0, 0]
+    assert task.recorded_problem(first.states[0], first.params).scene.gravity[2] == -9.81
+    ahead = datasets.Future(1, plan="hold").problem(task, first, 0)
+    assert ahead.scene.gravity[2] == -9.81
+
+    # a support at rest: by the labels a disc of 1.2 m, by the search of 0.9 m
+    task = em.tasks.make("published-balance")
+    scene = task.scene({})
+    state = scene.pack(object={"position": (5.0, 6.0, 0.0)}, effector={"position": (5.0, 5.0, 0.0)})
+    asked, defined = task.problem(state), task.recorded_problem(state)
+    assert defined.captured.contains(scene, state) and not asked.captured.contains(scene, state)
+
+
+def test_an_agreement_is_of_states_that_both_sides_have():
+    rng = np.random.default_rng(0)
+    theirs = {"capture": rng.random(50), "effort/est": rng.random(50)}
+    theirs["effort/est"][:10], theirs["effort/est"][10:20] = np.inf, 100.0  # neither was found
+    ours = {name: values**2 for name, values in theirs.items()} | {AGAIN: -theirs["capture"]}
+    ours["capture"][:5] = np.nan
+    capture, effort = agreement("push", theirs, ours, np.arange(50) < 30)
+    assert capture[:6] == ["push capture", "45", "1.00", "1.00", "-1.00", "-1.00"]
+    assert effort[:6] == ["push effort/est", "30", "1.00", "1.00", "—", "—"]
+    assert float(capture[6]) == pytest.approx(theirs["capture"][5:].mean(), abs=1e-3)
+
+
 def test_a_published_task_makes_no_trajectories_of_its_own(folder):
     for task in (em.tasks.make("published-push"), recorded_task(folder, COMBINATION)):
         with pytest.raises(ValueError, match="import --published DIR"):
@@ -270,9 +299,34 @@ def test_the_authors_recordings_come_out_of_the_readers():
 @pytest.mark.parametrize("part", ("push", "balance", "topple", "grasp"))
 def test_the_capture_sets_give_the_authors_labels_back(part):
     dataset = published.dataset(DATA, part)
-    inside = [bool(p.captured.contains(p.scene, p.state)) for p in dataset.problems()]
+    inside = _inside_the_sets_of_the_labels(dataset)
     labels = np.concatenate([trajectory.captured for trajectory in dataset.trajectories])
     assert np.mean(np.array(inside) == labels) == 1.0
+
+
+@needs_data
+@pytest.mark.parametrize(
+    ("part", "least"), (("push", 0.75), ("balance", 0.7), ("topple", 0.85), ("grasp", 0.8))
+)
+def test_our_scores_rank_the_states_as_the_authors_do(part, least):
+    dataset, theirs = published.dataset(DATA, part), published.labelled_scores(DATA, part)
+    numbers = list(range(0, 100, 2))
+    ours = em.score(dataset.problems(numbers), ["capture"], nodes=100, seed=1)["capture"]
+    assert stats.spearmanr(ours, theirs.scores["capture"][numbers]).statistic > least
+
+
+@needs_data
+def test_fingers_of_the_authors_search_hold_their_angles_while_the_table_falls():
+    dataset = published.dataset(DATA, "grasp")
+    task, trajectory = em.tasks.make(dataset.task, **dataset.parameters), dataset.trajectories[0]
+    for k, falls in ((0, False), (6, True)):
+        scene = task.search_scene(trajectory.states[k], trajectory.params)
+        joints = scene.unpack(trajectory.states[k])["joints"]
+        for joint in scene.joints:
+            if joint.name.startswith("finger"):
+                assert joint.target == pytest.approx(joints[joint.name]["position"])
+        (table,) = [body for body in scene.bodies if body.name == "table"]
+        assert (table.force[2] == 0) == falls
 
 
 @needs_data
@@ -324,6 +378,16 @@ def test_the_study_refuses_what_it_cannot_do(folder, tmp_path):
     ):
         done = run("reproduce", "published", "--data", folder, *options, cwd=tmp_path)
         assert done.returncode == 2 and words in " ".join(done.stderr.split()), done.stderr
+
+
+def _inside_the_sets_of_the_labels(dataset):
+    task = em.tasks.make(dataset.task, **dataset.parameters)
+    problems = [
+        task.recorded_problem(state, trajectory.params)
+        for trajectory in dataset.trajectories
+        for state in trajectory.states
+    ]
+    return [bool(p.captured.contains(p.scene, p.state)) for p in problems]
 
 
 def _is(row, part, side, score, among):

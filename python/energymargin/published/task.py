@@ -72,6 +72,10 @@ class PublishedTask(ABC):
     def bounds(self, params: Params) -> tuple[Vector, Vector]:
         """The largest force [N] and torque [N m] on the object, on each axis."""
 
+    def effort_bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """The same of the authors' efforts of escape."""
+        return self.bounds(params)
+
     @abstractmethod
     def captured(self, state: NDArray[np.float64], params: Params) -> Region:
         """Z_cap(z) of a state, shape (n,), as the authors' labels have it."""

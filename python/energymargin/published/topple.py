@@ -29,6 +29,7 @@ PUSH = 4.1  # N along x, on the base
 
 ACCELERATION = 1.0  # m/s^2 on x, of the box
 TORQUE_BOUND = 0.8  # N m: 1 rad/s^2 times the inertia of the authors' settings
+EFFORTS = 50.0  # by which the bounds of the efforts are larger
 PIVOT, PIVOT_SPEED = (2.0, 0.0, -2.0), 1.5  # m, m/s
 TOPPLED = math.pi / 2 - 0.052  # rad
 
@@ -94,6 +95,12 @@ class PublishedTopple(SimulatedTask):
     def bounds(self, params: Params) -> tuple[Vector, Vector]:
         """On x, and about y."""
         return (ACCELERATION * OBJECT_MASS, 0.0, 0.0), (0.0, TORQUE_BOUND, 0.0)
+
+    def effort_bounds(self, params: Params) -> tuple[Vector, Vector]:
+        """Fifty times as large."""
+        wrench = self.bounds(params)
+        force, torque = ((EFFORTS * x, EFFORTS * y, EFFORTS * z) for x, y, z in wrench)
+        return force, torque
 
 
 def _scene(friction: float, gravity: Vector) -> Scene:
