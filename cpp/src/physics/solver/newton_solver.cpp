@@ -14,7 +14,7 @@ constexpr double enough = 0.5;
 constexpr int patience = 6;
 
 // Sweeps at first, and most at a time; and iterations that go on from them.
-constexpr int first_sweeps = 16;
+constexpr int first_sweeps = 32;
 constexpr int most_sweeps = 128;
 constexpr int most_after_sweeps = 16;
 
@@ -53,6 +53,7 @@ bool NewtonSolver::solve_again(int iterations, double tolerance) {
   directions_.resize(contacts_.size());
   limited_misses_.resize(limited_.size());
   limited_slopes_.resize(limited_.size());
+  limited_impulses_.resize(limited_.size());
   iterations_ = 0;
   bool converged = true;
   for (std::size_t i = 0; i < islands_.count(); ++i) {
@@ -142,8 +143,8 @@ bool NewtonSolver::solve(const Island& island, int iterations, double tolerance)
 }
 
 // Residual of the equations, turnover of its terms, and responses, at the velocities.
-template <typename Respond>
-double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
+template <typename Respond, typename RespondLimited>
+double NewtonSolver::evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited) {
   for (const int i : island.movers) {
     const Mover& mover = movers_[static_cast<std::size_t>(i)];
     const double* inertia = inertias_.data() + mover.inertia;
@@ -186,8 +187,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
     const auto k = static_cast<std::size_t>(i);
     const LimitedRow& row = limited_[k];
     limited_misses_[k] = row.target - speed(row, 0, velocities_);
-    limited_slopes_[k] = limited_slope(row, limited_misses_[k]);
-    const double impulse = limited_impulse(row, limited_misses_[k]);
+    const double impulse = respond_limited(k);
     take(row.a, row.of_a, &impulse, 1);
     take(row.b, row.of_b, &impulse, 1);
   }
@@ -197,7 +197,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
 // After a step, what slid and would go on the other way has stopped on the way: it sticks, before one can tell.
 double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
   stopped_ = false;
-  return evaluate(island, [this, after_step](std::size_t k) {
+  const auto respond = [this, after_step](std::size_t k) {
     const ContactVector& miss = misses_[k];
     const auto& [x, y] = directions_[k];
     const bool turns_round = after_step && miss[2] > 0.0 && x * miss[0] + y * miss[1] < 0.0;
@@ -206,7 +206,22 @@ double NewtonSolver::coulomb_error(const Island& island, bool after_step) {
       return respond_as(Regime::sticks, contacts_[k].law, miss, responses_[k]);
     }
     coulomb(contacts_[k].law, miss, responses_[k]);
+  };
+  return evaluate(island, respond, [this](std::size_t k) {
+    const LimitedRow& row = limited_[k];
+    limited_slopes_[k] = limited_slope(row, limited_misses_[k]);
+    return limited_impulse(row, limited_misses_[k]);
   });
+}
+
+// At its limits if the impulse that was predicted says so, and not the velocity alone; else it is linear.
+double NewtonSolver::augmented_limited(std::size_t k) {
+  const LimitedRow& row = limited_[k];
+  const double asked =
+      predicted_limited_[k] + limited_weights_[k] * (limited_misses_[k] - row.softness * predicted_limited_[k]);
+  const bool free = asked > row.low && asked < row.high;
+  limited_slopes_[k] = free ? 1.0 / row.softness : 0.0;
+  return free ? limited_misses_[k] / row.softness : std::min(std::max(asked, row.low), row.high);
 }
 
 // The largest residual of a mover as a share of what is turned over there, in units of its inertia.
@@ -251,9 +266,18 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
   for (const int i : island.contacts) {
     predicted_[static_cast<std::size_t>(i)] = sweeps_.impulse(static_cast<std::size_t>(i));
   }
+  predicted_limited_.resize(limited_.size());
+  limited_weights_.resize(limited_.size());
+  for (const int i : island.limited) {
+    const auto k = static_cast<std::size_t>(i);
+    predicted_limited_[k] = sweeps_.limited_impulse(k);
+    limited_weights_[k] = 1.0 / (inverse_mass(limited_[k], 0) + limited_[k].softness);
+  }
   double error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < most_after_sweeps && left > 0; ++i) {
-    evaluate(island, [this](std::size_t k) { augmented(contacts_[k].law, misses_[k], predicted_[k], responses_[k]); });
+    evaluate(
+        island, [this](std::size_t k) { augmented(contacts_[k].law, misses_[k], predicted_[k], responses_[k]); },
+        [this](std::size_t k) { return limited_impulses_[k] = augmented_limited(k); });
     if (!find_direction(island)) return error;
     const double length = i < whole_steps || i % 3 == 2 ? 1.0 : shorter_step;
     for (const int c : island.contacts) {
@@ -266,6 +290,11 @@ double NewtonSolver::go_on_from_sweeps(const Island& island, int sweeps, int& le
         }
       }
       for (std::size_t row = 0; row < 3; ++row) predicted_[k][row] += length * (whole[row] - predicted_[k][row]);
+    }
+    for (const int c : island.limited) {
+      const auto k = static_cast<std::size_t>(c);
+      const double whole = limited_impulses_[k] - limited_slopes_[k] * speed(limited_[k], 0, direction_);
+      predicted_limited_[k] += length * (whole - predicted_limited_[k]);
     }
     add_step(island, length);
     --left;

@@ -34,9 +34,10 @@ class NewtonSolver : public VelocitySystem {
 
  private:
   bool solve(const Island& island, int iterations, double tolerance);
-  template <typename Respond>
-  double evaluate(const Island& island, const Respond& respond);
+  template <typename Respond, typename RespondLimited>
+  double evaluate(const Island& island, const Respond& respond, const RespondLimited& respond_limited);
   double coulomb_error(const Island& island, bool after_step);
+  double augmented_limited(std::size_t k);
   double error(const Island& island) const;
   void save(const Island& island);
   bool harden(const Island& island);
@@ -62,8 +63,9 @@ class NewtonSolver : public VelocitySystem {
   std::vector<std::array<double, 2>> directions_;  // of the slip of contacts, before the last step
   std::vector<ContactVector> predicted_;           // impulses of contacts after a linear step
   std::vector<double> limited_slopes_;
-  std::vector<double> residual_, turnover_, direction_, saved_;  // of the velocities
-  std::vector<double> factors_, changes_;                        // scratch
+  std::vector<double> limited_impulses_, predicted_limited_, limited_weights_;  // after sweeps
+  std::vector<double> residual_, turnover_, direction_, saved_;                 // of the velocities
+  std::vector<double> factors_, changes_;                                       // scratch
   bool stopped_ = false;  // whether something was taken to stick as it would have turned round
   int iterations_ = 0;
 };
