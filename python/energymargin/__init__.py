@@ -38,13 +38,15 @@ from energymargin._core import (
     Tree,
     World,
     capture_probability,
+    capture_score,
     effort_lower_bound,
+    escape_effort,
+    escape_energy,
+    force_score,
     mass_properties,
     stream,
 )
-from energymargin.deprecations import moved_names
 from energymargin.errors import DivergedError, EnergyMarginError
-from energymargin.scoring.searches import capture_score, escape_effort, escape_energy, force_score
 
 if TYPE_CHECKING:
     from energymargin import actions as actions
@@ -200,7 +202,7 @@ def _lazy(name: str) -> Any:
 
 
 if not TYPE_CHECKING:  # for whom every name is imported above, and any other is an error
-    __getattr__ = moved_names(__name__, {"Mesh": "energymargin.mesh"}, otherwise=_lazy)
+    __getattr__ = _lazy
 
 
 def __dir__() -> list[str]:

@@ -69,17 +69,6 @@ def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):
     refused(run("evaluate", "few.db", "--horizon", -1, cwd=folder), "horizon is -1")
 
 
-def test_old_names_of_options_work_and_say_the_new_one(folder):
-    assert run("score", "push.h5", "-o", "old.db", "--nodes", 5, cwd=folder).returncode == 0
-    done = run("evaluate", "old.db", "--markdown", "o.md", "--csv=o.csv", "--draws", 9, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    assert "--markdown is called --output; the old name goes in" in done.stderr
-    assert (folder / "o.md").exists() and (folder / "o.csv").exists()
-    refused_later = run("view", "push", "--screenshot", "no/where.png", cwd=folder)
-    assert "--screenshot is called --output" in refused_later.stderr
-    assert "there is no folder no" in refused_later.stderr
-
-
 @pytest.mark.parametrize("place", [0, 2])
 def test_an_error_shows_its_traceback_on_request(tmp_path, place):
     words = ["score", "none.h5"]

@@ -411,9 +411,3 @@ def test_a_known_effort_may_be_any_kind_of_number(push, ax, known):
 def test_a_known_effort_is_a_finite_number_of_at_least_0(push, ax, known):
     with pytest.raises(ValueError, match="expected a finite number of at least 0"):
         plots.plot_effort(escape_effort(push, nodes=2), ax=ax, known=known)
-
-
-def test_axes_by_position_still_work_with_a_warning(labelled):
-    ax = Figure().subplots()
-    with pytest.warns(DeprecationWarning, match="plot_roc with ax by position .* use ax=..."):
-        assert plots.plot_roc(labelled, ax) is ax

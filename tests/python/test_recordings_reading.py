@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorded import CELLS, HEADER, POSES, noisy, one_folder, poses_of, push, rows_of, write
 
-from energymargin import recordings
 from energymargin.recordings import Columns, Recording, read_csv
 
 
@@ -409,12 +408,3 @@ def test_a_header_is_searched_for_doubles_in_linear_time():
     with pytest.raises(ValueError, match="the header has 'c0'"):
         Columns().found(header, len(header))
     assert Name.compared <= 5 * len(header)
-
-
-def test_repairs_have_their_former_names_for_a_version(path):
-    with pytest.warns(DeprecationWarning, match=r"read_csv with mend .* use repair=\.\.\.$"):
-        recording = read_csv(write(path, push()), mend=True)
-    with pytest.warns(DeprecationWarning, match=r"Recording\.mended .* use Recording\.repairs$"):
-        assert recording.mended == recording.repairs
-    with pytest.warns(DeprecationWarning, match=r"recordings\.Mended .* use .*\.Repairs$"):
-        assert recordings.Mended is type(recording.repairs)

@@ -11,7 +11,6 @@ from command_line import run
 from typer.testing import CliRunner
 
 import energymargin
-from energymargin import experiments
 from energymargin.cli import app
 from energymargin_paper import STUDIES, load
 from energymargin_paper.commands import command, make
@@ -241,11 +240,3 @@ def test_a_command_says_which_package_it_needs(tmp_path, monkeypatch):
     shown = run("--help", cwd=tmp_path)
     assert shown.returncode == 0
     assert "study-them" in shown.stdout and "reproduce" in shown.stdout
-
-
-def test_the_former_name_of_the_studies_is_theirs_with_a_warning():
-    from energymargin_paper import ceiling
-
-    with pytest.warns(DeprecationWarning, match=r"ceiling is now energymargin_paper\.ceiling"):
-        assert experiments.ceiling is ceiling
-    assert not hasattr(experiments, "nothing")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sqlite3
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from traceback import format_exception
 from typing import Annotated, Any
@@ -31,7 +31,6 @@ from energymargin.cli.tasks import tasks
 from energymargin.cli.terminal import BAD_INPUT, INTERRUPTED, err, leave, say, say_stopped
 from energymargin.cli.view import view_command
 from energymargin.cli.warned import shown_warnings
-from energymargin.deprecations import REMOVED_IN
 from energymargin.interrupts import interrupted, remembered_interrupts
 
 __all__ = ["app", "main"]
@@ -42,25 +41,17 @@ __all__ = ["app", "main"]
 ERRORS = (ValueError, OSError, ImportError, MemoryError, RuntimeError, sqlite3.Error)
 
 
-OUTPUT, TRACEBACK = "--output", "--traceback"
-# Options that have another name since 0.11, by command.
-RENAMED = {
-    "evaluate": {"--markdown": OUTPUT, "--csv": OUTPUT},
-    "import": {"--mend": "--repair", "--no-mend": "--no-repair"},
-    "reproduce": {"--out": OUTPUT},
-    "view": {"--screenshot": OUTPUT},
-}
+TRACEBACK = "--traceback"
 
 
 class _Commands(TyperGroup):
     def parse_args(  # type: ignore[override]
         self, ctx: typer.Context, args: list[str]
     ) -> list[str]:
-        """Takes --traceback anywhere, and the old names of options."""
+        """Takes --traceback anywhere."""
         if TRACEBACK in args:
             args = [TRACEBACK, *(word for word in args if word != TRACEBACK)]
-        command = next((word for word in args if not word.startswith("-")), "")
-        return super().parse_args(ctx, [_renamed(RENAMED.get(command, {}), word) for word in args])
+        return super().parse_args(ctx, args)
 
     def list_commands(self, ctx: Any) -> list[str]:
         return [*super().list_commands(ctx), *registered_names()]
@@ -115,15 +106,6 @@ def _bar(title: str, unit: str) -> AbstractContextManager[Callable[[int, int], N
     from energymargin.cli.progress import inner_bar
 
     return inner_bar(err, title, unit)
-
-
-def _renamed(names: Mapping[str, str], word: str) -> str:
-    """A word of the command line with the new name of its option; prints the new name."""
-    name, equals, value = word.partition("=")
-    if name not in names:
-        return word
-    say(f"[yellow]{name} is called {names[name]}[/]; the old name goes in {REMOVED_IN}.")
-    return names[name] + equals + value
 
 
 def _show_version(wanted: bool) -> None:

@@ -37,7 +37,6 @@ from energymargin.datasets.columns import (
     as_blocks,
 )
 from energymargin.datasets.future import Future
-from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
 from energymargin.notebook import shown_by
 from energymargin.tasks.base import Task
@@ -127,7 +126,6 @@ class Dataset(Closing):
             )
         ]
 
-    @once_positional("future", after=2)
     def problems(
         self, numbers: Sequence[int] | None = None, *, future: Future | None = None
     ) -> list[Problem]:

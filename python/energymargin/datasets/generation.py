@@ -32,7 +32,6 @@ from energymargin.datasets.shards import (
     generate_trajectory,
     spans_in,
 )
-from energymargin.deprecations import once_positional
 from energymargin.executors.pool import Outcome, Pool
 from energymargin.executors.processes import ProcessPool
 from energymargin.executors.threads import core_count
@@ -59,7 +58,6 @@ MOST_DEATHS = 3  # of workers, at the same shard
 Progress = Callable[[int, int], None]
 
 
-@once_positional("trajectories", "frames", "seed", "progress", after=1)
 def generate(
     task: str | Task,
     *,

@@ -11,29 +11,7 @@ name ends in "/any" is compared with the second. The force score, one number for
 with each.
 """
 
-from typing import TYPE_CHECKING
-
-from energymargin.deprecations import moved_names
 from energymargin.evaluation.labelled import Among, LabelledScores
 from energymargin.evaluation.table import Cell, Evaluation, evaluate
 
 __all__ = ["Among", "Cell", "Evaluation", "LabelledScores", "evaluate"]
-
-MOVED = {
-    "bootstrap": ("DRAWS", "auc_ap", "ranked"),
-    "labelled": (
-        *("AMONG", "FORCE", "HORIZON", "HORIZONS", "LAST_FRAMES", "PAPER_HORIZON", "SUCCESS"),
-        *("SUCCESSES", "Compared", "captured_labels", "compared_states", "compared_trajectories"),
-        *("state_metrics", "trajectory_score"),
-    ),
-    "table": ("ALL_TITLE", "ANY_TITLE", "CSV_COLUMNS", "DASH", "PAPER", "csv_fields", "paper_text"),
-}
-
-if not TYPE_CHECKING:
-    __getattr__ = moved_names(
-        __name__,
-        {
-            **{name: f"{__name__}.{home}.{name}" for home in MOVED for name in MOVED[home]},
-            "short": "energymargin.table_text.short",
-        },
-    )

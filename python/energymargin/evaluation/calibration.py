@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.deprecations import once_positional
-
 __all__ = ["BINS", "Reliability", "brier", "calibration_error", "reliability"]
 
 BINS = 10
@@ -25,7 +23,6 @@ class Reliability(NamedTuple):
     """How many are in it."""
 
 
-@once_positional("bins", after=2)
 def reliability(
     probabilities: NDArray[np.float64], outcomes: NDArray[np.float64], *, bins: int = BINS
 ) -> Reliability:
@@ -43,7 +40,6 @@ def reliability(
     )
 
 
-@once_positional("bins", after=2)
 def calibration_error(
     probabilities: NDArray[np.float64], outcomes: NDArray[np.float64], *, bins: int = BINS
 ) -> float:

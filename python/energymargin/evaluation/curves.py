@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import one_of, whole_number
-from energymargin.deprecations import once_positional
 from energymargin.errors import EnergyMarginError
 from energymargin.evaluation.bootstrap import auc_ap, ranked
 from energymargin.evaluation.labelled import (
@@ -110,7 +109,6 @@ class OneLabelError(EnergyMarginError, ValueError):
         self.brief = brief
 
 
-@once_positional("target", "horizon", "last", after=2)
 def roc(
     labelled: LabelledScores,
     metric: str,
@@ -143,7 +141,6 @@ def roc(
     )
 
 
-@once_positional("target", "horizon", "last", after=2)
 def precision_recall(
     labelled: LabelledScores,
     metric: str,

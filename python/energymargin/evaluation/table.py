@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import whole_number
-from energymargin.deprecations import once_positional
 from energymargin.evaluation.bootstrap import DRAWS, auc_ap, bootstrap_weights, intervals, ranked
 from energymargin.evaluation.labelled import (
     HORIZONS,
@@ -340,7 +339,6 @@ def _stacked(cell: Cell | None) -> str:
     return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))
 
 
-@once_positional("horizons", "draws", "seed", after=1)
 def evaluate(
     labelled: LabelledScores,
     *,

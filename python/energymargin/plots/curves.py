@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from energymargin.checks import yes_or_no
-from energymargin.deprecations import once_positional
 from energymargin.evaluation import Among, LabelledScores, curves
 from energymargin.evaluation.curves import (
     CAPTURED,
@@ -37,7 +36,6 @@ Curve = TypeVar("Curve", curves.Roc, curves.PrecisionRecall)
 SIZE = (6.0, 4.0)  # inch
 
 
-@once_positional("ax", "metrics", after=1)
 def plot_roc(
     scores: Scores,
     *,
@@ -95,7 +93,6 @@ def plot_roc(
     return ax
 
 
-@once_positional("ax", "metrics", after=1)
 def plot_precision_recall(
     scores: Scores,
     *,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.checks import one_of, yes_or_no
-from energymargin.deprecations import once_positional
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_ghost, leaving_objects
 from energymargin.plots.states import AROUND, draw_state_legend, plot_state, state_legend
@@ -46,7 +45,6 @@ SETS = ("captured", "any")
 Result = TypeVar("Result", EscapeEffort, CaptureProbability)
 
 
-@once_positional("ax", after=1)
 def plot_effort(
     results: EscapeEffort | Mapping[str, EscapeEffort],
     *,
@@ -123,7 +121,6 @@ def _steps(result: EscapeEffort) -> tuple[NDArray[np.float64], NDArray[np.float6
     return np.append(nodes, max(result.nodes, nodes[-1])), np.append(efforts, efforts[-1])
 
 
-@once_positional("ax", after=1)
 def plot_probability(
     results: CaptureProbability | Mapping[str, CaptureProbability],
     *,
@@ -233,7 +230,6 @@ def _by_name(
     return dict(results)
 
 
-@once_positional("ax", after=1)
 def plot_future(
     problem: Problem,
     *,

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene, Tree
 from energymargin.checks import positive_number, whole_number, yes_or_no
-from energymargin.deprecations import once_positional
 from energymargin.outlines import Limits, Plan, object_centers, plane_for, view_of
 from energymargin.plots.scenes import draw_bodies, draw_ghost, draw_set, sets_of
 from energymargin.plots.styles import (
@@ -57,7 +56,6 @@ NAMES = 30  # points that the numbers and the name of the x axis are high
 Notes = tuple[str, str, str]
 
 
-@once_positional("ax", after=2)
 def plot_state(
     problem: Problem,
     result: Result | None = None,
@@ -323,7 +321,6 @@ def _height(limits: Limits, title: str) -> float:
     return axes + 1.4 + 0.2 * (title.count("\n") + 1)
 
 
-@once_positional("notes", after=1)
 def state_legend(
     problem: Problem,
     *,

@@ -14,7 +14,6 @@ from matplotlib.ticker import AutoLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import one_of, yes_or_no
-from energymargin.deprecations import once_positional
 from energymargin.evaluation import LabelledScores
 from energymargin.metrics import ANY, KINDS, is_likelihood, of_kind
 from energymargin.plots.styles import (
@@ -71,7 +70,6 @@ class Along(NamedTuple):
         return np.arange(len(next(iter(self.scores.values()))), dtype=float)
 
 
-@once_positional("times", after=2)
 def along(scores: Scores, trajectory: int, *, times: ArrayLike | None = None) -> Along:
     """The scores and labels of a trajectory, by its number; `scores` as of `plot_roc`.
 
@@ -153,7 +151,6 @@ def _labels(captured: ArrayLike, frames: int) -> NDArray[np.bool_]:
     return labels.astype(bool)
 
 
-@once_positional("ax", after=3)
 def plot_scores(
     times: ArrayLike | None,
     scores: Mapping[str, ArrayLike],

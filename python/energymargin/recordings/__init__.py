@@ -3,9 +3,6 @@
 In the plane: of each of two bodies x, y and yaw.
 """
 
-from typing import TYPE_CHECKING
-
-from energymargin.deprecations import moved_names
 from energymargin.recordings.bags import bag_topics, read_mcap
 from energymargin.recordings.csv_files import Columns
 from energymargin.recordings.reading import read_csv
@@ -32,6 +29,3 @@ __all__ = [
     "read_labels",
     "read_mcap",
 ]
-
-if not TYPE_CHECKING:
-    __getattr__ = moved_names(__name__, {"Mended": f"{__name__}.Repairs"})

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.checks import positive_number, yes_or_no
-from energymargin.deprecations import warn_deprecated
 from energymargin.recordings.cleaning import (
     LEAST_FRAMES,
     LEAST_JUMP,
@@ -107,7 +106,6 @@ def read_csv(
     smooth_poses: bool = True,
     causal: bool = False,
     origin: Sequence[float] | None = None,
-    mend: bool | None = None,
 ) -> Recording:
     """The recording in a CSV file: a row a frame, with the poses of two bodies in a plane.
 
@@ -130,13 +128,9 @@ def read_csv(
             them: foresight is then not helped by frames to come. The first six are left out.
         origin: of the camera's frame in the scene's, x, y [m] and yaw [rad]; None is that of
             `columns`.
-        mend: the former name of `repair`.
 
     Raises OSError, and ValueError that names the file, the line and what was expected there.
     """
-    if mend is not None:
-        warn_deprecated("read_csv with mend", "repair=...")
-        repair = mend
     rules = Rules(repair, longest_gap, least_jump, least_turn, smoothing, smooth_poses, causal)
     layout = Columns.of(columns)
     return recording_of(

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from energymargin._core import Scene, World
 from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.checks import positive_number, whole_number
-from energymargin.deprecations import once_positional, warn_deprecated
 from energymargin.reprs import short_repr
 from energymargin.scenes import moved_apart
 
@@ -114,12 +113,6 @@ class Recording:
             given["velocity"][name] = _in_space(motion.velocity_covariances[frame])
         return Uncertainty(**given)
 
-    @property
-    def mended(self) -> Repairs:
-        """The former name of `repairs`."""
-        warn_deprecated("Recording.mended", "Recording.repairs", stacklevel=3)
-        return self.repairs
-
     def states(
         self,
         scene: Scene,
@@ -148,7 +141,6 @@ class Placed:
     """Frames as measured, whose bodies overlap wherever they are moved to, shape (K,)."""
 
 
-@once_positional("object", "effector", after=2)
 def placed(
     recording: Recording,
     scene: Scene,

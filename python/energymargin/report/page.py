@@ -14,7 +14,6 @@ from jinja2 import Environment, StrictUndefined
 from plotly.offline import get_plotlyjs
 
 from energymargin.checks import whole_number
-from energymargin.deprecations import once_positional
 from energymargin.evaluation import Among, Cell, Evaluation, LabelledScores, evaluate
 from energymargin.evaluation.bootstrap import DRAWS
 from energymargin.evaluation.curves import target_name
@@ -89,7 +88,6 @@ class Options:
         return self.horizon
 
 
-@once_positional("run", "options", after=2)
 def write(
     scores: str | os.PathLike[str],
     output: str | os.PathLike[str],

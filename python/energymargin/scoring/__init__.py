@@ -1,4 +1,4 @@
-"""Where scores are asked for: of one problem in `searches`, of many in `batch`, with `settings`.
+"""Where scores are asked for: of one problem in `_core`, of many in `batch`, with `settings`.
 
 A name is imported when it is asked for: executors need the settings, and `batch` the executors.
 """
@@ -6,17 +6,11 @@ A name is imported when it is asked for: executors need the settings, and `batch
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from energymargin.deprecations import moved_names
+from energymargin._core import capture_score, escape_effort, escape_energy, force_score
 
 if TYPE_CHECKING:
     from energymargin.scoring.batch import score
     from energymargin.scoring.problem_metrics import metrics_of
-    from energymargin.scoring.searches import (
-        capture_score,
-        escape_effort,
-        escape_energy,
-        force_score,
-    )
     from energymargin.scoring.settings import SearchSettings
     from energymargin.scoring.table import ScoreError, ScoreTable
 
@@ -35,7 +29,6 @@ __all__ = [
 HOMES = {
     "batch": ("score",),
     "problem_metrics": ("metrics_of",),
-    "searches": ("capture_score", "escape_effort", "escape_energy", "force_score"),
     "settings": ("SearchSettings",),
     "table": ("ScoreError", "ScoreTable"),
 }
@@ -49,16 +42,7 @@ def _lazy(name: str) -> Any:
 
 
 if not TYPE_CHECKING:
-    __getattr__ = moved_names(
-        __name__,
-        {
-            "Source": f"{__name__}.batch.ProblemSource",
-            "chosen_metrics": f"{__name__}.problem_metrics.chosen_metrics",
-            "require_objects": f"{__name__}.problem_metrics.require_objects",
-            "run_all": f"{__name__}.batch.run_all",
-        },
-        otherwise=_lazy,
-    )
+    __getattr__ = _lazy
 
 
 def __dir__() -> list[str]:

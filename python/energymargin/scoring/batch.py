@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Protocol
 from energymargin._core import Cancel, Problem, warn_of_steps
 from energymargin.arguments import shown
 from energymargin.checks import whole_number
-from energymargin.deprecations import once_positional
 from energymargin.executors import Executor, Row
 from energymargin.executors.pool import POLL
 from energymargin.executors.session import Session, Work
@@ -104,7 +103,6 @@ class _Scorers:
         return self._session.stop()
 
 
-@once_positional("nodes", "seed", "threads", after=2)
 def score(
     problems: Sequence[Problem],
     metrics: Sequence[str] | None = None,

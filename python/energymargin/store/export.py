@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from energymargin.deprecations import once_positional
 from energymargin.replacing import replaced
 from energymargin.store.file import ScoreStore
 from energymargin.store.run import Run
@@ -32,7 +31,6 @@ SUFFIXES = (".csv", ".parquet")
 QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
 
 
-@once_positional("run", after=1)
 def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
     """All scores of a store, or those of one run, with the states' labels and the settings.
 
@@ -60,7 +58,6 @@ def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFram
     )
 
 
-@once_positional("run", after=2)
 def export(
     path: str | os.PathLike[str], output: str | os.PathLike[str], *, run: int | None = None
 ) -> int:

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin.checks import whole_number
 from energymargin.datasets import Dataset, Future
-from energymargin.deprecations import once_positional
 from energymargin.notebook import shown_by
 from energymargin.scoring.settings import algorithm_of
 from energymargin.store import schema
@@ -236,7 +235,6 @@ class ImportedRow:
         return {}
 
 
-@once_positional("settings", after=3)
 def add_scores(
     path: str | os.PathLike[str],
     dataset: Dataset,

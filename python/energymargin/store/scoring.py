@@ -21,7 +21,6 @@ from energymargin.beliefs.sampling import PARTICLES, Sampling
 from energymargin.beliefs.uncertainty import Uncertainty
 from energymargin.datasets import Dataset, Future
 from energymargin.datasets.dataset import StateError, left_out_text
-from energymargin.deprecations import once_positional
 from energymargin.executors import Executor, Row
 from energymargin.executors.pool import POLL
 from energymargin.executors.session import Work
@@ -50,7 +49,6 @@ MAKE = 0.1  # s; how long problems are made before the executor gets them
 AGAIN = 0.5  # s; between two passes, for others to score what they have claimed
 
 
-@once_positional("settings", after=3)
 def score_dataset(
     dataset: Dataset | str | os.PathLike[str],
     path: str | os.PathLike[str],

@@ -4,9 +4,6 @@ Tasks are plugins: whatever an installed package registers under the entry point
 `energymargin.tasks` is one, and what a program gives to `register`.
 """
 
-from typing import TYPE_CHECKING
-
-from energymargin.deprecations import moved_names
 from energymargin.tasks.base import Params, Task
 from energymargin.tasks.object_sets import Regions
 from energymargin.tasks.registry import TaskError, make, names, register
@@ -25,14 +22,3 @@ __all__ = [
     "names",
     "register",
 ]
-
-if not TYPE_CHECKING:
-    __getattr__ = moved_names(
-        __name__,
-        {
-            "FrictionTask": f"{__name__}.scripted.FrictionTask",
-            "Registered": f"{__name__}.registry.Registered",
-            "drawn": f"{__name__}.scripted.drawn",
-            "overview": f"{__name__}.registry.overview",
-        },
-    )

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact, Problem
-from energymargin.deprecations import moved_names
 from energymargin.trajectories import Trajectory
 
 __all__ = ["PLANE", "STEP", "Params", "Task", "constructor_keywords", "parameters_of", "plane_of"]
@@ -82,15 +81,3 @@ def constructor_keywords(task: object) -> dict[str, Any]:
             "set one of that name, or give the task `parameters`"
         )
     return {name: getattr(task, name) for name in names}
-
-
-SCRIPTED = ("EFFECTORS", "Drive", "Following", "FrictionTask", "PerStep", "ScriptedTask", "drawn")
-
-if not TYPE_CHECKING:
-    __getattr__ = moved_names(
-        __name__,
-        {
-            **{name: f"energymargin.tasks.scripted.{name}" for name in SCRIPTED},
-            "Regions": "energymargin.tasks.object_sets.Regions",
-        },
-    )

@@ -15,7 +15,6 @@ from energymargin.actions import Along
 from energymargin.checks import whole_number
 from energymargin.closing import Closing
 from energymargin.datasets import Dataset, Future
-from energymargin.deprecations import once_positional
 from energymargin.scoring.settings import MOST_NODES, SearchSettings
 from energymargin.viewer.first_frame import first_frame
 from energymargin.viewer.guard import HOST, Guard, guarded_server, port_at, served_at
@@ -97,7 +96,6 @@ def _silent() -> Iterator[None]:
         console.quiet = before
 
 
-@once_positional("parameters", after=1)
 def view(
     what: Problem | Dataset | Along | str | os.PathLike[str],
     *,
