@@ -40,11 +40,12 @@ def random_problem(seed):
 
 def _add_object(scene, random, size, mass, free):
     """Its height where it stands."""
+    hull = em.ConvexHull(size * random.uniform(-1.0, 1.0, (8, 3))).centered()
     shape, height = [
         (em.Sphere(size), size),
         (em.Box((2 * size, size, size)), size / 2),
         (em.Cylinder(size, size), size / 2),
-        (em.ConvexHull(size * random.uniform(-1.0, 1.0, (8, 3))).centered(), size),
+        (hull, -hull.points[:, 2].min()),
     ][random.integers(4)]
     linear, angular = free
     scene.add_body(
